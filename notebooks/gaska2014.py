@@ -20,6 +20,7 @@ import numpy as np
 
 import vcmm
 from vcmm.library import path
+from vcmm.papers.gaska2014 import nodes
 from vcmm.papers.gaska2014 import twin as gaska2014
 
 scenario = vcmm.load_scenario(path("gaska2014"))
@@ -29,9 +30,9 @@ print(scenario.name, "-", len(scenario.places), "places,", scenario.task().touch
 # The eight published rows (Table 2), and a drawn field that meets the published maxima 2.6, 1.8, 1.5 um and means 0.9, 0.8, 0.7 um.
 
 # %%
-drawn = gaska2014.draw_deviations(2014)
+drawn = nodes.draw_deviations(2014)
 print("largest", drawn.max(axis=0), "mean", drawn.mean(axis=0).round(2), "um")
-assert np.allclose(drawn[16], gaska2014.PUBLISHED[17])
+assert np.allclose(drawn[16], nodes.PUBLISHED[17])
 
 # %% [markdown]
 # Five places, the field redrawn once per run and at each touch, and the range of U over 20 consistent draws (the demo takes 200).

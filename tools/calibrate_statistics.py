@@ -1,16 +1,18 @@
 """How often the 95 % bands of a calibration hold the truth: drawn machines, two complete designs, per curve and pooled.
 
-python tools/calibrate_statistics.py 200 [laser|tracer|table|head]
+python tools/calibrate_statistics.py 200 [laser|tracer|table|head] [--workers N | --cluster ADDRESS]
 python tools/calibrate_statistics.py 100 design         # proposed designs against 1000 random ones of equal time each
 python tools/calibrate_statistics.py 2000 speed         # seconds of processor and memory for so many lengths
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from tests.calibrating import turning as rotary
 from tests.calibrating.drawn import U, bare, draw, laser_and_plates, recorded, tracers, truth
 from vcmm.calibrating.design import PlannedSetup, SetupPlan, best_within, plan_of
 from vcmm.calibrating.job import calibrate
+from vcmm.core.crew import Crew, crew_of
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.instruments.artefact import grid_of_balls, plate
@@ -27,22 +30,34 @@ from vcmm.instruments.laser import diagonal, six_d
 DESIGNS = {"laser": laser_and_plates, "tracer": tracers}
 
 
-def turning(machines: int, structure: str, axis: str) -> None:
+def turning(machines: int, structure: str, axis: str, crew: Crew) -> None:
     """Shares inside the bands of the curves of a rotary axis, pooled."""
-    inside = []
-    for seed in range(machines):
-        rng = np.random.default_rng([seed, 7])
-        machine = rotary.draw(structure, axis, rng)
-        meant = rotary.set_ups(rotary.bare(structure), axis)
-        found = calibrate(
-            rotary.recorded(machine, meant, rng), rotary.bare(structure), only=rotary.errors_of(axis)
-        )
-        for curve in found.kept.curves:
-            nodes, value, u = found.band(curve.component)
-            true = rotary.truth(machine, axis, nodes)[curve.component]
-            inside.append(float((np.abs(value - true) < 1.96 * u).mean()))
+    inside = [share for one in in_order(crew, turned, (structure, axis), machines) for share in one]
     error = np.std(inside, ddof=1) / np.sqrt(len(inside))
     print(f"{axis} of {structure}: pooled over {machines} machines {np.mean(inside):.4f} +- {error:.4f}")
+
+
+def turned(asked: tuple[str, str], seed: int) -> list[float]:
+    """One machine: the share of each curve inside its band."""
+    structure, axis = asked
+    rng = np.random.default_rng([seed, 7])
+    machine = rotary.draw(structure, axis, rng)
+    meant = rotary.set_ups(rotary.bare(structure), axis)
+    found = calibrate(
+        rotary.recorded(machine, meant, rng), rotary.bare(structure), only=rotary.errors_of(axis)
+    )
+    inside = []
+    for curve in found.kept.curves:
+        nodes, value, u = found.band(curve.component)
+        true = rotary.truth(machine, axis, nodes)[curve.component]
+        inside.append(float((np.abs(value - true) < 1.96 * u).mean()))
+    return inside
+
+
+def in_order(crew: Crew, work: Any, payload: Any, machines: int) -> list[Any]:
+    """Results of all seeds, whoever had them ready first."""
+    found = dict(crew(work, payload, range(machines)))
+    return [found[seed] for seed in range(machines)]
 
 
 def designs(machines: int) -> None:
@@ -126,17 +141,24 @@ def speed(lengths: int) -> None:
     )
 
 
-def main(machines: int, design: str) -> None:
+def measured(design: str, seed: int) -> dict[str, float]:
+    """One machine: the share of each curve inside its band."""
+    rng = np.random.default_rng([seed, len(design)])
+    machine = draw(rng)
+    found = calibrate(recorded(machine, DESIGNS[design](bare()), rng), bare())
+    inside = {}
+    for curve in found.kept.curves:
+        nodes, value, u = found.band(curve.component)
+        near = np.abs(value - truth(machine, curve.component, nodes)) < 1.96 * u
+        inside[curve.component] = float(near.mean())
+    return inside
+
+
+def main(machines: int, design: str, crew: Crew) -> None:
     inside: dict[str, list[float]] = defaultdict(list)
-    for seed in range(machines):
-        rng = np.random.default_rng([seed, len(design)])
-        machine = draw(rng)
-        found = calibrate(recorded(machine, DESIGNS[design](bare()), rng), bare())
-        for curve in found.kept.curves:
-            nodes, value, u = found.band(curve.component)
-            inside[curve.component].append(
-                float((np.abs(value - truth(machine, curve.component, nodes)) < 1.96 * u).mean())
-            )
+    for one in in_order(crew, measured, design, machines):
+        for name, share in one.items():
+            inside[name].append(share)
     for name, shares in inside.items():
         print(f"{name} {np.mean(shares):.3f}")
     pooled = np.array(list(inside.values()))
@@ -147,15 +169,19 @@ def main(machines: int, design: str) -> None:
 
 
 if __name__ == "__main__":
-    count, what = (
-        int(sys.argv[1]) if len(sys.argv) > 1 else 200,
-        sys.argv[2] if len(sys.argv) > 2 else "laser",
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("machines", type=int, nargs="?", default=200)
+    words = ["laser", "tracer", "table", "head", "design", "speed"]
+    parser.add_argument("what", nargs="?", default="laser", choices=words)
+    parser.add_argument("--workers", type=int, default=None)
+    parser.add_argument("--cluster", default=None)
+    given = parser.parse_args()
+    count, what, workers = given.machines, given.what, crew_of(given.workers, given.cluster)
     if what == "design":
         designs(count)
     elif what == "speed":
         speed(count)
     elif what in ("table", "head"):
-        turning(count, *((rotary.TABLE, "C") if what == "table" else (rotary.HEAD, "B")))
+        turning(count, *((rotary.TABLE, "C") if what == "table" else (rotary.HEAD, "B")), workers)
     else:
-        main(count, what)
+        main(count, what, workers)

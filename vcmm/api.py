@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import DataError, UsageError, choose_from
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.sampling import Progress
@@ -23,9 +23,13 @@ if TYPE_CHECKING:
     from vcmm.placing.result import Placed
 
 
-def measure(scenario: Scenario, seed: int | None = None) -> Measurement:
-    """One virtual measurement. seed=None: errors at their estimates; an int: one draw from what is known."""
-    return measure_task(_measuring(scenario).task(), seed)
+def measure(scenario: Scenario | CutScenario, seed: int | None = None) -> Measurement:
+    """One virtual measurement; a part that is to be cut is cut first. seed=None: errors at their estimates; an int: one draw from what is known."""
+    if isinstance(scenario, Scenario):
+        return measure_task(scenario.task(), seed)
+    from vcmm.machining.job import measure_cut
+
+    return measure_cut(scenario, seed)
 
 
 def uncertainty(

@@ -28,6 +28,11 @@ ROUND = (
 PLANS: dict[str, tuple[tuple[Entry, ...], int]] = {  # entries of a round, rounds
     "ten-minutes": ((Entry("A", 4), Entry("B", 2), Entry("E", 1, 15.0), Entry("F", 1), Entry("H", 1)), 30),
     "hour": (ROUND, 60),
+    # every block of the size that its bars can be read from in 636 cases: 120 nulls, 24 courses of time
+    "balanced": (
+        (Entry("A", 6), Entry("A", 6, 7.0, 1000), Entry("A", 4, 5.0, 2000), Entry("A", 4, 15.0, 3000), Entry("B", 10),
+         Entry("C", 2), Entry("D", 4), Entry("E", 8, 15.0), Entry("F", 4), Entry("G", 2), Entry("H", 3)), 12,
+    ),
     # 960 per delta in A, 300 to 420 of C to H: the sizes published with the method; B 690 of each of eight worlds
     "overnight": (
         (*(Entry("A", 16, d, f) for d, f in ((10.0, 0), (7.0, 1000), (5.0, 2000), (15.0, 3000))), Entry("B", 92),

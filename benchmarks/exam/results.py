@@ -8,6 +8,7 @@ from __future__ import annotations
 import gzip
 import json
 import math
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,7 @@ def done(path: Path | None) -> set[Key]:
     """Cases that need not run again: those answered. A case that failed to run is tried anew."""
     if path is None or not path.exists():
         return set()
+    _without_half_a_line(path)
     return {key_of(r) for r in read([path]) if not r.get("error")}
 
 
@@ -66,3 +68,10 @@ def grouped(rows: Iterable[Row]) -> dict[tuple[str, float], list[Row]]:
     for row in sorted(rows, key=lambda r: (r["block"], -r["delta_asked"], r["seed"], r["case"])):
         out.setdefault((row["block"], row["delta_asked"]), []).append(row)
     return out
+
+
+def _without_half_a_line(path: Path) -> None:
+    """Cut off what a run that was killed while it wrote has left; the case runs again."""
+    whole = path.read_bytes()
+    if path.suffix != ".gz" and not whole.endswith(b"\n"):
+        os.truncate(path, whole.rfind(b"\n") + 1)

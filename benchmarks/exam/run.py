@@ -1,7 +1,7 @@
 """The exam's command line: builds cases, puts them to `vcmm diagnose --json`, scores, prints and writes.
 
 python -m benchmarks.exam --block A --cases 40 --seed 5 --jobs 2 --budget 10min --out results.jsonl
-python -m benchmarks.exam --plan overnight --seed 5 --jobs 2 --budget 10h --out night.jsonl
+python -m benchmarks.exam --plan overnight --seed 5 --jobs 2 --budget 10h --out night.jsonl    # or --cluster tcp://scheduler:8786
 python -m benchmarks.exam summarise results.jsonl night.jsonl
 """
 
@@ -15,9 +15,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +25,8 @@ from benchmarks.exam.kinema import Errors
 from benchmarks.exam.observe import Hidden, observed, tip_motion
 from benchmarks.exam.score import score, summarise
 from benchmarks.exam.tables import pages
+from vcmm.cli.options import share_of
+from vcmm.core.crew import Crew, crew_of
 
 
 @dataclass(frozen=True)
@@ -162,36 +162,17 @@ def seconds_of(text: str) -> float:
     return float(found[1]) * {"s": 1, "min": 60, "h": 3600}[found[2]]
 
 
-def run_jobs(jobs: Iterable[Job], workers: int, budget: float, out: Path | None) -> list[dict[str, Any]]:
+def run_jobs(jobs: Iterable[Job], crew: Crew, budget: float, out: Path | None) -> list[dict[str, Any]]:
     """Rows of the cases that fit into the budget; no case is started after it. Each is written as soon as it is there."""
-    end = time.monotonic() + budget
     seen = results.done(out)
-    waiting = iter(job for job in jobs if job.key not in seen)
-    if workers < 2:
-        rows = []
-        for job in waiting:
-            if time.monotonic() > end:
-                break
-            rows.append(_kept(run_case(job), out))
-        return rows
-    return list(_pooled(waiting, workers, end, out))
+    waiting = [job for job in jobs if job.key not in seen]
+    done = crew(case_before, time.time() + budget, waiting)
+    return [_kept(row, out) for _, row in done if row is not None]
 
 
-def _pooled(waiting: Iterator[Job], workers: int, end: float, out: Path | None) -> Iterator[dict[str, Any]]:
-    """Workers stay alive from case to case: the heavy libraries are imported once."""
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        running: set[Future[dict[str, Any]]] = set()
-        while True:
-            while len(running) < workers and time.monotonic() < end:
-                job = next(waiting, None)
-                if job is None:
-                    break
-                running.add(pool.submit(run_case, job))
-            if not running:
-                return
-            finished, running = wait(running, return_when=FIRST_COMPLETED)
-            for one in finished:
-                yield _kept(one.result(), out)
+def case_before(end: float, job: Job) -> dict[str, Any] | None:
+    """One case, unless the time (s since 1970) is over."""
+    return run_case(job) if time.time() <= end else None
 
 
 def _kept(row: dict[str, Any], out: Path | None) -> dict[str, Any]:
@@ -259,6 +240,12 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--delta", type=float, default=None, help="default 10; 15 in block E")
     p.add_argument("--rows", type=int, default=None, help="rows per recording; default: that of the design")
     p.add_argument("--jobs", type=int, default=1)
+    p.add_argument(
+        "--cluster", default=None, help="Dask scheduler whose workers take the cases, in place of --jobs"
+    )
+    p.add_argument(
+        "--shard", default=None, help="one part of the cases only, such as 2/8; summarise takes all files"
+    )
     p.add_argument("--budget", default="10min", help="no case is started later, per block or per plan")
     p.add_argument("--keep", type=Path, default=None, help="folder that keeps recordings, truths and answers")
     p.add_argument("--reuse", action="store_true", help="score the answers kept in --keep, ask for none anew")
@@ -278,8 +265,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(pages(results.read([Path(w) for w in words[1:]])))
         return 0
     a = parser().parse_args(words)
+    crew = crew_of(cluster=a.cluster) if a.cluster else crew_of(a.jobs)
+    share = share_of(a.shard)
     for heading, jobs in jobs_of(a):
-        rows = run_jobs(jobs, a.jobs, seconds_of(a.budget), a.out)
+        rows = run_jobs(
+            jobs[share.number - 1 :: share.of] if share else jobs, crew, seconds_of(a.budget), a.out
+        )
         print(f"{heading}, {len(rows)} cases run")
         if rows and not a.plan:
             figures = {k: v for k, v in summarise(rows).items() if k != "confusion"}

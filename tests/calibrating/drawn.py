@@ -45,21 +45,26 @@ def draw(rng: np.random.Generator, structure: str = STRUCTURE, length: float = 0
 
 
 def truth(machine: Machine, component: str, nodes: np.ndarray) -> np.ndarray:
-    """The drawn curve at the nodes, without its mean (straightness: without its least-squares line)."""
-    effect = next(e for e in machine.effects if e.where == component)
-    values = np.interp(nodes, effect.grids[0], effect.values)
+    """The drawn curve at the nodes, without its mean over the travel (straightness: without its least-squares line)."""
     straight = component[1] in "XYZ" and component[1] != component[2]
-    return values - np.polyval(np.polyfit(nodes, values, 1 if straight else 0), nodes)
+    away = np.polyval(np.polyfit(*everywhere(machine, component, nodes), 1 if straight else 0), nodes)
+    effect = next(e for e in machine.effects if e.where == component)
+    return np.interp(nodes, effect.grids[0], effect.values) - away
+
+
+def everywhere(machine: Machine, component: str, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The drawn curve at 2000 places between the first and the last node."""
+    effect = next(e for e in machine.effects if e.where == component)
+    q = nodes[0] + (np.arange(2000) + 0.5) / 2000 * (nodes[-1] - nodes[0])
+    return q, np.interp(q, effect.grids[0], effect.values)
 
 
 def slope(machine: Machine, component: str, nodes: np.ndarray) -> float:
-    effect = next(e for e in machine.effects if e.where == component)
-    return float(np.polyfit(nodes, np.interp(nodes, effect.grids[0], effect.values), 1)[0])
+    return float(np.polyfit(*everywhere(machine, component, nodes), 1)[0])
 
 
 def mean(machine: Machine, component: str, nodes: np.ndarray) -> float:
-    effect = next(e for e in machine.effects if e.where == component)
-    return float(np.interp(nodes, effect.grids[0], effect.values).mean())
+    return float(everywhere(machine, component, nodes)[1].mean())
 
 
 def laser_and_plates(machine: Machine) -> list[Recording]:

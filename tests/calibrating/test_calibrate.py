@@ -135,6 +135,36 @@ def test_u_of_the_instrument_stays_in_the_slope():
     assert blunt.band("EXX")[2][-1] == pytest.approx(0.6e-3, rel=0.05)
 
 
+def test_one_laser_in_two_recordings_has_one_scale():
+    # its scale of u = 2 um/m moves the end of EXX by 0.6 um in both; two lasers would leave 0.6 / sqrt(2)
+    machine = bare().with_effect(ComponentPolynomial("EXX", np.array([0.0, 5e-3])))
+    rng = np.random.default_rng(1)
+    meant = line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, TIP, "X", 0.05e-3, 2)
+    lines = [simulated(replace(meant, name=name), machine, rng) for name in ("before noon", "after noon")]
+
+    def found(*serials: str):
+        made = [
+            InstrumentCertificate.of(find("laser linear"), {"scale": "2 um/m"}, serial=s) for s in serials
+        ]
+        return calibrate(lines, bare(), {r.name: m for r, m in zip(lines, made)}, only=("EXX",))
+
+    one, two = found("L-2041", "L-2041"), found("L-2041", "L-2042")
+    assert one.posterior.own_names == ("laser linear scale of L-2041",)
+    assert one.band("EXX")[2][-1] == pytest.approx(0.6e-3, rel=0.03)
+    assert two.band("EXX")[2][-1] == pytest.approx(0.6e-3 / np.sqrt(2), rel=0.03)
+    assert found("", "").band("EXX")[2][-1] == pytest.approx(0.6e-3 / np.sqrt(2), rel=0.03)
+    other = InstrumentCertificate.of(find("laser linear"), {"scale": "1 um/m"}, serial="L-2041")
+    first = InstrumentCertificate.of(find("laser linear"), {"scale": "2 um/m"}, serial="L-2041")
+    with pytest.raises(UsageError, match='serial = "L-2041", but state different u'):
+        calibrate(lines, bare(), {lines[0].name: first, lines[1].name: other}, only=("EXX",))
+
+
+def test_the_scale_of_a_six_d_laser_is_in_no_angle():
+    roll = line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, TIP, "A", 0.3e-6)
+    certificate = InstrumentCertificate.of(find("6-D laser"), {"scale": "0.5 um/m"})
+    assert certificate.columns(roll, bare().prepare(roll.run)) == []
+
+
 def test_outliers_carry_little_weight():
     rng = np.random.default_rng(7)
     machine, design, _ = found_by("tracer", 11)

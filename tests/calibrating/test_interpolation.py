@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.calibrating.drawn import STRUCTURE, bare, draw, laser_and_plates, recorded
+from tests.calibrating.drawn import STRUCTURE, bare, draw, laser_and_plates, recorded, tracers
 from vcmm.calibrating.held_out import compare_interpolations, held_rows, predicted
-from vcmm.calibrating.interpolation import INTERPOLATIONS, as_kind, interpolation_of, read_positions
+from vcmm.calibrating.interpolation import INTERPOLATIONS, as_kind, interpolation_of, read_positions, swings
 from vcmm.calibrating.job import calibrate
 from vcmm.calibrating.model import Curve, ErrorModel
 from vcmm.calibrating.prior import KERNELS, unit_factor
@@ -93,6 +93,26 @@ def test_held_rows_are_inside_and_other_recordings_stay_whole(line):
     rng = np.random.default_rng(0)
     plate = recorded(line[0], laser_and_plates(bare())[18:19], rng)[0]
     assert not held_rows(plate).any()
+    lengths = recorded(line[0], tracers(bare(), step=3)[:1], rng)[0]
+    again = replace(lengths.take(np.tile(np.arange(27), 2)), name="twice")
+    held = held_rows(again)
+    assert held.sum() == 18  # nine of 27 places, each with all of its readings
+    assert held[:27].tolist() == held[27:].tolist()
+    for axis in "XYZ":  # and no plane of the grid is lost
+        assert len(np.unique(again.run.q(axis)[again.row][~held])) == 3
+
+
+def test_a_polynomial_that_swings_is_named_with_its_place():
+    # u = 0.3 and 0.4 urad: 0.5 urad together; 2 urad apart at 300 mm are 4 of these, 1.4 urad are 2.8
+    curve = Curve("EAX", np.linspace(0.0, 600.0, 3), kind="polynomial")
+    model = ErrorModel((curve,), ())
+
+    def post(middle, u):
+        return SimpleNamespace(model=model, theta=np.array([0, middle, 0.0]), covariance=u**2 * np.eye(3))
+
+    (said,) = swings(post(2e-6, 0.3e-6), post(0.0, 0.4e-6))
+    assert "EAX: polynomial and spline differ by 2 urad at X = 300 mm, 4 times" in said
+    assert swings(post(1.4e-6, 0.3e-6), post(0.0, 0.4e-6)) == []
 
 
 def test_the_prediction_is_that_of_the_joint_normal_law(line):

@@ -124,6 +124,42 @@ def test_what_is_simulated_is_found_again(plan, capsys):
     assert figures["H XY"] == pytest.approx(3.0, abs=0.8)
 
 
+def test_nothing_is_left_of_a_plan_that_fails_on_the_way(tmp_path, capsys):
+    """Two names that make one file are found after six recordings were written."""
+    (tmp_path / "truth.toml").write_text(TRUTH)
+    (tmp_path / "plan.toml").write_text(PLAN.replace('name = "circle"', 'name = "six X EXX"'))
+    before = sorted(p.name for p in tmp_path.iterdir())
+    words = ["--simulate", str(tmp_path / "plan.toml"), "--machine", str(tmp_path / "truth.toml")]
+    assert run(["calibrate", *words, "--out", str(tmp_path / "deep" / "read")]) == 2
+    assert "two set-ups would be written as six_X_EXX.toml" in capsys.readouterr().err
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_one_instrument_has_one_error_in_all_of_its_set_ups(tmp_path):
+    """A laser wrong by some of 1 mm/m, without errors of the machine: both lines of one serial show the same, another laser does not."""
+    (tmp_path / "truth.toml").write_text(TRUTH.split("[[effects]]")[0])
+    one = f"""[[setups]]
+instrument = "laser linear"
+axis = "X"
+{AT}n = 3
+u = "0.001 um"
+own = {{ scale = "1 mm/m" }}
+minutes = 1
+"""
+    named = [("a", "L-1"), ("b", "L-1"), ("c", "L-2"), ("d", "")]
+    (tmp_path / "plan.toml").write_text(
+        'vcmm = "design/1"\nmachine = "truth.toml"\n'
+        + "".join(f'{one}name = "{n}"\nserial = "{s}"\n' for n, s in named)
+    )
+    simulate(tmp_path, "read")
+    rows = [(tmp_path / "read" / f"{n}.csv").read_text().splitlines() for n, _ in named]
+    at = [r[0].split(",").index("d_um") for r in rows]
+    slope = [float(r[3].split(",")[k]) - float(r[1].split(",")[k]) for r, k in zip(rows, at)]
+    assert slope[0] == pytest.approx(slope[1], abs=0.01)
+    assert min(abs(slope[2] - slope[0]), abs(slope[3] - slope[0])) > 1
+    assert 'serial = "L-1"' in (tmp_path / "read" / "a.toml").read_text()
+
+
 def test_the_seed_decides(plan):
     first, again, other = (simulate(plan, n, s) for n, s in (("a", 1), ("b", 1), ("c", 2)))
     same, new = (Path(f[0]).with_suffix(".csv").read_text() for f in (again, other))

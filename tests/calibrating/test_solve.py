@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from tests.calibrating.drawn import bare, draw, recorded
 from vcmm.calibrating.evidence import _factor
 from vcmm.calibrating.model import error_model
 from vcmm.calibrating.readings import readings
-from vcmm.calibrating.solve import nuisance_basis, solve
+from vcmm.calibrating.solve import DOFS, _likelihood, _t_scale, nuisance_basis, solve
 from vcmm.instruments.laser import line
 
 
@@ -35,3 +36,11 @@ def test_evidence_is_the_density_of_the_readings():
     z = rest.T @ y
     expected = -0.5 * (np.linalg.slogdet(c)[1] + z @ np.linalg.solve(c, z)) - np.log(scale).sum()
     assert got.log_evidence == pytest.approx(expected, abs=1e-6)
+
+
+def test_likelihoods_of_residuals_are_those_of_the_laws():
+    # (1, -1) by the normal law of scale 1: -1/2 - 1/2 - 2 ln sqrt(2 pi) = -2.837877
+    assert _likelihood(np.array([1.0, -1.0]), np.inf) == pytest.approx(-2.837877, abs=1e-6)
+    e = np.random.default_rng(0).standard_normal(50)
+    for dof in DOFS:
+        assert _likelihood(e, dof) == pytest.approx(t.logpdf(e, dof, scale=_t_scale(e, dof)).sum(), abs=1e-9)

@@ -194,6 +194,12 @@ def test_polar_words_are_refused_where_they_begin(tmp_path):
     assert run(tmp_path, text.format("(G16)"), scale(100.0)).met
 
 
+def test_polar_words_in_a_file_that_is_called(tmp_path):
+    (tmp_path / "O2.nc").write_text("O2\nG16 G1 X30. Y45. F200\nG15\nM99\n")
+    text = "O1\nG21 G90 G17 G54\nT1 M6\nG0 X0 Y0 Z20.\nM98 P2\nM30\n"
+    assert "O2.nc:2:1: G16 makes X and Y" in refused(tmp_path, text, scale(100.0))
+
+
 @pytest.mark.parametrize(
     ("dialect", "block", "word"),
     [("sinumerik", "G1 AP=30 RP=50 F200", "AP"), ("linuxcnc", "G1 @50 ^45 F200", "@")],

@@ -136,7 +136,12 @@ def test_terms_are_taken_off_as_they_were_fitted():
     """Hand-made: columns (1, 2, 3) times 2 leave (3, 4, 5) - (2, 4, 6) = (1, 0, -1); without nuisance rms sqrt(2/3)."""
     from types import SimpleNamespace
 
-    problem = SimpleNamespace(residual=np.array([3.0, 4.0, 5.0]), nuisance=np.zeros((3, 0)), u=np.ones(3))
+    problem = SimpleNamespace(
+        residual=np.array([3.0, 4.0, 5.0]),
+        nuisance=np.zeros((3, 0)),
+        u=np.ones(3),
+        drawn_here=np.zeros((3, 0)),
+    )
     option = SimpleNamespace(columns=np.array([[1.0], [2.0], [3.0]]))
     selection = SimpleNamespace(
         terms=(SimpleNamespace(option=option),), fit=SimpleNamespace(mean=np.array([2.0]))

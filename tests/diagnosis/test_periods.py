@@ -45,6 +45,17 @@ def test_lattice_is_found_and_its_parts():
     assert lattice_frequency(ANYWHERE, 50.0) == np.inf
 
 
+def test_where_an_axis_stands_while_others_move_it_is_in_step_with_anything_and_says_nothing():
+    """A laser runs along Y at uneven places, then along X and Z with Y at 60 and -120 mm: 400 rows in step with 20 mm."""
+    places = np.arange(-240.0, 241.0, 20.0) + np.random.default_rng(3).uniform(-4.0, 4.0, 25)
+    stands = np.repeat([60.0, -120.0], 200)
+    assert np.abs(np.exp(2j * np.pi * np.concatenate([np.repeat(places, 8), stands]) / 20.0).mean()) > 0.85
+    assert lattice_frequency(np.concatenate([np.repeat(places, 8), stands]), 1.0) == np.inf
+    assert supported(np.concatenate([places, stands]), 20.0)
+    lattice = np.arange(-240.0, 241.0, 20.0)
+    assert 1 / lattice_frequency(np.concatenate([lattice, stands]), 1.0) == pytest.approx(20.0, rel=2e-3)
+
+
 def test_no_period_shorter_than_two_steps_nor_longer_than_the_range_carries():
     assert supported(EVERY_4, 8.0)
     assert not supported(EVERY_4, 7.9)

@@ -67,6 +67,7 @@ STATED: tuple[Effect, ...] = (
     *_made("ScaleExpansion", "Y", 8e-6, 7e-6),
     *_made("PartExpansion", 11.5e-6, 10e-6),
     *_made("ThermalDrift", "z", "air", 0.4e-3, 300.0),
+    *_made("ComponentWarming", "EAZ", "air", 1e-2 * _numbers(2), 300.0),
     *_made("ScrewPitch", "X", 0.5e-3, -0.2e-3, 10.0),
     *_made("ProbeLobing", "", 0.4e-3, 0.1e-3),
     *_made("TipRadius", "", 0.3e-3),
@@ -172,7 +173,9 @@ def some_run(n: int = 12) -> Run:
     position = {"X": tip[:, 0], "Y": tip[:, 1], "Z": tip[:, 2], "C": rng.uniform(-1.0, 1.0, n)}
     labels = {"stylus": np.array(["down"] * n), "event": np.array(["A"] * n)}
     log = Series(np.array([0.0, 200.0, 600.0]), np.array([20.0, 21.0, 20.5]))
-    return Run(position, np.tile([0.0, 0.0, -120.0], (n, 1)), columns, labels, {"air": log})
+    load = Series(log.time, np.array([300.0, 900.0, 100.0]))
+    series = {"air": log, "spindle_load_W": load}
+    return Run(position, np.tile([0.0, 0.0, -120.0], (n, 1)), columns, labels, series)
 
 
 def scaled(effect: Effect, factor: float) -> Effect:

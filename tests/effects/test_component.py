@@ -8,8 +8,8 @@ import pytest
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.core.run import Run
-from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
+from vcmm.core.run import Run, Series
+from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable, ComponentWarming
 
 
 def _run(**q: list[float]) -> Run:
@@ -86,3 +86,18 @@ def test_a_table_axis_moves_the_workpiece_the_other_way():
 def test_names_are_checked():
     with pytest.raises(UsageError, match="is not a component error"):
         ComponentPolynomial("XEX")
+
+
+def test_a_component_that_goes_with_a_temperature():
+    """EAZ of 2 urad/K + 1 urad/(K m): spindle at 25 degC, Z at -500 mm: (2 - 0.5) 5 = 7.5 urad; behind a lag of its own time 1 - 1/e of it."""
+    one = ComponentWarming("EAZ", sensor="spindle", coefficients=np.array([2e-6, 1e-6]))
+    place = {"Z": np.array([-500.0])}
+    run = Run(place, np.zeros((1, 3)), {"temp_spindle_C": np.array([25.0])})
+    assert one.error_motion(run)[0].tolist() == pytest.approx([0, 0, 0, 7.5e-6, 0, 0])
+    late = ComponentWarming("EAZ", sensor="spindle", coefficients=np.array([2e-6, 1e-6]), tau=60.0)
+    step = Series(np.array([-1e-6, 0.0, 100.0]), np.array([20.0, 25.0, 25.0]))
+    after = Run(place, np.zeros((1, 3)), {"time_s": np.array([60.0])}, {}, {"spindle": step})
+    assert late.error_motion(after)[0, 3] == pytest.approx(7.5e-6 * (1 - np.exp(-1.0)), rel=1e-6)
+    assert late.required() == ("temp_spindle_C",)
+    with pytest.raises(UsageError, match="negative"):
+        ComponentWarming("EAZ", tau=-1.0)

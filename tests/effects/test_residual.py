@@ -50,6 +50,35 @@ def test_linear_between_staggered_columns_by_hand():
     assert np.all(motion[:, 1:] == 0.0)
 
 
+def test_nodes_as_control_points_by_hand():
+    # Four levels: a Bezier curve, its height linear in the parameter. At u = 1/2 the shares are 1/8 3/8 3/8 1/8, at u = 1/3 8/27 12/27 6/27 1/27
+    # (cubes of 2/3 and 1/3). y errors 8, 0, 0, 0 um: 8/8 = 1 um at z = 150, 8 * 8/27 = 2.37037 um at z = 100, all 8 um at the node itself.
+    # x errors 0, 8, 0, 0: 3 um at z = 150.
+    values = np.zeros(STAGGERED.shape)
+    values[::4, 1] = values[1::4, 0] = 8e-3
+    field = ResidualField(STAGGERED, "columns-linear", values, curve="control")
+    motion = field.error_motion(_run((60.0, 30.0, 150.0), (60.0, 30.0, 100.0), (60.0, 30.0, 0.0)))
+    assert motion[:, 1] == pytest.approx([1e-3, 8e-3 * 8 / 27, 8e-3], abs=1e-14)
+    assert motion[0, 0] == pytest.approx(3e-3, abs=1e-14)
+
+
+def test_control_points_at_uneven_heights_keep_the_height_itself():
+    # the height is one of the coordinates of the curve: errors proportional to it are reproduced exactly
+    uneven = STAGGERED.copy()
+    uneven[:, 2] = np.tile([0.0, 40.0, 200.0, 300.0], 3)
+    values = np.zeros(uneven.shape)
+    values[:, 0] = 1e-5 * uneven[:, 2]
+    motion = ResidualField(uneven, "columns-linear", values, curve="control").error_motion(
+        _run((60.0, 30.0, 77.0))
+    )
+    assert motion[0, 0] == pytest.approx(77e-5, abs=1e-12)
+
+
+def test_an_unknown_curve_is_refused():
+    with pytest.raises(UsageError, match='curve = "bezier"; allowed: through, control'):
+        ResidualField(STAGGERED, "columns-linear", np.zeros(STAGGERED.shape), curve="bezier")
+
+
 def test_curve_along_z_is_the_cubic_through_four_nodes():
     # y errors z^3 in units of 1e-9 mm: 0, 1e6, 8e6, 27e6; at z = 150 the cubic gives 150^3 = 3.375e6, at 250 15.625e6
     values = np.zeros(STAGGERED.shape)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.evaluation.belts import coverage, inverse_of
-from vcmm.evaluation.form_family import FAMILIES, left_over, motions
+from vcmm.evaluation.form_family import FAMILIES, Ground, left_over, motions
 from vcmm.evaluation.pairs import Pairs
 from vcmm.part.part import Characteristic, Feature, normal, surface_point
 
@@ -22,7 +22,7 @@ def around(n: int) -> np.ndarray:
 @pytest.mark.parametrize("family", FAMILIES)
 def test_forms_have_no_size_and_no_place(family: str) -> None:
     dense = around(90)
-    few, many = FAMILIES[family](np.random.default_rng(1), RING, [around(9), dense], 50)
+    few, many = FAMILIES[family](np.random.default_rng(1), Ground(RING, (around(9), dense)), 50)
     assert np.sqrt((many**2).mean(axis=1)) == pytest.approx(np.ones(50))
     moved = motions(RING, dense, normal(RING, dense))
     assert np.abs(many @ moved[:, [0, 1, 6]]).max() < 1e-8 * 90

@@ -86,3 +86,13 @@ def test_values_that_cannot_be_read(tmp_path: Path, text: str, message: str) -> 
     with pytest.raises(DataError) as caught:
         read_measured_values(written(tmp_path, text))
     assert message in str(caught.value)
+
+
+def test_points_of_vcmm_measure_are_read(tmp_path):
+    text = (
+        "feature,measured_x_mm,measured_y_mm,measured_z_mm,nominal_x_mm,nominal_y_mm,nominal_z_mm,nx,ny,nz,error_um\n"
+        "top,1,2,3.001,1,2,3,0,0,1,1\n"
+    )
+    (one,) = read_measured_points(written(tmp_path, text))
+    assert one.points.tolist() == [[1.0, 2.0, 3.001]]
+    assert (one.features, one.normals.tolist()) == (("top",), [[0.0, 0.0, 1.0]])

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.exchange.samples import DCC, DMIS, QIF
 from tests.machining import shop
 from tests.plate import PLATE
+from vcmm.library import path as shipped
 
 AXES = """[axes.X]
 travel = ["-10 mm", "600 mm"]
@@ -237,9 +241,12 @@ class Case:
     files: dict[str, str]
     command: tuple[str, ...]
     mutated: tuple[str, ...]
-    survey: bool = False  # a program: what is unusual in it may be read with a remark
+    survey: bool = (
+        False  # a program or a file of another system: what is unusual in it may be read with a remark
+    )
 
     def lay_out(self, folder: Path) -> None:
+        shutil.rmtree(folder / "made", ignore_errors=True)
         for name, text in self.files.items():
             (folder / name).write_text(text, encoding="utf-8")
 
@@ -247,6 +254,21 @@ class Case:
 def _recording(name: str, head: str, data: str, text: str, **more: str) -> Case:
     files = {"recording.toml": head, "machine.toml": BARE, data: text, **more}
     return Case(name, files, ("check", "recording.toml"), ("recording.toml", data, *more))
+
+
+def _ring() -> str:
+    """A task that is quickly evaluated."""
+    return shipped("ring_gauge").read_text().replace("trials = 100000", "trials = 2000")
+
+
+def _ring_points() -> str:
+    turns = [2 * math.pi * k / 16 for k in range(16)]
+    rows = [f"bore,{25.0004 * math.cos(a):.5f},{25.0004 * math.sin(a):.5f},0" for a in turns]
+    return "\n".join(["feature,x_mm,y_mm,z_mm", *rows]) + "\n"
+
+
+def _other_system(name: str, file: str, text: str) -> Case:
+    return Case(name, {file: text}, ("convert", file, "--out", "made"), (file,), survey=True)
 
 
 def _scenario_with_points() -> str:
@@ -291,4 +313,9 @@ CASES = (
         ("field", "machine.toml", "--at", "at.csv"),
         ("at.csv",),
     ),
+    Case("measured points", {"ring.toml": _ring(), "p.csv": _ring_points()}, ("evaluate", "ring.toml", "--points", "p.csv"), ("p.csv",)),
+    Case("measured values", {"ring.toml": _ring(), "v.csv": "characteristic,value_mm\ndiameter,50.0008\n"}, ("evaluate", "ring.toml", "--values", "v.csv"), ("v.csv",)),
+    _other_system("qif", "part.qif", QIF),
+    _other_system("dmis", "part.dmi", DMIS),
+    _other_system("dcc", "ring.xml", DCC),
 )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.hostile.corpus import BARE, ERRORS, MACHINE, SETUP, Case
+from tests.hostile.corpus import BARE, CASES, ERRORS, MACHINE, SETUP, Case
 from tests.hostile.judge import LONGEST, SLOWEST, ask, inside
 from tests.plate import PLATE, line_of
 
@@ -144,3 +144,24 @@ def test_too_little_memory_is_no_bug(tmp_path, monkeypatch):
         answer.err
         == "vcmm: this job needs more memory than there is (Unable to allocate 74.5 GiB); reduce its points or rows\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "words"),
+    [
+        ("dcc", "UTF-8", "UTF-1e6", "ring.xml:1: unknown encoding: UTF-1e6; export the file in UTF-8"),
+        (
+            "dmis",
+            ",8\n",
+            ",-8\n",
+            'diameter = "-8 mm" must be positive',
+        ),  # its position at MMC has no feature then
+    ],
+)
+def test_files_of_other_systems(name, old, new, words, tmp_path):
+    case = next(c for c in CASES if c.name == name)
+    (file,) = case.mutated
+    assert old in case.files[file]
+    answer = answer_to(tmp_path, {file: case.files[file].replace(old, new, 1)}, *case.command)
+    assert answer.code in (0, 2)
+    assert words in answer.err

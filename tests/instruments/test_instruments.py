@@ -9,9 +9,12 @@ import pytest
 
 from tests.calibrating.drawn import bare
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
 from vcmm.effects.component import ComponentPolynomial
 from vcmm.effects.squareness import Squareness
+from vcmm.files.setups import SetupTable, planned
 from vcmm.instruments import ALL, find
 from vcmm.instruments.ball_bar import circle
 from vcmm.instruments.instrument import InstrumentCertificate
@@ -91,3 +94,20 @@ def test_a_station_is_found_from_lengths():
     split = at_station(one, bare(), np.arange(54.0).reshape(18, 3))
     with pytest.raises(ModelLimit, match="stands at different places"):
         settled(split, bare())
+
+
+def test_a_reflector_on_the_table_stands_still_in_the_workpiece():
+    """X' carries the table; pitch of 20 urad at 100 mm; the reflector lies 50 mm beside where the table's errors are stated."""
+    axes = {a: Axis(a, (0.0, 100.0), measured_at=(10.0, 0.0, 0.0) if a == "X" else None) for a in "XYZ"}
+    bare = Machine("mill", "machine-tool", parse_structure("w X' Y' b Z t"), axes)
+    tilted = bare.with_effect(ComponentPolynomial("EBX", np.array([0.0, 20e-5])))  # 0.2 urad per mm
+    table = SetupTable(
+        name="EZX", instrument="laser straightness", minutes=1, u="1 um", axis="X", component="Z",
+        at={"Y": "50 mm", "Z": "50 mm"}, reflector="60 0 0 mm", n=3,
+    )  # fmt: skip
+    ((one,), _) = planned(table, bare)
+    assert bare.prepare(one.run).tip == pytest.approx(np.tile([60.0, 0.0, 0.0], (6, 1)))
+    # the table rises at the reflector by (0 b 0) x (50 0 0) = (0, 0, -50 b); the tool seems to stand as much higher: indicated - true
+    assert Observer(one, tilted).baseline()[:3] == pytest.approx([0.0, -50 * 10e-6, -50 * 20e-6], abs=1e-12)
+    with pytest.raises(UsageError, match="keep one"):
+        planned(table.model_copy(update={"offset": (0.0, 0.0, -100.0)}), bare)

@@ -72,6 +72,12 @@ def test_the_document_and_the_recording(tmp_path, capsys):
     assert {"force_x_N", "sense_X", "time_s", "feed_mm_min", "cut_length_mm"} - set(
         recording.run.columns
     ) == {"force_x_N"}
+    # what is uncertain goes along, and nothing of it is free
+    assert recording.nuisance == {"rigid": "run"}
+    assert {"tool_radius[1].dr", "work_offset[x].shift", "scatter.value", "scale_factor[X].k"} <= {
+        n for n, _ in recording.known
+    }
+    # what the machine file predicts of the rows, taken off, leaves measured less predicted: the zero was set on this machine
     # the machine file knows nothing of backlash: 3 um on either side of a reversal is left beside its own errors
     rest = recording.value - baseline(recording, machine)
     walls = np.abs(recording.direction[:, 0]) > 0.9
@@ -114,3 +120,20 @@ def test_several_parts_are_compared_one_by_one(tmp_path, capsys):
     file.write_text("\n".join([f"part,{lines[0]}", f"a,{lines[1]}", *(f"b,{x}" for x in lines[2:])]))
     assert command(["cut", str(measured_shop.write(tmp_path)), "--measured", str(file), "--json"]) == 2
     assert "compare them one by one" in capsys.readouterr().err
+
+
+def test_measure_of_a_cut_scenario_cuts_first(tmp_path, capsys):
+    """One draw of everything, cut and inspected; what is written is read again, and no part is accused of its own uncertainty."""
+    file = measured_shop.write(tmp_path)
+    still = vcmm.measure(vcmm.load_cut(file))
+    width = next(v for v in still.values if v.name == "width")
+    assert width.value == pytest.approx(
+        vcmm.cut(vcmm.load_cut(file), trials=1000).characteristics[0].value, abs=2e-3
+    )
+    assert command(["measure", str(file), "--seed", "5", "--out", str(tmp_path / "m")]) == 0
+    given = read_measured_points(tmp_path / "m" / "points.csv")[0]
+    drawn = vcmm.measure(vcmm.load_cut(file), 5)
+    assert given.points == pytest.approx(drawn.points, abs=1e-8)
+    assert np.abs(drawn.points - still.points).max() > 1e-4
+    found = measured_cut(vcmm.load_cut(file), given, u_point=1e-3)
+    assert found.mismatch == ()

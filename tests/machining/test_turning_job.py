@@ -115,9 +115,9 @@ def test_what_bad_input_is_told(tmp_path):
     assert "no cutting forces are known" in told(plain(tmp_path, setup=lathe.SETUP + wrong))
 
 
-def test_threads_are_timed_and_left_out(tmp_path):
+def test_threads_are_left_out_of_the_surface(tmp_path):
     ready = lathe.shop(plain(tmp_path, program=PLAIN + "G0 X44. Z2.\nX38.8\nG32 Z-20. F1.5\nG0 X44.\n"))
-    assert any("threads are timed" in text for text in remarks(ready))
+    assert any("threads are not cut into the surface" in text for text in remarks(ready))
     found, _ = lathe.nominal(ready, "seat")
     assert np.abs(found).max() < 2 * UM
 

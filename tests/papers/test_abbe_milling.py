@@ -175,7 +175,7 @@ def result(scenario):
 def test_documentation_of_the_slots(result):
     """The slots belong to the scenario's machine, so they do not depend on the number of draws."""
     written = (DOCS / "abbe_milling.md").read_text(encoding="utf-8")
-    _, slots, _ = page.tables(result)
+    _, _, slots, _ = page.tables(result)
     assert text(slots) in written
     assert "smaller prediction" in written
 
@@ -192,3 +192,5 @@ def test_demo_of_abbe_milling_prints_the_paper_beside_ours(result, tmp_path, cap
     figures = json.loads((tmp_path / "demo.json").read_text())
     assert figures["paper_reduction"] == 0.247
     assert len(figures["reductions"]) == 12
+    assert len(figures["validation"]) == 3 * 2 * 3  # draws, alignments, slots
+    assert "Predicted against milled and measured" in page

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vcmm.calibrating.solve import Before, Whitened, columns_of, conditioned_fac
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.recording import Recording
 
 TURNED = {  # a recording times this would agree with the others: what usually was done
@@ -43,6 +44,20 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
     for recording in recordings:
         _check_size(recording)
         _check_labels(recording)
+
+
+def check_instruments(certificates: Mapping[str, InstrumentCertificate]) -> None:
+    """Raises UsageError where one instrument, by its serial, has two certificates. certificates: recording name -> its instrument."""
+    seen: dict[tuple[str, str], tuple[str, InstrumentCertificate]] = {}
+    for name, one in certificates.items():
+        if not one.serial:
+            continue
+        before, first = seen.setdefault((one.instrument.name, one.serial), (name, one))
+        if dict(first.u) != dict(one.u):
+            raise UsageError(
+                f'{before} and {name} were read with one "{one.instrument.name}", serial = "{one.serial}", but state different u of its own '
+                "errors; state the same in both, or give two instruments two serials"
+            )
 
 
 def _check_size(recording: Recording) -> None:
@@ -129,7 +144,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     Each recording is predicted from the others (nothing known before, stated noise). Only what several recordings see can be told, and
     only a prediction that the stated noise does not explain (chi-squared) is a contradiction.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     columns, _ = columns_of(parts, Before.nothing(model))
     white = [project(p, c, 1 / p.u**2) for p, c in zip(parts, columns)]
@@ -145,7 +160,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
         for times in (1.0, *factors):
             told, misfits[times] = log_likelihood(one, mean, known, times)
             gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
-        if chi2.sf(misfits[1.0], part.m - one.rank) > CONTRADICTED:
+        if chdtrc(part.m - one.rank, misfits[1.0]) > CONTRADICTED:
             continue
         times = max(factors, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:

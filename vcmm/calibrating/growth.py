@@ -34,7 +34,7 @@ def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Arr
         size = growth / METRE if curve.turns else growth
         parts = [curve.free @ unit_factor(curve, SPAN * curve.travel)]
         if not curve.turns and not curve.straightness and not curve.reversal and not curve.rotary:
-            away = curve.nodes - curve.nodes.mean()
+            away = curve.projector @ curve.nodes
             parts = [parts[0] / np.sqrt(2), away[:, None] / np.sqrt(2 * (away**2).mean())]
         blocks.append((model.slices[curve.component], size * np.concatenate(parts, axis=1)))
     for pair in (p for p in model.pairs if p in names):
@@ -50,7 +50,7 @@ def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Arr
 
 def grown(growth: float, parts: Sequence[Readings], model: ErrorModel, known: Known) -> list[str]:
     """What was assumed, and which readings are further from the machine file than its uncertainty and the growth allow."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     out = [
         f"every error of the machine file may have changed by u = {growth * 1e3:.3g} um ({growth / METRE * 1e6:.3g} urad) since; errors that no "
@@ -63,7 +63,7 @@ def grown(growth: float, parts: Sequence[Readings], model: ErrorModel, known: Kn
         whole = with_others(factor, white.x.shape[1])
         _, misfit = log_likelihood(white, np.zeros(len(whole)), whole, 1.0)
         left = part.m - white.rank
-        if part.stated and left > 0 and chi2.sf(misfit, left) < CHANCE:
+        if part.stated and left > 0 and chdtrc(left, misfit) < CHANCE:
             out.append(
                 f"{part.recording.name}: the readings lie {np.sqrt(misfit / left):.2g} times further from what the machine file says than its "
                 "uncertainty, the stated growth and the noise allow: state more growth, or look for what happened"

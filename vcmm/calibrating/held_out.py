@@ -1,4 +1,5 @@
-"""Interpolations compared on readings that were held out: every third position of each line, never its ends.
+"""Interpolations compared on readings that were held out: every third position of each line, never its ends, and of lengths (tracker,
+step gauge) a third of the places, drawn.
 
     prediction    G theta + N nu, nu (zero, slope) by weighted least squares on the readings of the same line that were kept
     variance      A C A' + N (N' W N)^-1 N' + noise^2,   A = G_held - N_held N_kept^+ G_kept,   C the covariance of theta
@@ -49,9 +50,16 @@ class PredictedPositions:
 
 
 def held_rows(recording: Recording) -> Mask:
-    """(m,) which readings are held out: those at every third position of a line. None of other recordings."""
+    """(m,) which readings are held out: those at every third position of a line, of lengths those at a third of the places. None of
+    other recordings.
+    """
     none = np.zeros(recording.m, dtype=bool)
     axes = moving(recording)
+    if recording.kind == "length":
+        where = np.stack([recording.run.q(a)[recording.row] for a in axes], axis=1)
+        places, number = np.unique(np.round(where / SAME), axis=0, return_inverse=True)
+        mixed = np.random.default_rng(0).permutation(len(places))  # in order, whole planes of a grid would go
+        return np.isin(number.ravel(), mixed[: len(places) // 3]) if len(places) >= LEAST else none
     if recording.kind not in ("displacement", "angle") or len(axes) != 1:
         return none
     q = np.round(recording.run.q(axes[0])[recording.row] / SAME)
@@ -71,12 +79,13 @@ def compare_interpolations(
 ) -> list[PredictedPositions]:
     """Every interpolation fitted without the readings held out, and how it predicts them.
 
-    Raises UsageError where no recording is a line of 6 positions or more, and what `calibrate` raises.
+    Raises UsageError where no recording is a line of 6 positions or more, or lengths to as many places, and what `calibrate` raises.
     """
     held = [held_rows(r) for r in recordings]
     if not any(h.any() for h in held):
         raise UsageError(
-            f"no recording is a line of {LEAST} positions or more along one axis; nothing can be held out to compare interpolations"
+            f"no recording is a line of {LEAST} positions or more along one axis, or lengths to as many places; nothing can be held out to "
+            "compare interpolations"
         )
     kept = [r.take(~h) for r, h in zip(recordings, held)]
     out = []

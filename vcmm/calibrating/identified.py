@@ -147,7 +147,7 @@ def _curve_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
     if curve.reversal:
         return ["level", *SHAPES[:2]], [np.ones(len(x)), powers[:, 0], powers[:, 1]]
     first = 1 if curve.straightness else 0
-    return list(SHAPES[first:]), [powers[:, i] for i in range(first, 3)]
+    return list(SHAPES[first:]), [curve.projector @ powers[:, i] for i in range(first, 3)]
 
 
 def _turning_shapes(curve: Curve) -> tuple[list[str], list[Array]]:

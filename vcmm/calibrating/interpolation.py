@@ -39,6 +39,7 @@ SHORT = {
 }  # fmt: skip
 LINEAR_AXES = ("X", "Y", "Z")
 SAME = 1e-3  # mm: positions nearer than this are one
+APART = 3.0  # u of both together, of curves from the same readings; of 216 that did not swing none was further apart
 MEMBERS = 24  # nets of an ensemble
 MOST = 33  # nodes of a table
 
@@ -79,6 +80,25 @@ def read_positions(recordings: Sequence[Recording], curve: Curve) -> Array:
 def moving(recording: Recording) -> list[str]:
     """Axes that move in a recording."""
     return [a for a, q in recording.run.position.items() if float(np.ptp(q[recording.row])) > SAME]
+
+
+def swings(post: ErrorPosterior, beside: ErrorPosterior) -> list[str]:
+    """Curves that run far from what another interpolation makes of the same readings, in words. Same nodes; both have seen the same
+    noise, so that the u of their difference is smaller than the two together.
+    """
+    out = []
+    for curve in post.model.curves:
+        here = post.model.slices[curve.component]
+        away = np.abs(post.theta[here] - beside.theta[here])
+        u = np.sqrt(np.diag(post.covariance)[here] + np.diag(beside.covariance)[here])
+        k = int((away / u).argmax())
+        if away[k] > APART * u[k]:
+            size = f"{away[k] * 1e6:.2g} urad" if curve.turns else f"{away[k] * 1e3:.2g} um"
+            out.append(
+                f"{curve.component}: {curve.kind} and spline differ by {size} at {curve.axis} = {curve.nodes[k]:.4g} mm, {away[k] / u[k]:.2g} "
+                "times what either allows: it swings between the positions that were read; take splines, or read more positions"
+            )
+    return out
 
 
 def netted(
@@ -137,6 +157,6 @@ def _missed(theta: Array, table: ErrorPosterior, model: ErrorModel) -> Array:
             continue
         here, there = model.slices[fine.component], table.model.slices[coarse.component]
         away = coarse.projector @ (np.interp(coarse.nodes, fine.nodes, theta[here]) - table.theta[there])
-        process = fine.projector @ smooth(fine, SPAN * fine.travel) @ fine.projector
+        process = fine.projector @ smooth(fine, SPAN * fine.travel) @ fine.projector.T
         out[here, here] = float((away**2).mean()) * process * len(process) / np.trace(process)
     return out

@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_on
+from vcmm.calibrating.between import expected_between, left_between
+from vcmm.calibrating.checks import check_agreement, check_instruments, check_recordings, remarks_on
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
-from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted
+from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted, swings
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
 from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
+from vcmm.calibrating.reversed_readings import read_jointly
 from vcmm.calibrating.rotary import average_line
 from vcmm.calibrating.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
 from vcmm.core.axes import is_rotary
@@ -29,8 +31,11 @@ from vcmm.response.recording import Recording
 FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
 LEAST = 9  # nodes of a recalibration
-SPLINE = "spline"
+SPLINE, POLYNOMIAL = "spline", "polynomial"
 BETTER = 1.0  # nats that more nodes must win
+BETWEEN = (
+    0.3  # of the u of a curve: what fewer nodes may leave of it between them; a 95 % band then holds 94 %
+)
 REST, STILL = (
     1e-6,
     1.0,
@@ -78,17 +83,20 @@ def calibrate(
     progress: Progress = lambda text, share: None,
     growth: float = 0.0,
     interpolation: str = SPLINE,
+    correlated: Mapping[str, Array] | None = None,
 ) -> Calibration:
     """The errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
     its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
     file has them. growth: u in mm by which every error of the machine file may have changed since it was found (rotations and
-    squareness: that over 1 m); zero leaves it to the readings. interpolation: one of vcmm.calibrating.interpolation. Raises UsageError where nothing is
+    squareness: that over 1 m); zero leaves it to the readings. interpolation: one of vcmm.calibrating.interpolation.
+    correlated: recording name -> covariance of its readings (m, m) mm^2, where their noise is not independent. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
     kind = interpolation_of(interpolation)
     check_recordings(recordings)
+    check_instruments(certificates or {})
     spans = spans_of(recordings)
     ranges = ranges_of(spans, machine)
     if not ranges:
@@ -102,9 +110,19 @@ def calibrate(
             "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
         )
     ranges = ranges | before
-    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
+    job = _Job(
+        recordings,
+        machine,
+        certificates or {},
+        ranges,
+        tuple(only),
+        correlated or {},
+        progress=progress,
+        growth=growth,
+    )
     progress("reading", 0.1)
     parts, post, known = job.best() if kind == SPLINE else job.other(kind)
+    swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
     found = beforehand(parts, post.model) if growth else identified(post.information)
@@ -114,6 +132,7 @@ def calibrate(
     remarks = (
         *remarks_on(recordings),
         *_remarks(parts, post, only, bool(known.names)),
+        *swinging,
         *(grown(growth, parts, post.model, known) if growth else _as_before(found, known)),
     )
     return Calibration(
@@ -172,16 +191,16 @@ class _Job:
     certificates: Mapping[str, InstrumentCertificate]
     ranges: Mapping[str, tuple[float, float]]
     only: tuple[str, ...]
+    correlated: Mapping[str, Array]
     progress: Progress
     growth: float
 
     def best(self) -> tuple[list[Readings], ErrorPosterior, Known]:
-        """Splines; more nodes where a curve is so rough that these pay."""
+        """Splines; more nodes where a curve is so rough that it runs otherwise between them."""
         parts, post, known = self.fitted(FINE if known_nodes(self.machine) <= FINE else FINEST)
-        if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
-            more, finer, better = self.fitted(FINEST)
-            if finer.log_evidence > post.log_evidence + BETTER:
-                return more, finer, better
+        fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
+        if fine and expected_between(post) > BETWEEN:
+            return self.fitted(FINEST)
         return parts, post, known
 
     def other(self, kind: str) -> tuple[list[Readings], ErrorPosterior, Known]:
@@ -214,7 +233,8 @@ class _Job:
 
     def read(self, model: ErrorModel) -> list[Readings]:
         """The recordings by a model."""
-        return [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        return read_jointly(parts, self.correlated)
 
     def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
@@ -236,10 +256,14 @@ class _Job:
         return parts, best, known
 
     def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
-        """Whether fewer nodes say as much: by the evidence, or, where a file is known, no fewer than it has (9 at least)."""
+        """Whether fewer nodes say as much: by what they leave out between them and by the evidence, or, where a file is known, no
+        fewer than it has (9 at least).
+        """
         if known.names:
             due = max(known_nodes(self.machine), LEAST)
             return all(len(c.nodes) >= due for c in coarse.curves)
+        if left_between(best, coarse) > BETWEEN:
+            return False
         fewer = smoothness(best.information.lifted(coarse, lift))
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
@@ -290,12 +314,6 @@ def _as_before(found: Identified, known: Known) -> list[str]:
     return [
         f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
     ]
-
-
-def _rough(post: ErrorPosterior) -> bool:
-    """Is a curve so rough that more nodes may be needed: its correlation length near the shortest that was tried?"""
-    spans = {c.component: c.travel for c in post.model.curves}
-    return any(length < 0.15 * spans[name] for name, length in post.smooth.lengths.items())
 
 
 def _refuse_if_nothing(found: Identified) -> None:

@@ -102,11 +102,11 @@ def between(found: Calibration) -> str:
 
 def _reversal(found: Calibration, curve: Curve) -> str:
     """A lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     part = found.kept.slices[curve.component]
     value, covariance = found.theta[part], found.covariance[part, part]
-    if chi2.sf(float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value), len(value)) > CHANCE:
+    if chdtrc(len(value), float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value)) > CHANCE:
         return f"# lost motion of {curve.axis}: none beyond chance\n"
     effect = curve_effect(curve, value)
     known = Input(effect.name, curve.axis, number_of(effect), MultivariateNormal(covariance), "machine", "")

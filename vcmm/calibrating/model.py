@@ -3,9 +3,9 @@
 Every curve is a natural cubic spline through equally spaced nodes. What no relative measurement can tell apart is fixed
 by convention (the gauge):
 
-    a rotation EAX ...        its mean over the nodes is zero
-    a positioning error EXX   its mean over the nodes is zero
-    a straightness EYX ...    its least-squares line over the nodes is zero: direction of travel is squareness
+    a rotation EAX ...        its mean over the travel is zero
+    a positioning error EXX   its mean over the travel is zero
+    a straightness EYX ...    its least-squares line over the travel is zero: direction of travel is squareness
     lost motion BX ...        as it is: half of it is added in one sense of motion and taken in the other
     squareness C0Y B0Z A0Z    as in ISO 230-1: X is the primary axis, Y the secondary
     a rotary axis EXC ...     the mean over a turn is zero; of EXC and EAC (EXB EAB, EYA EBA) the once-per-turn part too
@@ -94,18 +94,35 @@ class Curve:
         straight = self.reversal or self.kind == LINEAR
         return node_weights(self.nodes, q, "linear" if straight else "periodic" if self.periodic else "cubic")
 
-    @cached_property
-    def taken(self) -> Array:
-        """(k, 0 to 3): what the convention takes away, a constant, for a straightness the position from the middle, of a centred
-        curve once per turn.
+    def _convention(self, q: Array) -> Array:
+        """(n, 0 to 3) at q (n,): what the convention takes away, a constant, for a straightness the position from the middle, of a
+        centred curve once per turn.
         """
-        one = np.ones(len(self.nodes))
+        one = np.ones(len(q))
         if self.reversal:
             return np.zeros((len(one), 0))
         if self.rotary:
-            once = [np.cos(self.nodes), np.sin(self.nodes)] if self.centred else []
-            return np.stack([one, *once], axis=1)
-        return np.stack([one, self.nodes - self.nodes.mean()] if self.straightness else [one], axis=1)
+            return np.stack([one, *([np.cos(q), np.sin(q)] if self.centred else [])], axis=1)
+        return np.stack([one, q - self.nodes[[0, -1]].mean()] if self.straightness else [one], axis=1)
+
+    @cached_property
+    def taken(self) -> Array:
+        """(k, c): what the convention takes away, at the nodes; c is 0 to 3."""
+        return self._convention(self.nodes)
+
+    @cached_property
+    def share(self) -> Array:
+        """(c, k): how much of each column of `taken` is in a curve: least squares over the travel, of the curve as it runs between
+        the nodes. So the least-squares line of ISO 230-1 and squareness do not depend on where the nodes stand. Three points of
+        Gauss between two nodes integrate a cubic times a line exactly; over whole turns equal steps do.
+        """
+        if self.periodic:
+            return np.pad(np.linalg.pinv(self.taken[:-1]), ((0, 0), (0, 1)))
+        at, weight = np.polynomial.legendre.leggauss(3)
+        half = np.diff(self.nodes)[:, None] / 2
+        q = (self.nodes[:-1, None] + half * (1 + at)).ravel()
+        told = (self._convention(q) * (half * weight).ravel()[:, None]).T @ self.weights(q)
+        return np.asarray(np.linalg.solve(told @ self.taken, told))
 
     @cached_property
     def projector(self) -> Array:
@@ -115,17 +132,18 @@ class Curve:
     @cached_property
     def free(self) -> Array:
         """(k, g): orthonormal shapes that the convention leaves; of a whole turn the last node has the value of the first."""
-        taken = self.taken[:-1] if self.periodic else self.taken
-        shapes = np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :]
+        share = self.share[:, :-1] if self.periodic else self.share
+        shapes = np.linalg.qr(share.T, mode="complete")[0][:, len(share) :]
         return np.concatenate([shapes, shapes[:1]]) if self.periodic else np.asarray(shapes)
 
     @cached_property
     def coordinates(self) -> Array:
         """(g, k): values at the nodes to the amounts of the shapes of `free`."""
-        out = self.free.T.copy()
+        kept = np.eye(len(self.nodes)) - self.taken @ self.share
+        shapes = self.free.copy()
         if self.periodic:
-            out[:, -1] = 0.0
-        return out
+            shapes[-1] = 0.0
+        return np.asarray(shapes.T @ kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +279,7 @@ def gauge(model: ErrorModel, machine: Machine) -> Array:
         rows = [model.slices[p].start for p in model.pairs]
         for curve in (c for c in model.curves if not c.reversal and not c.rotary):
             share = _as_squareness(model, curve, machine)
-            out[rows, model.slices[curve.component]] += share @ np.linalg.pinv(curve.taken)
+            out[rows, model.slices[curve.component]] += share @ curve.share
     return out
 
 

@@ -89,7 +89,7 @@ def line_factor(curve: Curve) -> Array:
     """(k, 0 or 1): the line that a positioning error may have besides, of a scale error of 1 SLOPE."""
     if curve.turns or curve.straightness or curve.reversal or curve.rotary:
         return np.zeros((len(curve.nodes), 0))
-    return SLOPE * (curve.nodes - curve.nodes.mean())[:, None]
+    return SLOPE * (curve.projector @ curve.nodes)[:, None]
 
 
 def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:

@@ -2,7 +2,7 @@
 
     value = baseline of the machine as far as known + G theta + C c + N n + noise
 
-G errors (m, size), C own errors of the instrument in units of their u (m, c), N nuisance (m, p). What a recording must leave
+G errors (m, size), C own errors of the instrument in units of their u (m, c), by name, N nuisance (m, p). What a recording must leave
 free so that the conventions of `model` cost nothing (the zero of a counter, the line of a straightness, the placement of
 an artefact) is added where the file does not state it, and `assumed` says so.
 """
@@ -69,7 +69,7 @@ def readings(
     observer = Observer(recording, machine)
     nuisance, names = nuisance_columns(recording, machine)
     turns = _tool_turns(recording, machine, observer)
-    own = certificate.columns(recording, observer.run) if certificate else []
+    own = certificate.unknowns(recording, observer.run) if certificate else []
     u, stated, dof = _noise(recording, machine)
     return Readings(
         recording=recording,

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import lgamma
 
 import numpy as np
 import numpy.typing as npt
@@ -109,17 +110,20 @@ class Before:
 
 
 def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], tuple[str, ...]]:
-    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these."""
-    widths = [sum(c.shape[1] for _, c in p.own) for p in parts]
-    total, at, out = sum(widths), 0, []
-    for part, width in zip(parts, widths):
-        own = np.zeros((part.m, total))
-        if width:
-            own[:, at : at + width] = np.concatenate([c for _, c in part.own], axis=1)
-        at += width
+    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these.
+
+    Recordings that have an own error of the same name share it.
+    """
+    width = {name: c.shape[1] for p in parts for name, c in p.own}
+    start = dict(zip(width, np.cumsum([0, *width.values()])))
+    out = []
+    for part in parts:
+        own = np.zeros((part.m, sum(width.values())))
+        for name, columns in part.own:
+            own[:, start[name] : start[name] + width[name]] = columns
         out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
-    named = [(f"{p.recording.name}: {n}", c.shape[1]) for p in parts for n, c in p.own]
-    return out, tuple(f"{n} {k + 1}" if count > 1 else n for n, count in named for k in range(count))
+    names = (f"{n} {k + 1}" if count > 1 else n for n, count in width.items() for k in range(count))
+    return out, tuple(names)
 
 
 def project(part: Readings, columns: Array, weight: Array) -> Whitened:
@@ -230,25 +234,33 @@ def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
 
 def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
     """Are the residuals larger than stated, beyond chance? For normal noise by chi-squared with `left` dof."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     if scale < EXCESS:
         return False
-    return bool(chi2.sf(scale**2 * left, left) < CHANCE)
+    return bool(chdtrc(left, scale**2 * left) < CHANCE)
 
 
 def _dof(e: Array) -> float:
     """Degrees of freedom of the law of the residuals (m,): the normal law unless tails win more than PAYS nats."""
-    from scipy.stats import norm, t
-
     if len(e) < 20:
         return float(np.inf)
-    best, most = float(np.inf), float(norm.logpdf(e, scale=max(np.sqrt((e**2).mean()), 1e-12)).sum()) + PAYS
+    best, most = float(np.inf), _likelihood(e, np.inf) + PAYS
     for dof in DOFS:
-        value = float(t.logpdf(e, dof, scale=max(_t_scale(e, dof), 1e-12)).sum())
+        value = _likelihood(e, dof)
         if value > most:
             best, most = dof, value
     return best
+
+
+def _likelihood(e: Array, dof: float) -> float:
+    """ln likelihood in nats of residuals (m,) by Student's law of the most likely scale; dof = inf: the normal law."""
+    scale = max(_t_scale(e, dof), 1e-12)
+    square = (e / scale) ** 2
+    if np.isinf(dof):
+        return float(-0.5 * square.sum() - len(e) * np.log(scale * np.sqrt(2 * np.pi)))
+    top = lgamma((dof + 1) / 2) - lgamma(dof / 2) - np.log(scale * np.sqrt(dof * np.pi))
+    return float(len(e) * top - (dof + 1) / 2 * np.log1p(square / dof).sum())
 
 
 def _t_scale(e: Array, dof: float) -> float:

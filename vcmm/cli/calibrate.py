@@ -15,7 +15,7 @@ def calibrate_command(
     *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", growth: str | None = None,
     months: float = 1.0, design: Path | None = None,
     simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline", compare_interpolations: bool = False,
-    thermal: bool = False, sensors: str = "",
+    thermal: bool = False, sensors: str = "", nodes: bool = False,
     test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
     report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
 ) -> int:  # fmt: skip
@@ -43,6 +43,8 @@ def calibrate_command(
         Hold out every third position of each line and say how each interpolation predicts it; nothing is written.
     thermal
         Find what temperatures do instead: terms of the sensors in the recordings, added to the file of --machine.
+    nodes
+        Find the scatter of approaches at the nodes of a grid instead, from LaserTracer lengths by four stations or more: a residual field.
     sensors
         With --thermal: the only sensors to look at, such as "spindle air".
     test
@@ -67,7 +69,7 @@ def calibrate_command(
         return _planned(design, simulate, wanted, seed, json)
     given: dict[str, Any] = {
         "machine": machine, "errors": errors, "interpolation": interpolation, "thermal": thermal, "sensors": sensors,
-        "test": test, "residual": residual, "report": report, "growth": growth,
+        "test": test, "residual": residual, "report": report, "growth": growth, "nodes": nodes,
     }  # fmt: skip
     return _run(wanted, given, months, compare_interpolations, json)
 
@@ -91,15 +93,24 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
         return {name: given[name] for name in names}
 
     errors, sensors = (given[key].replace(",", " ").split() for key in ("errors", "sensors"))
-    if wanted.reversals():
+    turned = wanted.reversals()
+    if turned and len(turned) == len(wanted.files) and given["machine"] is None:
         from vcmm.cli.calibrate_reversal import reversal_command
 
         wanted.without(
-            "a reversal", **rest("test", "residual", "thermal", "sensors", "interpolation", "growth")
+            "a reversal", **rest("test", "residual", "thermal", "sensors", "interpolation", "growth", "nodes")
         )
-        others = [given[name] for name in ("machine", "errors", "report")]
+        others = [given[name] for name in ("errors", "report")]
         return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
+    if turned:
+        wanted.without("a reversal", **rest("thermal", "sensors"), compare_interpolations=compare)
     wanted.check(given["thermal"], given["sensors"], compare)
+    if given["nodes"]:
+        from vcmm.cli.calibrate_nodes import nodes_command
+
+        idle = rest("test", "residual", "errors", "interpolation", "growth", "thermal", "report")
+        wanted.without("--nodes", **idle, compare_interpolations=compare)
+        return nodes_command(wanted, json)
     if compare:
         from vcmm.cli.calibrate_compare import interpolations_command
 
@@ -190,6 +201,7 @@ def _calibrated(wanted: Any, asked: CalibrationAsked, residual: Path | None) -> 
             show,
             interpolation=kind,
             growth=asked.growth,
+            correlated=given.correlated,
         )
     texts = {}
     if out is not None:

@@ -9,11 +9,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Given:
-    """Recordings, the machine as far as known, and the certificates of the instruments."""
+    """Recordings, the machine as far as known, the certificates of the instruments, and joint covariances of readings."""
 
     recordings: Any
     machine: Any
     certificates: Any
+    correlated: Any
 
 
 @dataclass(frozen=True)
@@ -35,11 +36,11 @@ class CalibrationWanted:
                 "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
             )
 
-    def reversals(self) -> bool:
-        """Whether a file is a reversal."""
+    def reversals(self) -> list[Path]:
+        """Files that are reversals."""
         from vcmm.files.reversal import is_reversal
 
-        return any(path.is_file() and is_reversal(path) for path in self.files)
+        return [path for path in self.files if path.is_file() and is_reversal(path)]
 
     def check(self, thermal: bool, sensors: str, compare: bool) -> None:
         """Raises UsageError for words that are missing or do not go together."""
@@ -75,17 +76,23 @@ class CalibrationWanted:
     def given(self) -> Given:
         """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""
         from vcmm.calibrating.job import bare_machine
+        from vcmm.calibrating.reversed_readings import reversed_recordings
         from vcmm.calibrating.tested import check_independent
         from vcmm.files.instruments import load_certificate
         from vcmm.files.machine import load_machine
         from vcmm.files.recording import load_recording
+        from vcmm.files.reversal import load_reversal
 
         known = load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
-        loaded = [load_recording(path, known)[0] for path in self.files]
+        turned = self.reversals()
+        others = [path for path in self.files if path not in turned]
+        loaded = [load_recording(path, known)[0] for path in others]
         for path in self.test:
             check_independent(load_recording(path, known)[0], loaded)
-        stated = {r.name: load_certificate(path, r) for path, r in zip(self.files, loaded)}
-        return Given(loaded, known, {name: one for name, one in stated.items() if one is not None})
+        stated = {r.name: load_certificate(path, r) for path, r in zip(others, loaded)}
+        separated, correlated = reversed_recordings([load_reversal(path) for path in turned], known)
+        certificates = {name: one for name, one in stated.items() if one is not None}
+        return Given([*loaded, *separated], known, certificates, correlated)
 
     def read(self) -> list[Path]:
         """All files that were read."""

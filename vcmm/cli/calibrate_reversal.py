@@ -13,17 +13,11 @@ def reversal_command(
     from vcmm.calibrating.reversed import separate_all
     from vcmm.console.documents import document, print_json, sources
     from vcmm.core.errors import UsageError
-    from vcmm.files.reversal import is_reversal, load_reversal
+    from vcmm.files.reversal import load_reversal
 
-    rest = [str(path) for path in files if not is_reversal(path)]
-    if rest:
-        raise UsageError(
-            f"{', '.join(rest)}: no reversal. Reversals separate by themselves: calibrate them alone with --out spindle.toml, then the "
-            "other recordings with --machine spindle.toml"
-        )
     if any(others):
         raise UsageError(
-            "reversals take --structure, --out and --json; leave out --machine, --errors and --report"
+            "reversals alone take --structure, --out and --json; leave out --errors and --report"
         )
     found = separate_all([load_reversal(path) for path in files])
     _write(found, structure, out, [f.name for f in files])

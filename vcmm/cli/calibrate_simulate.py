@@ -25,7 +25,7 @@ def simulate_command(plan: Path, machine: Path | None, out: Path | None, seed: i
     truth = load_machine(machine)
     _check_same(planned, truth, plan, machine)
     output_folder(out)
-    rows = _written(setups, planned, truth, out, seed)
+    rows = _all_or_nothing(setups, planned, truth, out, seed)
     body = {"machine": str(out / BARE), "recordings": rows}
     if json:
         print_json(document("vcmm.simulated/1", body, seed=seed, files=[*sources(plan), *sources(machine)]))
@@ -54,6 +54,21 @@ def _check_same(planned: Any, truth: Any, plan: Path, machine: Path) -> None:
             )
 
 
+def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
+    """As `_written`, in a folder beside, whose files are moved once all of them stand."""
+    from tempfile import TemporaryDirectory
+
+    above = next(p for p in out.absolute().parents if p.is_dir())
+    with TemporaryDirectory(prefix=".vcmm-", dir=above) as made:
+        folder = Path(made)
+        rows = _written(setups, planned, truth, folder, seed)
+        for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+            target = out / path.relative_to(folder)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(target)
+    return [row | {"file": str(out / row["file"])} for row in rows]
+
+
 def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
     """One row per recording. What the instruments read follows from the file as it was written: order of the rows and all."""
     import numpy as np
@@ -67,6 +82,7 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
     from vcmm.instruments.laying import simulated
 
     rng, rows, seen = np.random.default_rng(seed), [], set()
+    drawn: dict[str, Any] = {}
     output = out / BARE
     output.parent.mkdir(parents=True, exist_ok=True)
     write_text(output, bare_text(planned) + stated_repeatability(truth))
@@ -79,10 +95,10 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
             path = out / f"{stem}.toml"
             save_recording(recording, path, BARE)
             meant, _ = load_recording(path, truth)
-            read = simulated(meant, truth, rng, certificate)
+            read = simulated(meant, truth, rng, certificate, drawn)
             save_recording(read, path, BARE)
             write_text(path, path.read_text(encoding="utf-8") + instrument_text(certificate))
             rows.append(
-                {"file": str(path), "instrument": certificate.instrument.name, "observations": read.m}
+                {"file": path.name, "instrument": certificate.instrument.name, "observations": read.m}
             )
     return rows

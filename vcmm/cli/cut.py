@@ -166,7 +166,8 @@ def show(result: Any) -> None:
     from vcmm.tables import cut as tables
 
     show_table(tables.finished_part(result))
-    for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
+    more = (tables.threads(result),) if result.threads else ()
+    for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result), *more):
         show_table(table)
     s = result.surface
     minutes, seconds = divmod(result.seconds, 60)

@@ -75,8 +75,9 @@ def machine_file(scenario: Path) -> tuple[Path | None, str]:
 
 def _write(path: Path, cut: Any, machine: Path) -> None:
     from vcmm.files.columns import run_columns
+    from vcmm.files.machine import load_machine
     from vcmm.files.recording_writer import save_recording
     from vcmm.machining.part_recording import part_recording
 
-    recording = part_recording(path.stem, cut, frozenset(run_columns()))
-    save_recording(recording, path, str(machine))
+    recording = part_recording(path.stem, cut, load_machine(machine), frozenset(run_columns()))
+    save_recording(recording, path, str(machine), apart=True)

@@ -1,9 +1,9 @@
-"""vcmm demo: the Gaska 2014 twin, the main job on published input."""
+"""vcmm demo: a ring gauge, then the Gaska 2014 twin; the others are in vcmm.cli.twins."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -15,10 +15,10 @@ def demo_command(
         "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm", "xcz_lathe"
     ] = "gaska2014",
     draws: int | None = None,
-    trials: int = 50_000,
+    trials: int = 20_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
-    """Virtually measure a ring gauge, then a compressor body at five places of a CMM, and say how well (Gaska et al. 2014).
+    """Virtually measure a ring gauge, then a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
 
     The other twins mill a part virtually: abbe_milling (spline slots, arms of the rotations), marin2004 (chain, warm-up,
     rewritten program), test_piece (which error shows in which feature). worn_cmm diagnoses a log with concealed faults, xcz_lathe
@@ -27,7 +27,7 @@ def demo_command(
     Parameters
     ----------
     out
-        Folder for report.html, demo.json and, for gaska2014, demo.csv.
+        Folder for report.html, demo.json and, for gaska2014, demo.csv and the lengths of its LaserTracer.
     twin
         Published job to run.
     draws
@@ -53,7 +53,7 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.library import path
     from vcmm.pages.first import first_blocks, sentences
     from vcmm.papers.gaska2014 import twin as gaska2014
-    from vcmm.papers.gaska2014.page import demo_page, table
+    from vcmm.papers.gaska2014.page import places_table, tables, twin_page
     from vcmm.tables.evaluated import characteristic_json
     from vcmm.tables.table import csv_text
 
@@ -62,26 +62,26 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     scenario, plain = load_scenario(source), load_scenario(ring)
     with progress() as report:
         first = api.uncertainty(plain, progress=report)
-        rows = gaska2014.run(scenario, draws, trials, report)
-    shown = next(r for r in rows if r.place == "3" and r.redraw == "touch")
-    body = {"first": characteristic_json(first.characteristics[0]), **demo_json(rows, draws)}
+        result = gaska2014.run(scenario, draws, trials, report)
+    body = {"first": characteristic_json(first.characteristics[0]), **gaska2014.figures(result)}
     content = document("vcmm.demo/1", body, seed=scenario.settings.seed, files=[ring, source])
-    shown_table = table(rows, draws)
     texts = {
         "demo.json": json_text(content),
-        "demo.csv": csv_text(shown_table),
-        "report.html": demo_page(scenario, rows, draws, shown.result, first_blocks(plain, first)),
+        "demo.csv": csv_text(places_table(result)),
+        "report.html": twin_page(scenario, result, first_blocks(plain, first)),
+        **gaska2014.tracer_files(),
     }
     write_files(folder, texts)
     if json:
         print_json(content)
         return 0
     print("\n".join(sentences(plain, first.characteristics[0])) + "\n")
-    show_table(shown_table)
-    say(f"wrote {folder}/report.html, demo.json, demo.csv")
+    for table in tables(result):
+        show_table(table)
+    say(f"wrote {folder}/{', '.join(texts)}")
     me = _command()
     print(
-        f"Next:\n  open {folder}/report.html\n  {me} new ring_gauge\n  {me} uncertainty ring_gauge.toml --out ring_gauge-report"
+        f"Next:\n  open {folder}/report.html\n  {me} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {me} new ring_gauge\n  {me} uncertainty ring_gauge.toml --out ring_gauge-report"
     )
     return 0
 
@@ -93,22 +93,3 @@ def _command() -> str:
     import sys
 
     return "vcmm" if shutil.which("vcmm") else os.path.relpath(sys.argv[0])
-
-
-def demo_json(rows: Any, draws: int) -> dict[str, Any]:
-    """The body of the JSON document."""
-    from vcmm.papers.gaska2014.twin import PAPER_DISTANCE_U, PAPER_FORM_U
-    from vcmm.tables.evaluated import characteristic_json
-
-    return {
-        "draws": draws,
-        "rows": [
-            {
-                "place": r.place, "redraw": r.redraw,
-                "form": characteristic_json(r.form), "form_U_range_mm": list(r.form_range), "paper_form_U_mm": PAPER_FORM_U[r.place] * 1e-3,
-                "distance": characteristic_json(r.distance), "distance_U_range_mm": list(r.distance_range),
-                "paper_distance_U_mm": PAPER_DISTANCE_U[r.place] * 1e-3,
-            }
-            for r in rows
-        ],
-    }  # fmt: skip

@@ -33,20 +33,21 @@ def diagnosed(
     folder: Path, options: dict[str, Any], sharing: Any, quiet: bool
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """A record of every recording, and all files that were read. Raises ShardDone where a share is wanted."""
-    from vcmm.console.documents import sources
     from vcmm.console.terminal import progress
-    from vcmm.diagnosis.fleet import FolderJob, diagnosed_folder, key_of, recordings_in
+    from vcmm.core.blocks import key_of
+    from vcmm.diagnosis.fleet import FolderJob, diagnosed_folder, recordings_in
 
     machine = Path(options["machine"]) if options["machine"] else None
     asked, found = FolderJob(folder, options["seed"], machine), recordings_in(folder)
+    files = read_files(found, machine)
     with progress(not quiet) as bar:
         count = len(found)
         bar(f"0 of {count} recordings", 0.0)
         records = diagnosed_folder(
-            asked, found, key_of(asked, found, sources), sharing,
+            asked, found, key_of("diagnose", options, files), sharing,
             lambda share: bar(f"{round(share * count)} of {count} recordings", share),
         )  # fmt: skip
-    return records, read_files(found, machine)
+    return records, files
 
 
 def read_files(found: list[Path], machine: Path | None) -> list[Path]:

@@ -1,4 +1,4 @@
-"""vcmm measure: one virtual measurement."""
+"""vcmm measure: one virtual measurement, of a part that is given or is cut first."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ def measure_command(
 ) -> int:
     """Measure the part once, virtually: errors at their estimates, or one draw with --seed.
 
+    With a [cut] table the part is cut first, by the same draw of its machine tool, and then inspected.
+
     Parameters
     ----------
     scenario
@@ -35,11 +37,13 @@ def measure_command(
     from vcmm.console.documents import document, json_text, print_json, sources
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import say, show_table
+    from vcmm.files.cut_scenario import load_cut
     from vcmm.files.scenario import load_scenario
+    from vcmm.library import cuts
     from vcmm.tables.measured import measure_json, points_csv, values
 
     folder = output_folder(out) if out else None
-    loaded = load_scenario(scenario)
+    loaded = load_cut(scenario) if cuts(scenario) else load_scenario(scenario)
     with about(scenario):
         measured = measure(loaded, seed)
     content = document(

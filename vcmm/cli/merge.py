@@ -25,8 +25,8 @@ def merge_command(
     out
         Folder for the files that the job itself would have written.
     """
+    from vcmm.core.blocks import Shards, Sharing
     from vcmm.core.errors import UsageError
-    from vcmm.evaluation.blocks import Shards, Sharing
 
     if not files:
         raise UsageError(
@@ -36,13 +36,27 @@ def merge_command(
     first = _complete(shards)
     blocks = {(b["first"], b["trials"]): b["tallies"] for _, one in shards for b in one["blocks"]}
     sharing = Sharing(store=Shards(first["key"], blocks))
-    options = first["options"]
+    return _job(first["verb"], first["options"], sharing, json, out)
+
+
+def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
+    """What the verb itself would have done. options: as its shards hold them."""
+    if verb == "audit":
+        from vcmm.cli.audit import run_audit
+
+        return run_audit([Path(s) for s in options.pop("scenarios")], options, sharing, json, out)
     scenario = Path(options.pop("scenario"))
-    if first["verb"] == "diagnose":
+    if verb == "place":
+        from vcmm.cli.place_machines import choose
+
+        return choose(
+            scenario, [Path(m) for m in options.pop("machines")], options, json, out, sharing=sharing
+        )
+    if verb == "diagnose":
         from vcmm.cli.diagnose_folder import folder_job
 
         return folder_job(scenario, options, sharing, json, out)
-    if first["verb"] == "cut":
+    if verb == "cut":
         from vcmm.cli.cut import run_cut
 
         return run_cut(scenario, options, sharing, json, out)

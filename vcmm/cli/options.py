@@ -22,8 +22,8 @@ def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep
 
     keep: even where this process does it all.
     """
+    from vcmm.core.blocks import Folder, Nowhere, Sharing
     from vcmm.core.crew import crew_of
-    from vcmm.evaluation.blocks import Folder, Nowhere, Sharing
 
     long = keep or workers is not None or cluster is not None or shard is not None
     folder = _block_folder() if long else None
@@ -32,8 +32,8 @@ def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep
 
 def share_of(text: str | None) -> Any:
     """'2/8' -> the second of eight shards. Raises UsageError."""
+    from vcmm.core.blocks import Share
     from vcmm.core.errors import UsageError
-    from vcmm.evaluation.blocks import Share
 
     if text is None:
         return None
@@ -62,7 +62,7 @@ def write_shard(
     A job in which nothing is sampled has no blocks: its shards are empty, and merging them does the job.
     """
     from vcmm.console.documents import document
-    from vcmm.evaluation.blocks import ShardDone
+    from vcmm.core.blocks import ShardDone
 
     key, blocks = "", []
     try:

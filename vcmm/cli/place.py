@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vcmm.cli.options import Seed
+from vcmm.cli.options import Cluster, Seed, Shard, Workers
 
 
 def place_command(
@@ -21,6 +21,9 @@ def place_command(
     scan: int | None = None,
     trials: int | None = None,
     draws: int | None = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    shard: Shard = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:
@@ -39,7 +42,7 @@ def place_command(
     budget
         Measuring time that a plan may take (default: "5 min"); with --plan only.
     machines
-        Machine files to choose from; each takes the place of the scenario's machine.
+        Machine files to choose from, or folders of them; each takes the place of the scenario's machine.
     seed
         Seed of the search, the scan and the trials (default: the scenario's, else 0).
     evaluations
@@ -50,6 +53,12 @@ def place_command(
         Monte Carlo trials of the full evaluation at the present and the best pose.
     draws
         Machines consistent with the published figures (default: 200); for gaska2014 only.
+    workers
+        Processes that share the machines of --machines; the document does not depend on it.
+    cluster
+        Address of a Dask scheduler whose workers share them, such as tcp://scheduler:8786.
+    shard
+        Try one part of the machines only, such as 2/8, for a batch queue; `vcmm merge` puts all parts together.
     json
         Print one JSON document.
     out
@@ -58,11 +67,20 @@ def place_command(
     """
     from vcmm.console.files import output_folder
 
+    if not machines or plan:
+        shared = {"--workers": workers, "--cluster": cluster, "--shard": shard}
+        asked = {name: value is not None for name, value in shared.items()}
+        _refuse("only the machines of --machines are shared out", asked)
     search = {"--evaluations": evaluations, "--scan": scan, "--trials": trials}
     if plan:
         _refuse("--plan chooses points at one pose", {**search, "--machines": machines, "--draws": draws})
         return _planned(scenario, budget or "5 min", seed, json, out)
     _refuse("without --plan no points are chosen", {"--budget": budget})
+    if machines and not (scenario.is_file() and _cuts(scenario)) and str(scenario) != "gaska2014":
+        _refuse("only gaska2014 draws machines", {"--draws": draws})
+        return _chosen(
+            (scenario, machines), (seed, evaluations, scan, trials), (workers, cluster, shard), json, out
+        )
     folder = output_folder(out) if out else None
     options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
     options = {name: value for name, value in options.items() if value is not None}
@@ -70,6 +88,24 @@ def place_command(
         return _twin(machines, draws, options, json, folder)
     _refuse("only gaska2014 draws machines", {"--draws": draws})
     return _any(scenario, machines, options, json, folder)
+
+
+def _chosen(
+    named: tuple[Path, list[Path]],
+    search: tuple[Any, ...],
+    shared: tuple[Any, ...],
+    json: bool,
+    out: Path | None,
+) -> int:
+    """A choice of machines. named: scenario, machines; search: seed, evaluations, scan, trials; shared: workers, cluster, shard."""
+    from vcmm.cli.options import sharing_of
+    from vcmm.cli.place_machines import choose, shard_of_machines
+
+    options = dict(zip(("seed", "evaluations", "scanned", "trials"), search))
+    sharing = sharing_of(*shared)
+    if sharing.share is None:
+        return choose(*named, options, json, out, sharing=sharing)
+    return shard_of_machines(*named, options, sharing, json, out)
 
 
 def _twin(
@@ -94,16 +130,12 @@ def _refuse(why: str, given: dict[str, Any]) -> None:
 def _any(
     scenario: Path, machines: list[Path] | None, options: dict[str, Any], json: bool, folder: Path | None
 ) -> int:
-    """A cut part, a choice of machines, or the placement of one measuring task."""
+    """A cut part, or the placement of one measuring task."""
     if scenario.is_file() and _cuts(scenario):
         from vcmm.cli.place_cut import placed_cut
 
         _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
         return placed_cut(scenario, options, json, folder)
-    if machines:
-        from vcmm.cli.place_machines import choose
-
-        return choose(scenario, machines, options, json, folder)
     return _placed(scenario, options, json, folder)
 
 

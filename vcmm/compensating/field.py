@@ -23,6 +23,7 @@ from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
 from vcmm.machining.states import states_at
 from vcmm.machining.tool_errors import cutting_effects
+from vcmm.machining.warming import warmed, warmed_when_set
 from vcmm.machining.zero_setting import setting_rows
 from vcmm.motion.tool_centre import leads
 from vcmm.motion.tool_pose import tip_as_at_zero
@@ -43,6 +44,7 @@ SHAPE_OF_CONTACT = (
     "nz",
     "cut_length_mm",
     "force_x_N",
+    "spindle_load_W",
 )  # needed by effects that a path cannot correct
 
 
@@ -162,7 +164,8 @@ class PathErrors:
             for letter in self.known.machine.axes
         }
         labels = {**found.labels, "tool": np.array([str(g.tool) for g in self._groups])[group]}
-        return Run(position, -offset, columns, labels)
+        run = Run(position, -offset, columns, labels)
+        return run if self.path is None else warmed(run, self.setup.log)
 
     @cached_property
     def _turns(self) -> Array:
@@ -230,6 +233,7 @@ class PathErrors:
         at = np.array(self.setup.set_at or self.setup.offsets.get(offset, (0.0, 0.0, 0.0)))
         first = replace(first, labels={**first.labels, "tool": np.array([str(tool)])})
         here = setting_rows(first, np.array([0]), -np.array([length]), at[None], Pose(np.eye(3), at))
+        here = warmed_when_set(here, self.setup.log)
         try:
             return np.asarray(-self.known.machine.indication_error(here)[0])
         except ModelLimit as error:

@@ -180,7 +180,13 @@ def prepare(
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
-    hashed = digest([*file_parts([setup.path, machine_file]), *own, given[1].text.encode("utf-8")])
+    hashed = digest(
+        [
+            *file_parts([setup.path, machine_file, setup.log.path if setup.log else None]),
+            *own,
+            given[1].text.encode("utf-8"),
+        ]
+    )
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
         source=source,

@@ -14,6 +14,7 @@ from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
 from vcmm.nc.iso.cycles import CYCLES
 from vcmm.nc.moves import Move, Program
+from vcmm.nc.reading import read_bytes
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
 
@@ -95,8 +96,12 @@ def check_wound(source: SourceText, dialect: Dialect) -> None:
     words (G16), where X is a radius and Y an angle."""
     wound = [_WOUND] if dialect.words == "macro" else []
     polar = [_POLAR] if dialect.name in G_CODE and not dialect.lathe else []
-    for index, (line, _) in enumerate(source.lines):
-        for pattern in (*wound, *polar):
+    _check_codes(source.name, [line for line, _ in source.lines], (*wound, *polar))
+
+
+def _check_codes(name: str, lines: Sequence[str], patterns: Sequence[re.Pattern[str]]) -> None:
+    for index, line in enumerate(lines):
+        for pattern in patterns:
             if match := pattern.search(code_of(line)):
                 means = (
                     "makes X and Y a radius and an angle"
@@ -104,7 +109,7 @@ def check_wound(source: SourceText, dialect: Dialect) -> None:
                     else "winds the path about a turning axis"
                 )
                 said = f"{match[0]} {means}; such a program is not rewritten. Post it with X, Y and Z"
-                raise at_line(DataError, source.name, index + 1, said, match.start() + 1)
+                raise at_line(DataError, name, index + 1, said, match.start() + 1)
 
 
 def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
@@ -113,6 +118,11 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
     Before anything is written out: the contour of a turning cycle is executed several times as well.
     """
     own = {t.line for t in program.traces}
+    if dialect.name in G_CODE and not dialect.lathe:
+        for other in sorted(
+            {t.file for t in program.traces} - {source.name}
+        ):  # subprograms in files of their own
+            _check_codes(other, read_bytes(Path(other)).splitlines(), [_POLAR])
     for m in program.moves if dialect.lathe else ():  # those of a multiple cycle have no trace
         if m.rewritable and m.kind != "dwell" and m.source.line not in own:
             code = re.search(r"G0*7\d", code_of(source.lines[m.source.line - 1][0]), re.IGNORECASE)
@@ -155,6 +165,11 @@ HEIGHTS_MOVE = ("CYCLE81", "CYCLE82", "CYCLE83", "CYCL DEF 200")  # holes that d
 def check_program(program: Program, machine: Machine, setup: Setup, name: str) -> None:
     """Work offsets, tools, rotary axes, words and blocks that cannot be rewritten."""
     check_moves([t.contour for t in program.traces], machine, setup, name)
+    if program.touches:
+        raise ModelLimit(
+            f"{name}:{program.touches[0].line}: the program probes; where it goes on depends on what it finds, so its numbers cannot be rewritten "
+            "beforehand. Take the probing out and state [offsets], or see with vcmm cut what the probing leaves"
+        )
     for trace in program.traces:
         if trace.contour.rewritable and trace.contour.kind != "dwell":
             _check_rewritable(trace, name, f"{trace.file}:{trace.line}:{trace.contour.source.first}")

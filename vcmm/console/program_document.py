@@ -102,6 +102,16 @@ def nc_json(read: Any, total: Any) -> dict[str, Any]:
         "summary": total.as_json(),
         "tools": {str(number): name for number, name in read.tools.items()},
         "assumed": [{"line": a.line, "what": a.what, "value": a.value} for a in read.assumed],
+        "touches": [
+            {
+                "line": t.line,
+                "tip_mm": list(t.tip),
+                "along": list(t.along),
+                "normal": list(t.normal),
+                "tool": t.tool,
+            }
+            for t in read.touches
+        ],
         "warnings": warnings,
     }
 

@@ -7,9 +7,12 @@ must add them up in a way that does not depend on the order. A worker that is ki
 from __future__ import annotations
 
 import copyreg
+import os
 import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from itertools import islice
+from threading import Thread
 from types import MappingProxyType
 from typing import Any
 
@@ -19,6 +22,7 @@ from vcmm.core.errors import Environment, UsageError
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 1024
 PATIENCE = "10s"  # with a scheduler that does not answer
+AHEAD = 4  # blocks in hand per worker, so that results do not pile up
 DEATHS = 3  # of workers in a row without a finished block, before it is the work that kills them
 
 
@@ -54,8 +58,19 @@ _held: Any = None  # (work, payload) of this worker
 
 
 def _hold(packed: bytes) -> None:
+    """Take the payload; end with the process that started this one, even where that was killed."""
     global _held
+    Thread(target=_end_with_parent, daemon=True).start()
     _held = pickle.loads(packed)
+
+
+def _end_with_parent() -> None:
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _one(item: Any) -> Any:
@@ -84,16 +99,24 @@ def processes(workers: int) -> Crew:
 
 def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterator[tuple[int, Any]]:
     """Results until all are there or a worker was killed, which ends the whole pool."""
-    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed,))
+    pool, waiting = (
+        ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed,)),
+        iter([*left.items()]),
+    )
+    running: dict[Future[Any], int] = {}
     try:
-        futures = {pool.submit(_one, item): i for i, item in left.items()}
-        for future in as_completed(futures):
-            with suppress(BrokenProcessPool):
-                yield futures[future], future.result()
+        with suppress(BrokenProcessPool):
+            while True:
+                for i, item in islice(waiting, AHEAD * workers - len(running)):
+                    running[pool.submit(_one, item)] = i
+                if not running:
+                    return
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    yield running.pop(future), future.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
@@ -111,13 +134,20 @@ def on_cluster(address: str) -> Crew:
             ) from None
         try:
             _check_versions(client, address)
-            shared = client.scatter((work, payload), broadcast=True, hash=False)
-            futures = {
-                client.submit(_on_worker, shared, item, retries=DEATHS, pure=False): i
-                for i, item in enumerate(items)
-            }
-            for future in distributed.as_completed(futures, loop=client.loop):
-                yield futures[future], future.result()
+            shared = client.scatter((versions(), work, payload), broadcast=True, hash=False)
+            waiting, running = enumerate(items), {}
+            finished = distributed.as_completed(loop=client.loop)
+
+            def hand_out(most: int) -> None:
+                for i, item in islice(waiting, most):
+                    future = client.submit(_on_worker, shared, item, retries=DEATHS, pure=False)
+                    running[future] = i
+                    finished.add(future)
+
+            hand_out(AHEAD * max(1, sum(client.nthreads().values())))
+            for future in finished:
+                yield running.pop(future), future.result()
+                hand_out(1)
         finally:
             client.close()  # lets go of all futures: what is not finished is cancelled
 
@@ -125,7 +155,11 @@ def on_cluster(address: str) -> Crew:
 
 
 def _on_worker(shared: Any, item: Any) -> Any:
-    work, payload = shared
+    """One block; a worker that came later than the others is looked at as well."""
+    from distributed import get_worker
+
+    due, work, payload = shared
+    _same_versions(due, versions(), get_worker().address)
     return work(payload, item)
 
 
@@ -140,10 +174,10 @@ def _distributed() -> Any:
 def versions() -> dict[str, str]:
     """What must be the same on the client and on every worker for the same numbers to the last bit."""
     import platform
+    from importlib.metadata import version
 
-    import numpy
-
-    return {"vcmm": __version__, "numpy": numpy.__version__, "Python": platform.python_version()}
+    others = {name: version(name) for name in ("numpy", "scipy", "numba")}
+    return {"vcmm": __version__, "Python": platform.python_version(), **others}
 
 
 def _check_versions(client: Any, address: str) -> None:
@@ -157,8 +191,12 @@ def _check_versions(client: Any, address: str) -> None:
     if not theirs:
         raise Environment(f"the scheduler at {address} has no workers; start one with: dask worker {address}")
     for worker, found in theirs.items():
-        for name, version in mine.items():
-            if found.get(name) != version:
-                raise Environment(
-                    f"{name} is {version} here and {found.get(name)} on the worker {worker}; install the same on both"
-                )
+        _same_versions(mine, found, worker)
+
+
+def _same_versions(mine: dict[str, str], found: dict[str, str], worker: str) -> None:
+    for name, version in mine.items():
+        if found.get(name) != version:
+            raise Environment(
+                f"{name} is {version} here and {found.get(name)} on the worker {worker}; install the same on both"
+            )

@@ -24,6 +24,7 @@ ROLES: Mapping[str, str] = {
     "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
     "changed component": "(component, nodes): a calibration that is stale",
     "lost motion table": "(axis, nodes, values): what a calibration finds of reversals",
+    "residual field": "(nodes, interpolation, values), Input of `values`: nodes of a machine measured by a LaserTracer",
     "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
     "repeatability": "(): one touch, Input of `value`; [repeatability]",
     "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
@@ -96,12 +97,13 @@ class Prior:
     """How probable an effect is before anything was recorded, beside the equal share that every name has.
 
     share: of a second shape of a family, against the first, also where it sits at places of its own. rare_in: kinds of recording in which it is ten times rarer;
-    rare_without: it is so where the recording lacks this label.
+    rare_without: it is so where the recording lacks this label; rare_with: where it has this column.
     """
 
     share: float = 1.0
     rare_in: tuple[str, ...] = ()
     rare_without: str = ""
+    rare_with: str = ""
 
 
 @dataclass(frozen=True)

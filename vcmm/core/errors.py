@@ -58,6 +58,13 @@ class Environment(VcmmError):
     exit_code = 3
 
 
+def first_of(error: VcmmError) -> str:
+    """The first problem, and how many more there are: for a row in a table of many files."""
+    problems = error.problems if isinstance(error, DataError) else [str(error)]
+    more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
+    return problems[0] + more
+
+
 def did_you_mean(word: str, allowed: Iterable[str]) -> str:
     """' Did you mean "travel"?' for the closest allowed word, else ''."""
     allowed = list(allowed)

@@ -136,11 +136,14 @@ def rotation_from_vector(vector: Array) -> Array:
     safe = np.where(small, 1.0, angle)
     a = np.where(small, 1.0 - angle**2 / 6, np.sin(safe) / safe)
     b = np.where(small, 0.5, 2 * np.sin(safe / 2) ** 2 / safe**2)
-    cross = np.zeros((len(vector), 3, 3))
     x, y, z = vector.T
-    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
-    cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
-    return np.eye(3) + a[:, None, None] * cross + b[:, None, None] * (cross @ cross)
+    ax, ay, az = a * x, a * y, a * z
+    bxy, bxz, byz = b * x * y, b * x * z, b * y * z
+    out = np.empty((len(vector), 3, 3))
+    out[:, 0, 0], out[:, 0, 1], out[:, 0, 2] = 1.0 - b * (y * y + z * z), bxy - az, bxz + ay
+    out[:, 1, 0], out[:, 1, 1], out[:, 1, 2] = bxy + az, 1.0 - b * (x * x + z * z), byz - ax
+    out[:, 2, 0], out[:, 2, 1], out[:, 2, 2] = bxz - ay, byz + ax, 1.0 - b * (x * x + y * y)
+    return out
 
 
 def nominal_motion(axis: Axis, q: Array, carries_work: bool) -> Frame:
@@ -296,6 +299,11 @@ def _frame_and_pivot(axis: Axis, pose: Pose6, place: str) -> tuple[Frame, Array]
 
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
     """Tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
+    return exact_tip(chain, axes, run, motions) - nominal_tip(chain, axes, run)
+
+
+def exact_tip(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
+    """Where the tip is (n, 3) mm, workpiece axes: position and offset of the run and the motions, transforms multiplied."""
     summed = _by_link(motions, run.n)
     tool, work = _actual_ends(chain, axes, run, summed)
     at_tip, at_tool = summed.get(("tip", "motion")), summed.get(("tool", "motion"))
@@ -307,7 +315,7 @@ def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: S
     if command is not None:
         ways = commanded_directions(link_frames(chain, axes, run), run.n)
         actual = actual + np.einsum("nij,nj->ni", ways, command[:, :3])
-    return actual - nominal_tip(chain, axes, run)
+    return np.asarray(actual)
 
 
 def exact_tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:

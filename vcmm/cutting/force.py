@@ -162,6 +162,19 @@ def milling_force(
     return np.asarray(per_turn)[..., None] * (part(np.asarray(exit_, float)) - part(np.asarray(start, float)))
 
 
+def milling_power(
+    start: Array, exit_: Array, axial: Array, chip: Array, teeth: Array, speed: Array, of: LinearEdge
+) -> Array:
+    """Mean cutting power (...,) W: tangential forces of all edges times the cutting speed (m/s); the rest as in `milling_force`.
+
+    N a / 2 pi  [ -Ktc c cos phi + Kte phi ] v     from phi_start to phi_exit (Altintas, Manufacturing Automation, 2nd ed. (2012), 2.8)
+    """
+    c, a, b = np.asarray(chip, float), np.asarray(start, float), np.asarray(exit_, float)
+    tangential = of.tangential * c * (np.cos(a) - np.cos(b)) + of.edge_tangential * (b - a)
+    per_turn = np.asarray(teeth, float) * np.asarray(axial, float) / (2.0 * np.pi)
+    return np.asarray(per_turn * tangential * speed)
+
+
 def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
     """Forces (m, 3) along feed, left, axis turned into the axes of the part: columns force_x_N, force_y_N, force_z_N.
 

@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.diagnosis.confusion import own_arguments
-from vcmm.diagnosis.constants import THIRD, VERY_STRONG
 from vcmm.diagnosis.discrepancy import shape_of
 from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.diagnosis.formula import propose
@@ -17,7 +15,7 @@ from vcmm.diagnosis.holdout import Fold
 from vcmm.diagnosis.locate import Place, locate
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
-from vcmm.diagnosis.select import Selection, Setting, best_option, mismatch
+from vcmm.diagnosis.select import Selection, Setting, mismatch
 from vcmm.evaluation.gaussian import Whitener, best_width
 
 
@@ -35,31 +33,7 @@ def unknown_rest(
         return None
     places = locate(given, selection.y, chance)
     best = int(np.argmax(scores))
-    return _described(generic, given.basis, selection, white, places, best, options[:, 0])
-
-
-def beaten(generic: Dictionary, setting: Setting, selection: Selection, evidence: float, i: int) -> bool:
-    """Does a shape without physics explain clearly more than term i, and leave nothing for it? Then the name is wrong.
-
-    A shape that merely explains something else beside the term, for which there is no name, does not count against it.
-    """
-    others = [t.white for j, t in enumerate(selection.terms) if j != i]
-    if not generic.families:
-        return False
-    given = scorer(generic, np.concatenate(others, axis=1) if others else None)
-    options = given.options(selection.y[:, None])[:, 0]
-    scores = given.families(options[:, None])[:, 0]
-    own = own_arguments(selection.terms[i].family)
-    for k in np.argsort(-scores, kind="stable"):
-        if scores[k] <= evidence + VERY_STRONG + mismatch(selection):
-            return False
-        if generic.families[k].name in own:
-            continue
-        shape = generic.columns(best_option(generic, options, int(k)))
-        left = scorer(setting.found, np.concatenate([*others, shape], axis=1))
-        family = setting.found.families.index(selection.terms[i].family)
-        return float(left.scores(selection.y[:, None])[family, 0]) < max(setting.threshold, THIRD * evidence)
-    return False
+    return described_shape(generic, given.basis, selection, white, places, best, options[:, 0])
 
 
 def plain(name: str) -> str:
@@ -67,7 +41,7 @@ def plain(name: str) -> str:
     return name.split(" (")[0]
 
 
-def _described(
+def described_shape(
     generic: Dictionary,
     basis: Array,
     selection: Selection,
@@ -76,6 +50,7 @@ def _described(
     best: int,
     options: Array,
 ) -> Unknown:
+    """A family of shapes in words, fitted outside `basis`."""
     stop = generic.first[best + 1] if best + 1 < len(generic.first) else len(generic.options)
     part = slice(int(generic.first[best]), int(stop))
     option = int(generic.first[best] + np.argmax((options + generic.weight)[part]))

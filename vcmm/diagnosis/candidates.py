@@ -117,9 +117,11 @@ def first_place(family: Family) -> str:
 def _stale(problem: Problem) -> list[Family]:
     """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
     changed = of_role("changed component")
-    if changed is None or not np.any(problem.calibration):
+    machine = {one.id for one in problem.machine.inputs}
+    stated = [columns for name, columns in problem.stated if name in machine]
+    if changed is None or not stated:
         return []
-    left, size = thin_svd(problem.calibration)
+    left, size = thin_svd(np.concatenate(stated, axis=1))
     columns = (left * size)[:, size > EXACT * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
@@ -154,10 +156,9 @@ def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family,
 
 
 def _rare(effect: Effect, problem: Problem) -> bool:
-    lacking = effect.prior.rare_without
-    return problem.recording.kind in effect.prior.rare_in or bool(
-        lacking and lacking not in problem.run.labels
-    )
+    prior, run = effect.prior, problem.run
+    lacking = bool(prior.rare_without) and prior.rare_without not in run.labels
+    return problem.recording.kind in prior.rare_in or lacking or prior.rare_with in run.columns
 
 
 def _everything(family: Family) -> bool:

@@ -21,7 +21,7 @@ from vcmm.diagnosis.null import Noise, draws
 from vcmm.diagnosis.problem import Problem, predecessors
 from vcmm.evaluation.gaussian import whitener
 from vcmm.response.folds import fold_masks
-from vcmm.response.observe import Observer, left_out, noise_u, nuisance_columns, observe
+from vcmm.response.observe import Observer, known_here, left_out, noise_u, nuisance_columns, observe
 from vcmm.response.recording import Recording
 
 NULLS = 500  # smallest p is 1/501
@@ -146,7 +146,7 @@ def left_by(recording: Recording, machine: Machine) -> Misfit:
     predicted, exact = _predicted(observer)
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
     departure = recording.value - predicted
-    residual, rank = without_nuisance(departure, columns, u)
+    residual, rank = without_nuisance(departure, columns, u, known_here(recording, machine))
     lost = tuple(name for name, _ in left_out(recording, machine))
     return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost)
 
@@ -162,8 +162,20 @@ def _predicted(observer: Observer) -> tuple[Array, bool]:
     return observe(observer.recording, motion[:, :, None], reading[:, :, None])[:, 0], True
 
 
-def without_nuisance(departure: Array, columns: Array, u: Array) -> tuple[Array, int]:
-    """Residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank."""
+def without_nuisance(
+    departure: Array, columns: Array, u: Array, known: Array | None = None
+) -> tuple[Array, int]:
+    """Residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank.
+
+    known (m, r): columns K of draws of unit variance that the rows share beside their noise. Then departure and columns go through
+    (1 + K K'/u^2)^-1/2 first, so that the squares of the residual add up what noise and draws must be together (generalised least
+    squares, Aitken 1935).
+    """
+    if known is not None and known.shape[1]:
+        k = known / u[:, None]
+        value, vector = np.linalg.eigh(np.eye(len(u)) + k @ k.T)
+        root = (vector / np.sqrt(value)) @ vector.T
+        departure, columns = u * (root @ (departure / u)), u[:, None] * (root @ (columns / u[:, None]))
     length = np.linalg.norm(columns / u[:, None], axis=0)
     used = columns[:, length > 0] / length[length > 0]
     if used.shape[1] == 0:

@@ -106,8 +106,13 @@ def _trouble(problem: Problem, parts: Sequence[Fold], now: Selection) -> list[st
 
 def rms_left(problem: Problem, selection: Selection) -> float:
     """rms of all rows as they are, mm or rad, after the terms and the nuisance refitted."""
-    rest = without_nuisance(left_over(problem, selection), problem.nuisance, problem.u)[0]
+    rest = _as_they_are(problem, left_over(problem, selection))
     return float(np.sqrt(np.mean(rest**2)))
+
+
+def _as_they_are(problem: Problem, values: Array) -> Array:
+    """Values (m,) of the rows without nuisance, beside what is known to be uncertain in this recording."""
+    return without_nuisance(values, problem.nuisance, problem.u, problem.drawn_here)[0]
 
 
 def left_over(problem: Problem, selection: Selection) -> Array:
@@ -124,13 +129,10 @@ def shares_of_rows(problem: Problem, selection: Selection) -> tuple[float, ...]:
         return ()
     weight = 1.0 / problem.u
     alone = [
-        weight
-        * without_nuisance(
-            t.option.columns @ selection.fit.mean[selection.span(i)], problem.nuisance, problem.u
-        )[0]
+        weight * _as_they_are(problem, t.option.columns @ selection.fit.mean[selection.span(i)])
         for i, t in enumerate(selection.terms)
     ]
-    before = weight * without_nuisance(problem.residual, problem.nuisance, problem.u)[0]
+    before = weight * _as_they_are(problem, problem.residual)
     noise = (problem.m - problem.nuisance.shape[1]) * selection.fit.sigma**2
     excess = max(float(before @ before) - noise, NOTHING)
     return tuple(float(np.clip(s @ s / excess, 0.0, 1.0)) for s in alone)

@@ -32,9 +32,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.adequacy import described_shape
 from vcmm.diagnosis.candidates import Option
+from vcmm.diagnosis.confusion import own_arguments
 from vcmm.diagnosis.constants import SUREST, UNSEEN, VANISHED, VERY_STRONG
-from vcmm.diagnosis.evidence import orthonormal
+from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.diagnosis.kernels import (
     Asked,
     components_of,
@@ -48,10 +50,10 @@ from vcmm.diagnosis.kernels import (
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import MOMENTS, scanned
 from vcmm.diagnosis.result import Answer, Unknown
-from vcmm.diagnosis.select import Selection, Setting, Term, mismatch
+from vcmm.diagnosis.select import Selection, Setting, Term, best_option, mismatch
 from vcmm.diagnosis.shape_proposal import proposal
 from vcmm.effects import has_role
-from vcmm.evaluation.gaussian import Ints, Whitener, evidence_from, posterior
+from vcmm.evaluation.gaussian import SCALES, Ints, Whitener, evidence_from, posterior
 
 TRIED = 8  # kernels that the residual follows most
 SHORT = 4  # fields that are weighed with every subset of the names
@@ -88,9 +90,16 @@ class Field:
         return float(1.0 / (1.0 + np.exp(min(self.lead, SUREST))))
 
 
-def rival_field(problem: Problem, selection: Selection, setting: Setting, null: Array) -> Field | None:
+def rival_field(
+    problem: Problem,
+    selection: Selection,
+    setting: Setting,
+    null: Array,
+    generic: Dictionary | None = None,
+    firm: Subset = (),
+) -> Field | None:
     """The best field, and which names it makes superfluous, perhaps none; None where nothing is seen of any. null (m, M):
-    white null recordings.
+    white null recordings; generic: shapes that compete too; firm: names that win all rows held out.
     """
     white, threshold = setting.white, setting.threshold
     own = selection.fit.log_evidence if selection.fit else 0.0
@@ -107,14 +116,17 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
 
     few = [(), *(_without(every, i) for i in every)]
     weighing = heapq.nlargest(SHORT, weighing, key=lambda w: max(worth((w, kept)) for kept in few))
-    if not weighing:
+    shapes = [] if generic is None else _shapes(generic, selection)
+    choices = [*itertools.product(weighing, _subsets(every))]
+    choices += [(w, s) for w in shapes for s in _subsets(every) if s != every and {*firm} <= {*s}]
+    if not choices:
         return None
 
-    w, kept = max(itertools.product(weighing, _subsets(every)), key=worth)
+    w, kept = max(choices, key=worth)
     refused = tuple(i for i in every if i not in kept)
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
     sigma = selection.fit.sigma if selection.fit else 1.0
-    what = proposal(w.asked.clearest, problem, w.rms(white), says)
+    what = w.told(problem, selection, kept, white, says)
     chosen = sum(pays[i] for i in refused) - (threshold if refused else 0.0)
     return Field(w.evidence(kept) + chosen - price, what, refused, w.covariance(kept, sigma, setting))
 
@@ -166,9 +178,12 @@ def _without(every: Subset, i: int) -> Subset:
 
 @dataclass(frozen=True, eq=False)
 class _Weighing:
-    """One field beside the names. gram, b, total: products of all white columns, the names' first, and the residual."""
+    """One field, or shape, beside the names. gram, b: products of all white columns, the names' first, and the residual.
 
-    asked: Asked
+    counts, sizes: numbers of functions and prior widths that share its evidence; prior: ln, of a shape.
+    """
+
+    asked: Asked | tuple[Dictionary, int]  # kernels, or a family of shapes
     functions: Array
     seen: Array  # what the functions are of the observation (m, k), mm or rad
     y: Array
@@ -177,6 +192,9 @@ class _Weighing:
     dof: int
     spans: tuple[Ints, ...]
     widths: tuple[Array, ...]
+    counts: tuple[int, ...] = COUNTS
+    sizes: tuple[float, ...] = WIDTHS
+    prior: float = 0.0
 
     @staticmethod
     def of(asked: Asked, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
@@ -188,17 +206,34 @@ class _Weighing:
         if turn is None or np.linalg.norm(x) <= VANISHED * np.linalg.norm(white.scaled(bumps)):
             return None
         seen = free @ turn
-        functions = white.apply(seen)
+        return _Weighing.beside(selection, asked, white.apply(seen), seen, white.dof)
+
+    @staticmethod
+    def of_shape(generic: Dictionary, family: int, option: int, selection: Selection) -> _Weighing:
+        x = generic.columns(option)
+        prior = generic.families[family].log_prior + float(generic.weight[option])
+        one = _Weighing.beside(selection, (generic, family), x, generic.options[option].columns, generic.dof)
+        return replace(one, counts=(x.shape[1],), sizes=SCALES, prior=prior)
+
+    @staticmethod
+    def beside(
+        selection: Selection,
+        asked: Asked | tuple[Dictionary, int],
+        functions: Array,
+        seen: Array,
+        dof: int,
+    ) -> _Weighing:
+        """functions (m, k) white, and what they are of the observation."""
         whole = np.concatenate([*(t.white for t in selection.terms), functions], axis=1)
         spans = tuple(np.arange(whole.shape[1])[selection.span(i)] for i in range(len(selection.terms)))
         widths = tuple(np.full(t.white.shape[1], t.width) for t in selection.terms)
         gram, b = whole.T @ whole, whole.T @ selection.y
-        return _Weighing(asked, functions, seen, selection.y, gram, b, white.dof, spans, widths)
+        return _Weighing(asked, functions, seen, selection.y, gram, b, dof, spans, widths)
 
     def evidence(self, kept: Subset) -> float:
         """Nats of the field and some of the names, the mean over the smoothness and size of the field."""
         out = [nats for nats, _, _ in self._at_sizes(kept)]
-        return float(np.logaddexp.reduce(out) - np.log(len(out)))
+        return self.prior + float(np.logaddexp.reduce(out) - np.log(len(out)))
 
     def covariance(self, kept: Subset, sigma: float, setting: Setting) -> Array:
         """Columns (m, k) of the observation at the smoothness and size of highest evidence, without what any simple name of
@@ -215,13 +250,25 @@ class _Weighing:
         first = len(self.b) - self.functions.shape[1]
         total = float(self.y @ self.y)
         out = []
-        for count, width in itertools.product(COUNTS, WIDTHS):
+        for count, width in itertools.product(self.counts, self.sizes):
             field = np.arange(first, min(first + count, len(self.b)))
             at = np.concatenate([*names, field])
             widths = np.concatenate([*(self.widths[i] for i in kept), np.full(len(field), width)])
             nats = evidence_from(self.gram[np.ix_(at, at)], self.b[at], total, self.dof, widths)
             out.append((nats, count, width))
         return out
+
+    def told(
+        self, problem: Problem, selection: Selection, kept: Subset, white: Whitener, says: str
+    ) -> Unknown:
+        """In words."""
+        if isinstance(self.asked, Asked):
+            return proposal(self.asked.clearest, problem, self.rms(white), says)
+        generic, family = self.asked
+        others = [selection.terms[i].white for i in kept]
+        given = scorer(generic, np.concatenate(others, axis=1) if others else None)
+        options = given.options(selection.y[:, None])[:, 0]
+        return described_shape(generic, given.basis, selection, white, (), family, options)
 
     def rms(self, white: Whitener) -> float:
         """Size of the field alone, mm or rad."""
@@ -248,6 +295,24 @@ def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array)
         found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
         found += [] if terms else questions(of_time(problem), rows)
     return found
+
+
+def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
+    """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
+    if not generic.families:
+        return []
+    others = [[t for t in selection.terms if t is not one] for one in selection.terms]
+    own = set[str]().union(*(own_arguments(t.family) for t in selection.terms))
+    found: dict[int, _Weighing] = {}
+    for terms in [[], *(o for o in others if o)]:
+        given = scorer(generic, np.concatenate([t.white for t in terms], axis=1) if terms else None)
+        options = given.options(selection.y[:, None])
+        scores = given.families(options)[:, 0]
+        order = (int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in own)
+        for k in itertools.islice(order, SHORT):
+            option = best_option(generic, options[:, 0], k)
+            found.setdefault(option, _Weighing.of_shape(generic, k, option, selection))
+    return list(found.values())
 
 
 def kept_terms(selection: Selection, field: Field) -> list[Term]:

@@ -7,17 +7,15 @@ work is taken up again.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vcmm import __version__
-from vcmm.core.errors import DataError, UsageError, VcmmError
+from vcmm.core.blocks import Sharing
+from vcmm.core.errors import DataError, UsageError, VcmmError, first_of
 from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.result import diagnosis_json
-from vcmm.evaluation.blocks import Block, ShardDone, Shards, Sharing
 from vcmm.files.machine import load_machine
 from vcmm.files.recording import load_recording
 from vcmm.files.toml import read_toml
@@ -87,33 +85,11 @@ def _may_be_recording(path: Path) -> bool:
         return b"recording/" in path.read_bytes()[:100_000]
 
 
-def key_of(asked: FolderJob, files: Sequence[Path], contents: Callable[[Path], Sequence[Path]]) -> str:
-    """Of a job: version, seed, names and bytes of all files that it reads; contents(file): those that a file names."""
-    digest = hashlib.sha256(f"{__version__}\n{asked.seed}".encode())
-    for file in dict.fromkeys([*files, *([asked.machine] if asked.machine else [])]):
-        for one in contents(file):
-            digest.update(f"\n{one.name}\n".encode() + one.read_bytes())
-    return f"diagnose-{digest.hexdigest()[:32]}"
-
-
 def diagnosed_folder(
     asked: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
 ) -> list[Record]:
     """A record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
-    every: list[Block] = [(i, 1) for i in range(len(files))]
-    wanted = sharing.share.taken(every) if sharing.share else every
-    found = {b: t[0] for b, t in sharing.store.read(key).items() if b in set(wanted)}
-    todo = [b for b in wanted if b not in found]
-    if todo and isinstance(sharing.store, Shards):
-        sharing.store.write(key, todo[0], [])
-    for i, record in sharing.crew(record_of, asked, [str(files[b[0]]) for b in todo]):
-        sharing.store.write(key, todo[i], [record])
-        found[todo[i]] = record
-        progress(len(found) / len(wanted))
-    sharing.store.done(key)
-    if sharing.share:
-        raise ShardDone(key, {b: [r] for b, r in found.items()})
-    return [found[b] for b in every]
+    return sharing.all_of(key, record_of, asked, [str(file) for file in files], progress)
 
 
 def record_of(asked: FolderJob, file: str) -> Record:
@@ -126,7 +102,7 @@ def record_of(asked: FolderJob, file: str) -> Record:
         known["machine"] = machine.name
         found = diagnosis_json(diagnose(recording, machine, seed=asked.seed))
     except VcmmError as error:
-        return {**known, "problem": _first(error).replace(str(asked.folder) + "/", ""), "ours": False}
+        return {**known, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
     except Exception as error:  # a fault of ours in one of thousands is told and does not end the others
         return {
             **known,
@@ -137,12 +113,6 @@ def record_of(asked: FolderJob, file: str) -> Record:
     if kept["unknown"]:  # its curve or map is long, and stands in the document of the recording itself
         kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
     return {**known, "problem": None, "ours": False, **kept}
-
-
-def _first(error: VcmmError) -> str:
-    problems = error.problems if isinstance(error, DataError) else [str(error)]
-    more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
-    return problems[0] + more
 
 
 def in_time(records: Sequence[Record]) -> list[Record]:

@@ -16,7 +16,7 @@ from vcmm.core.run import Run
 from vcmm.diagnosis.problem import Problem
 
 PAIRS = ("C0Y", "B0Z", "A0Z")
-NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
+NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "spindle_load_W", "load_kg")  # other logs
 
 
 def where_of(effect: Effect) -> dict[str, str]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -18,8 +17,7 @@ from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.constants import EVEN_ODDS, FEW, MOSTLY
 from vcmm.diagnosis.evidence import Dictionary
 from vcmm.diagnosis.field import Field, is_simple, kept_terms, rival_field
-from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, wins_everywhere
-from vcmm.diagnosis.kept_terms import that_hold
+from vcmm.diagnosis.holdout import Fold, folds, gate, is_free_curve, wins_everywhere
 from vcmm.diagnosis.mistakes import Mistake
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
@@ -61,13 +59,13 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
     used, selection = chosen.problem, chosen.selection
     setting = replace(setting_of(used, stage), start=selection.y)
     parts = folds(used, stage.u, stage.noise.rho)
-    held_by = _as_they_are if in_field else partial(that_hold, generic=stage.generic)
     shapes = None if in_field else stage.generic
-    searched, selection = selection, held_by(used, parts, selection, setting)
+    searched, selection = selection, selection if in_field else _gated(used, parts, selection, setting)
     failed = len(selection.terms) < len(searched.terms)
     selection = of_the_machine(selection, _standings(used, parts, selection, setting, shapes), setting)
     places = _standings(used, parts, selection, setting, shapes)
-    field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
+    firm = tuple(i for i in range(len(places)) if wins_everywhere(used, parts, selection, i))
+    field = rival_field(used, selection, setting, stage.sample, shapes, firm) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     return Judged(
         used,
@@ -149,10 +147,10 @@ def _found(one: Judged) -> set[str]:
     return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
 
 
-def _as_they_are(
-    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting
-) -> Selection:
-    """Every term holds."""
+def _gated(problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting) -> Selection:
+    """The terms that predict rows held out: the one that fails worst is refused, the others are refitted and asked again."""
+    while failed := gate(problem, parts, selection):
+        selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
     return selection
 
 

@@ -140,13 +140,13 @@ def _positions(letter: str, values: Any) -> str:
 
 
 def _quantity(effect: Effect, spec: Any) -> str:
+    """One text for a number or a row of them, a list of texts for a table."""
     unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
-    numbers = np.ravel(np.asarray(getattr(effect, spec.name), dtype=float)) / _factor(unit)
-    return (
-        f'"{" ".join(f"{n:.10g}" for n in numbers)} {unit}"'
-        if unit not in ("", "1")
-        else f'"{" ".join(f"{n:.10g}" for n in numbers)}"'
-    )
+    numbers = np.asarray(getattr(effect, spec.name), dtype=float) / _factor(unit)
+    end = f" {unit}" if unit not in ("", "1") else ""
+    rows = numbers if numbers.ndim == 2 else np.ravel(numbers)[None]
+    texts = [f'"{" ".join(f"{n:.10g}" for n in row)}{end}"' for row in rows]
+    return f"[{', '.join(texts)}]" if numbers.ndim == 2 else texts[0]
 
 
 def _factor(unit: str) -> float:

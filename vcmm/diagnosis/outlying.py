@@ -2,11 +2,14 @@
 
 Rows beyond `clip` robust standard deviations of a fit are pulled in, so that a few bad readings do not bend it. Done about a fit
 that lacks a name this hides the name: a bed that is hot before the first readings are over shows in a dozen rows alone, and
-about a frame with two lags all of them are outliers. What is pulled in costs c^2 / 2 nats however far it stood out, so the
-evidence about such rows compares different rows. Here every row counts as it is, by Huber's law (normal within c standard
-deviations, exponential beyond; Huber, Robust Statistics (1981), 4.5), with the scale of the noise at its best:
+about a frame with two lags all of them are outliers. Done about a fit that takes every row as it is, it may make one: two bad
+readings before the end are a step. What is pulled in costs c^2 / 2 nats however far it stood out, so the evidence about such
+rows compares different rows. Here every row counts as it is, by the t law of HEAVY degrees of freedom (the heaviest that is
+thought of, in which an outlier costs the logarithm of its size), with the scale of the noise at its best:
 
-    loss = min over s of  dof ln s + sum of rho(r / s),   rho(x) = x^2 / 2 up to c, then c |x| - c^2 / 2
+    loss = min over s of  dof ln s + dof / m * sum of (h + 1) / 2 ln(1 + (r / s)^2 / (h - 2))
+
+h - 2 in place of h, as s is the standard deviation (Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989) 881).
 """
 
 from __future__ import annotations
@@ -19,39 +22,41 @@ from vcmm.diagnosis.null import Noise, clipped, draws, upper_quantile
 from vcmm.diagnosis.select import Selection, Setting, worth
 
 RECORDINGS = 400  # simulated
-HALVINGS = 60  # of an interval of ln s that spans the sizes of the rows
+SPAN = 40.0  # of ln s that is searched
+HALVINGS = 60  # of it
 
 
-def huber_loss(r: Array, dof: int, clip: float) -> float:
+def heavy_loss(r: Array, dof: int) -> float:
     """Nats, up to a constant of the recording, that white residuals r (m,) cost at the best scale of the noise.
 
-    At the best scale dof = sum of x psi(x), x = r / s, psi(x) = min(|x|, clip) sign x: the sum falls with s, so it is halved.
-    Rows that are all zero, which no scale describes, cost -inf.
+    At the best scale the mean of (h + 1) x^2 / (h - 2 + x^2) is one, x = r / s: it falls with s, so it is halved. Rows that are
+    all zero, which no scale describes, cost -inf.
     """
-    size = np.abs(r)
-    if not size.any():
+    square = r**2
+    if not square.any():
         return -np.inf
-    high = float(
-        np.log(np.sqrt(size @ size / dof))
-    )  # psi(x) <= |x|: the scale of least squares is the largest
-    low = high - 40.0
+    high = float(np.log(square.mean() * (HEAVY + 1) / (HEAVY - 2))) / 2  # the largest: _pull is concave
+    low = high - SPAN
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        x = size / np.exp(middle)
-        low, high = (middle, high) if float(x @ np.minimum(x, clip)) > dof else (low, middle)
-    x = size / np.exp(high)
-    inner = np.minimum(x, clip)
-    return dof * high + float(np.sum(inner * (x - inner / 2)))
+        low, high = (middle, high) if _pull(square / np.exp(2 * middle)) > 1 else (low, middle)
+    far = np.log1p(square / np.exp(2 * high) / (HEAVY - 2))
+    return dof * (high + (HEAVY + 1) / 2 * float(np.mean(far)))
+
+
+def _pull(x: Array) -> float:
+    """How much rows of squared size x (m,), in squared scales, widen the scale: one where it is at its best."""
+    return float(np.mean((HEAVY + 1) * x / (HEAVY - 2 + x)))
 
 
 def worth_of_all_rows(state: Selection, setting: Setting) -> float:
     """Nats of all terms together, each having paid the threshold, with every row as it is; up to a constant of the recording."""
     dof = setting.found.dof
     if state.fit is None:
-        return -huber_loss(setting.raw, dof, setting.clip)
+        return -heavy_loss(setting.raw, dof)
     signal = np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean
     fitted = 0.5 * dof * float(np.log(state.fit.sigma**2 * dof / (state.y @ state.y)))
-    return worth(state, setting) + fitted - huber_loss(setting.raw - signal, dof, setting.clip)
+    return worth(state, setting) + fitted - heavy_loss(setting.raw - signal, dof)
 
 
 def owed(state: Selection, setting: Setting) -> float:

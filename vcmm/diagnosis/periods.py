@@ -19,6 +19,7 @@ from vcmm.core.run import Array, Run
 FEWEST = 12  # different places
 TURNS = 1.5  # periods within the range
 IN_STEP = 0.9  # of the spectral window, from which rows are on a lattice
+DIGITS = 6  # of mm or rad: closer readings are one place
 NEAR = 0.125  # of a period: places closer than this are one place
 MOST_BINS = 2**20
 MOST_PEAKS = 60
@@ -39,8 +40,11 @@ def coordinate(effect: Effect, run: Run) -> Array | None:
 
 
 def lattice_frequency(q: Array, highest: float) -> float:
-    """See `_lattice_frequency`; the same places are asked for by every harmonic and shape."""
-    return _remembered(np.ascontiguousarray(q, dtype=float).tobytes(), float(highest))
+    """See `_lattice_frequency`; the same places are asked for by every harmonic and shape.
+
+    Each place counts once: where an axis stands while others move it is in step with anything, and tells nothing.
+    """
+    return _remembered(np.unique(np.round(q, DIGITS)).tobytes(), float(highest))
 
 
 @lru_cache(maxsize=64)
@@ -49,7 +53,7 @@ def _remembered(places: bytes, highest: float) -> float:
 
 
 def _lattice_frequency(q: Array, highest: float) -> float:
-    """Lowest frequency g up to `highest` at which all rows are in step; infinite where there is none.
+    """Lowest frequency g up to `highest` at which all places q (n,) are in step; infinite where there is none.
 
     The spectral window |mean exp(2 pi i g q)| is 1 at 0 and again at 1 / h for rows on a lattice of step h (Deeming,
     Astrophysics and Space Science 36 (1975) 137); a wave of frequency f has a twin at |g - f|. Found by one FFT of the

@@ -16,7 +16,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.sanity import without_gaps
 from vcmm.evaluation.gaussian import Ints, Whitener, whitener
-from vcmm.response.observe import Observer, noise_u, nuisance_columns
+from vcmm.response.observe import Observer, known_here, noise_u, nuisance_columns
 from vcmm.response.recording import Recording
 
 
@@ -38,6 +38,11 @@ class Problem:
     @property
     def m(self) -> int:
         return len(self.residual)
+
+    @property
+    def drawn_here(self) -> Array:
+        """(m, r): what is uncertain in this recording alone, see `known_here`."""
+        return known_here(self.recording, self.machine)
 
     def whitener(self, u: Array | None = None, rho: float = 0.0) -> Whitener:
         """The whitener, with noise weights and correlation of the audit where given."""

@@ -44,7 +44,7 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
         part = slice(at, at + columns.shape[1])
         out.append(_pull(name, z[part], np.eye(columns.shape[1]) - left[part, part]))
         at += columns.shape[1]
-    stated = {one.id for one in problem.machine.inputs}
+    stated = {one.id for one in problem.machine.inputs} | {name for name, _ in problem.recording.known}
     return tuple(sorted((p for p in out if p.numbers and p.input in stated), key=lambda p: -abs(p.pull)))
 
 

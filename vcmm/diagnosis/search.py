@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Catalogue, Family
-from vcmm.diagnosis.constants import FALSE_ALARM, STRONG
+from vcmm.diagnosis.constants import FALSE_ALARM, FEW, SIMPLER, STRONG
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
@@ -17,7 +17,7 @@ from vcmm.diagnosis.null import clipped, draws, upper_quantile
 from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.select import Selection, Setting, among, cleaned, fitted_again, select, worth
+from vcmm.diagnosis.select import Selection, Setting, among, cleaned, fitted_again, numbers, select, worth
 from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
@@ -113,7 +113,7 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
 
     earlier: what was found under another preparation of the noise.
     """
-    plain, found = _named(setting_of(problem, stage), earlier)
+    plain, found = named(setting_of(problem, stage), earlier)
     stage = replace(stage, found=found)
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
@@ -134,44 +134,52 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
 
 
-def _named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
+def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
     """The names, and the dictionary in which they were found.
 
-    Where rows that were pulled in owe more than heavy tails of the noise excuse, the search is made once more with every row
-    as it is, and what another preparation found is asked again. Such an answer is taken where it explains those rows: it
-    leaves no more than is excused, and is worth more of all rows as they are.
+    Where rows were pulled in, the answer depends on what they were pulled in about: what a search finds that takes every row
+    as it is, nothing, or, where they owe more than heavy tails of the noise excuse, no row at all. Then the answers are worth
+    what they say of all rows as they are. An answer to rows none of which was pulled in must leave no more than is excused.
     """
     found, rivals = _at_best_values(setting)
-    near = _best(rivals, worth, replace(setting, found=found))
+    own = replace(setting, found=found)
+    near = max(rivals, key=lambda s: worth(s, own))
     debt = owed(near, setting)
-    if debt <= setting.threshold or debt <= (free := excused(setting)):
+    if debt <= setting.threshold:
         return near, found
-    wider, further = _at_best_values(replace(setting, clip=np.inf))
+    answers = [(near, own), (select(own), own)]
+    free = excused(setting)
+    if debt > free:
+        answers += [(s, w) for s, w in _of_every_row(setting, earlier) if owed(s, w) <= free]
+    best, used = max(answers, key=lambda a: worth_of_all_rows(*a))
+    return best, used.found
+
+
+def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Selection, Setting]]:
+    """Names with every row as it is, and what another preparation found asked again."""
+    wider, found = _at_best_values(replace(setting, clip=np.inf))
     own = replace(setting, found=wider, start=setting.raw)
-    further = [fitted_again(s.terms, own) for s in further]
+    again = [fitted_again(s.terms, own) for s in found]
     kept = {f.id for f in wider.families}
     if earlier is not None and all(t.family.id in kept for t in earlier.terms):
-        further.append(among(earlier, own))
-    every = _best(further, worth_of_all_rows, own)
-    if owed(every, own) <= free and worth_of_all_rows(every, own) > worth_of_all_rows(near, setting):
-        return every, wider
-    return near, found
-
-
-def _best(
-    rivals: Sequence[Selection], value: Callable[[Selection, Setting], float], own: Setting
-) -> Selection:
-    return max(rivals, key=lambda s: value(s, own))
+        again.append(among(earlier, own))
+    return [(s, own) for s in again]
 
 
 def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
-    """The dictionary with all competitors at their best lags, distances and periods; the names found with it and without."""
+    """The dictionary with all competitors at their best lags, distances and periods; the names found with it and without.
+
+    A curve of many numbers that explains most at first hides the simple names that together explain more: where one is named,
+    the search is also made among names of at most FEW numbers. What is worth no more by SIMPLER nats says the same otherwise.
+    """
     setting = cleaned(setting)
     plain = select(setting)
     sharp = sharpened(setting, plain)
-    if sharp is setting:
-        return setting.found, [plain]
-    return sharp.found, [select(sharp), among(plain, sharp)]
+    found = [plain] if sharp is setting else [select(sharp), among(plain, sharp)]
+    if any(numbers(t.family) > FEW for s in found for t in s.terms):
+        few = select(replace(sharp, most=FEW))
+        found += [few] if worth(few, sharp) > max(worth(s, sharp) for s in found) + SIMPLER else []
+    return sharp.found, found
 
 
 def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:

@@ -65,7 +65,8 @@ class Selection:
 @dataclass(frozen=True, eq=False)
 class Setting:
     """What the selection works with. raw (m,): white residual before clipping; start (m,): the same with outliers pulled
-    towards what was last found, for a strong signal is no outlier; refine: continuous search of scans.
+    towards what was last found, for a strong signal is no outlier; refine: continuous search of scans; most: numbers that a
+    name may have.
     """
 
     found: Dictionary
@@ -75,6 +76,7 @@ class Setting:
     threshold: float
     refine: Refiner
     start: Array | None = None  # None: raw, outliers pulled in about nothing
+    most: int | None = None
 
 
 def joint(terms: Sequence[Term], setting: Setting) -> Selection:
@@ -207,17 +209,31 @@ def _best_addition(
     allowance: float | None = None,
 ) -> Term | None:
     """The name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
-    options = conditional(state.terms, state, setting)
-    scores = family_scores(setting.found, options)
-    taken = {t.family.id for t in state.terms}
+    options, scores = _competing(state.terms, state, setting)
     for i, family in enumerate(setting.found.families):
-        if family.id in taken or (allowed is not None and not allowed(family)):
+        if allowed is not None and not allowed(family):
             scores[i] = -np.inf
     best = int(np.argmax(scores))
     if scores[best] <= setting.threshold + (mismatch(state) if allowance is None else allowance):
         return None
     best = _simplest(best, scores, options, state, setting)
     return _term(best, options, state.terms, state, setting)
+
+
+def _competing(given: Sequence[Term], state: Selection, setting: Setting) -> tuple[Array, Array]:
+    """Nats of all options and of all families beside some terms; -inf for these themselves, and for names with too many numbers."""
+    options = conditional(given, state, setting)
+    scores = family_scores(setting.found, options)
+    taken = {t.family.id for t in given}
+    for i, family in enumerate(setting.found.families):
+        if family.id in taken or (setting.most is not None and numbers(family) > setting.most):
+            scores[i] = -np.inf
+    return options, scores
+
+
+def numbers(family: Family) -> int:
+    """Numbers of the simplest shape of a name."""
+    return min(o.columns.shape[1] for o in family.options)
 
 
 def conditional(given: Sequence[Term], state: Selection, setting: Setting) -> Array:
@@ -316,12 +332,7 @@ def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
         return None
     for i in range(len(state.terms)):
         others = state.terms[:i] + state.terms[i + 1 :]
-        options = conditional(others, state, setting)
-        scores = family_scores(setting.found, options)
-        taken = {t.family.id for t in others}
-        for j, family in enumerate(setting.found.families):
-            if family.id in taken:
-                scores[j] = -np.inf
+        options, scores = _competing(others, state, setting)
         best = int(np.argmax(scores))
         if scores[best] <= setting.threshold:
             return others

@@ -14,7 +14,13 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.clamping import Clamping
-from vcmm.effects.component import CalibrationModes, ComponentPolynomial, ComponentSpline, ComponentTable
+from vcmm.effects.component import (
+    CalibrationModes,
+    ComponentPolynomial,
+    ComponentSpline,
+    ComponentTable,
+    ComponentWarming,
+)
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
@@ -41,17 +47,20 @@ from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
+from vcmm.effects.spindle_load import SpindleLoadGrowth
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.tilt import AxisLean, CentreLineOffset, CentreLineTilt
 from vcmm.effects.tip_form import TipForm
 from vcmm.effects.uniform_scale import UniformScale
 from vcmm.effects.workpiece import WorkpieceHeating
+from vcmm.effects.workpiece_bending import WorkpieceBending
 
 ALL: tuple[type[Effect], ...] = (
     ComponentTable,
     ComponentSpline,
     ComponentPolynomial,
+    ComponentWarming,
     CalibrationModes,
     ScaleFactor,
     UniformScale,
@@ -76,6 +85,7 @@ ALL: tuple[type[Effect], ...] = (
     Reindexing,
     GradientBending,
     SpindleGrowth,
+    SpindleLoadGrowth,
     ScrewHeating,
     Backlash,
     BacklashRamp,
@@ -106,6 +116,7 @@ ALL: tuple[type[Effect], ...] = (
     AirIndex,
     DeadPath,
     ToolDeflection,
+    WorkpieceBending,
     ToolWear,
     ToolRunout,
     WorkpieceHeating,

@@ -17,7 +17,7 @@ from vcmm.core.declaration import UM, URAD, KnownRange, Typical
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear, node_weights
-from vcmm.core.run import Array, Run
+from vcmm.core.run import T0_DEG_C, Array, Run
 
 EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
 
@@ -223,11 +223,50 @@ class ComponentPolynomial(_Component):
     )
 
     def error_motion(self, run: Run) -> Array:
-        q = run.q(self.link)
-        s = q / 1000.0 if self.link in "XYZ" else q
-        return self._place(
-            np.vander(s, len(self.coefficients), increasing=True) @ np.asarray(self.coefficients, dtype=float)
-        )
+        return self._place(_power_series(self.coefficients, self.link, run))
+
+
+def _power_series(coefficients: Any, axis: str, run: Run) -> Array:
+    """c0 + c1 s + c2 s^2 ... (n,), s = position in m or rad."""
+    q = run.q(axis)
+    s = q / 1000.0 if axis in "XYZ" else q
+    return np.asarray(
+        np.vander(s, len(coefficients), increasing=True) @ np.asarray(coefficients, dtype=float)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ComponentWarming(_Component):
+    """(c0 + c1 s + c2 s^2 ...) (T lagged by tau - 20 degC): a component error that goes with a temperature, coefficients per kelvin.
+
+    What a regression of an error parameter on temperature sensors gives, one of these per parameter and sensor.
+    """
+
+    name = "component_warming"
+    per = "component, sensor"
+    cites = "ISO 230-3:2020; D. Marin, SISOM 2004: geometric parameters by regression on temperatures"
+    diagnosed = False
+    sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
+    coefficients: Any = param(
+        lambda: np.zeros(2),
+        "mm or rad",
+        "c0, c1 ... per kelvin and power of the position in m or rad",
+        shape="(powers,)",
+        typical=Typical(2 * UM, "per kelvin, over a travel of the order of 1 m", 5 * URAD),
+    )
+    tau: float = param(0.0, "s", "time constant behind the sensor", scan=(60.0, 300.0, 1200.0, 3600.0))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.tau < 0:
+            raise UsageError(f"{self.id}: tau = {self.tau:g} s is negative; a lag is zero or positive")
+
+    def required(self) -> tuple[str, ...]:
+        return (f"temp_{self.sensor}_C",)
+
+    def error_motion(self, run: Run) -> Array:
+        warm = run.lagged(self.sensor, self.tau) - T0_DEG_C
+        return self._place(_power_series(self.coefficients, self.link, run) * warm)
 
 
 @dataclass(frozen=True, eq=False)

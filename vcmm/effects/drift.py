@@ -7,11 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, UM, Opposite, Typical, Words
+from vcmm.core.declaration import HOUR, UM, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
 from vcmm.core.trained import check_trained, within
+
+CUT = Prior(
+    rare_with="cut_length_mm"
+)  # while a tool cuts its spindle runs: that is the usual cause of a drift, and has a name
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,7 @@ class LinearDrift(_Drift):
     name = "linear_drift"
     per = "direction"
     cites = "ISO 230-3:2020: drift under constant environment"
+    prior = CUT
     words = Words(
         seen="the tip drifts towards +{direction} by {c}",
         causes="warming up, settling or a foundation",
@@ -69,6 +74,7 @@ class SettlingDrift(_Drift):
     family: ClassVar[str] = "linear_drift"
     per = "direction"
     cites = "ISO 230-3:2020: warm-up towards a steady state; first-order response to switching on"
+    prior = CUT
     c: float = param(
         0.0,
         "um/h",

@@ -1,8 +1,8 @@
 """Residual error fields: what a compensated machine still does, given at nodes of its volume.
 
-ResidualField: node vectors interpolated as in Gaska et al. 2014 ("columns": a curve along z through the nodes of
-each vertical column, then linear on Delaunay triangles of the columns or the nearest column; the z error from the
-nearest node) or trilinear on a rectangular grid. Interpolating independent draws shrinks the variance between the
+ResidualField: node vectors interpolated as in Gaska et al. 2014 ("columns": a b-spline along z through the nodes of
+each vertical column, or with the nodes as its control points, then linear on Delaunay triangles of the columns or the nearest
+column; the z error from the nearest node) or trilinear on a rectangular grid. Interpolating independent draws shrinks the variance between the
 nodes; CorrelatedField keeps it: a Gaussian process whose standard deviation follows the nodes'.
 All vectors are tip errors (actual - nominal) in workpiece axes. Outside the nodes' hull the field is refused.
 """
@@ -24,6 +24,10 @@ from vcmm.core.run import Array, Run
 
 Ints = npt.NDArray[np.intp]
 METHODS = ("columns-linear", "columns-nearest", "trilinear")
+CURVES = (
+    "through",
+    "control",
+)  # the b-spline of a column passes through its nodes, or has them as control points
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,7 @@ class ResidualField(Effect):
 
     name = "residual_field"
     per = "machine"
+    role = "residual field"
     cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
     diagnosed = False
     over_volume = True
@@ -48,6 +53,7 @@ class ResidualField(Effect):
         shape="(nodes, 3)",
         typical=Typical(1 * UM, "what compensation leaves: 0.5-3 um"),
     )
+    curve: str = "through"
 
     def __post_init__(self) -> None:
         if np.size(self.values) == 0:
@@ -56,6 +62,8 @@ class ResidualField(Effect):
             raise UsageError(
                 f'residual_field: interpolation = "{self.interpolation}"; allowed: {", ".join(METHODS)}'
             )
+        if self.curve not in CURVES:
+            raise UsageError(f'residual_field: curve = "{self.curve}"; allowed: {", ".join(CURVES)}')
         if np.shape(self.values) != np.shape(self.nodes):
             raise UsageError(
                 f"residual_field: {len(self.values)} values for {len(self.nodes)} nodes; give one row of x y z per node"
@@ -97,13 +105,16 @@ class ResidualField(Effect):
 
     def _weights(self, tip: Array) -> tuple[Array, Array]:
         triangles = None if self.interpolation == "trilinear" else self._triangles
-        return field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, tip, triangles)
+        nodes = np.asarray(self.nodes, dtype=float)
+        return field_weights(nodes, self.interpolation, tip, triangles, self.curve)
 
 
-def field_weights(nodes: Array, method: str, tip: Array, triangles: Any = None) -> tuple[Array, Array]:
+def field_weights(
+    nodes: Array, method: str, tip: Array, triangles: Any = None, curve: str = "through"
+) -> tuple[Array, Array]:
     """(lateral, vertical) weights (n, nodes): field x, y = lateral @ values, z = vertical @ values.
 
-    `triangles`: the Delaunay triangulation of the columns, if it was made before.
+    curve: of CURVES, along the columns. `triangles`: the Delaunay triangulation of the columns, if it was made before.
     Raises ModelLimit for a point outside the hull of the nodes.
     """
     if method == "trilinear":
@@ -119,7 +130,7 @@ def field_weights(nodes: Array, method: str, tip: Array, triangles: Any = None) 
     lateral = np.zeros((len(tip), len(nodes)))
     for j, column in enumerate(columns):
         _refuse_beyond(nodes[column], tip, in_plane[:, j] > 1e-12)
-        lateral[:, column] += in_plane[:, j, None] * _curve_weights(nodes[column, 2], tip[:, 2])
+        lateral[:, column] += in_plane[:, j, None] * _curve_weights(nodes[column, 2], tip[:, 2], curve)
     return lateral, _nearest_weights(nodes, tip)
 
 
@@ -133,17 +144,28 @@ def _columns(nodes: Array) -> list[Ints]:
     return out
 
 
-def _curve_weights(levels: Array, z: Array) -> Array:
-    """Weights (n, levels) of the interpolating b-spline through the nodes of one column.
+def _curve_weights(levels: Array, z: Array, curve: str = "through") -> Array:
+    """Weights (n, levels) of the b-spline of one column at heights z.
 
-    Degree 3 where there are four levels or more: through four nodes this is their cubic.
+    Degree 3 where there are four levels or more. "through": the curve through the nodes, of four nodes their cubic. "control": the nodes
+    are its control points, so that its height runs by the same b-spline and is solved for; of four nodes a Bezier curve.
     """
-    from scipy.interpolate import make_interp_spline
+    from scipy.interpolate import BSpline, make_interp_spline
 
-    degree = min(3, len(levels) - 1)
+    count = len(levels)
+    degree = min(3, count - 1)
     if degree < 1:
         return np.ones((len(z), 1))
-    return np.asarray(make_interp_spline(levels, np.eye(len(levels)), k=degree)(z))
+    if curve == "through":
+        return np.asarray(make_interp_spline(levels, np.eye(count), k=degree)(z))
+    knots = np.concatenate([np.zeros(degree), np.linspace(0.0, 1.0, count - degree + 1), np.ones(degree)])
+    height, shares = BSpline(knots, levels, degree), BSpline(knots, np.eye(count), degree)
+    low, high = np.zeros(len(z)), np.ones(len(z))
+    for _ in range(50):  # the height rises with the parameter, since the levels do
+        middle = (low + high) / 2
+        above = height(middle) > z
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return np.asarray(shares((low + high) / 2))
 
 
 def _triangulated(plane: Array) -> Any:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical
+from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import TOOL_AXIS_COLUMNS, Array, Run
@@ -93,7 +93,15 @@ class ToolRadius(Effect):
     cites = "ISO 13399-3 (cutting diameter); JCGM 100, 4.3"
     role = "tool radius"
     belongs_to = "tool"
-    diagnosed = False
+    needs_cut = True  # set by hand, and seen in the part only
+    words = Words(
+        seen="the tool is larger in radius than its table says ({dr})",
+        causes="set wrongly, another tool or insert, or its longest tooth stands out (on a wall run-out is the same)",
+        confirm="set the tool again",
+        opposite=Opposite(
+            "dr", "the tool is smaller in radius than its table says ({dr})", "set wrongly, reground or worn"
+        ),
+    )
     tool: str = at("", "tool number; empty = all")
     dr: float = param(
         0.0,

@@ -143,7 +143,7 @@ def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse
 
 def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
     """The belts of characteristic number `index` of drawn parts of one family."""
-    true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
+    true, indicated, rest = there(index, drawn)
     bounded = gps.one_sided(c)
     whole = _belt(true, indicated, bounded)
     rest = np.maximum(rest, 1e-12)
@@ -155,6 +155,18 @@ def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse
     classes, t, y = np.searchsorted(edges, rest), true / rest, indicated / rest
     belts = [_belt(t[classes == k], y[classes == k], bounded) for k in range(len(edges) + 1)]
     return FamilyInverse(tuple(belts), whole, edges, bounded)
+
+
+def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
+    """true, indicated, rest (m,) of the parts that have such an element."""
+    true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
+    has = np.isfinite(true) & np.isfinite(indicated)
+    return true[has], indicated[has], rest[has]
+
+
+def lost(index: int, drawn: Pairs) -> float:
+    """Share of the parts that have no such element."""
+    return 1.0 - len(there(index, drawn)[0]) / len(drawn.true)
 
 
 def sorted_by_roughness(c: Characteristic) -> bool:
@@ -188,6 +200,6 @@ def _smoothed(rows: Array) -> Array:
 
 def coverage(inverse: Inverse, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
     """Share of drawn parts whose true value lies in the interval for p. seen: read with their roughness."""
-    true, found, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
+    true, found, rest = there(index, drawn)
     low, high = inverse.interval(p, found, rest if seen else None)
     return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())

@@ -13,6 +13,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.evaluation.linear import LinearModel, build
+from vcmm.gps.criteria import POINTS, wanted
 from vcmm.gps.filters import PER_WAVE
 from vcmm.measuring.plan import Touches
 from vcmm.measuring.task import Task
@@ -20,7 +21,10 @@ from vcmm.part.part import Feature, normal, surface_point
 from vcmm.response.influence import Influence, Product
 from vcmm.response.trials import Draws
 
-AROUND, ALONG, SIDE = 72, 5, 15  # points around and along a round feature, along each side of a plane
+ALONG, SIDE = 5, 15  # points along a feature, along each side of a plane
+# points around a surface, a circle, and where elements by contact are searched in every drawn part: no multiples of 2 to 15, so
+# that lobes show at many phases
+AROUND, CIRCLE, BY_CONTACT = 127, 361, 71
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,45 +50,46 @@ class Errorless:
         return self.task.machine, self.task.touches.run
 
 
-def all_over(feature: Feature, measured: Array, most: int = AROUND) -> Array:
+def all_over(feature: Feature, measured: Array, count: int = AROUND) -> Array:
     """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh).
 
-    most: around a circle and along a line, where a filter needs more.
+    count: around the feature, or along a line.
     """
-    count = most if feature.kind == "circle" else AROUND
     around = np.arange(count) * (2 * np.pi / count)
     if feature.kind == "plane":
         u, v = (np.linspace(-e / 2, e / 2, SIDE) for e in feature.extent)
         return surface_point(feature, np.repeat(u, SIDE), np.tile(v, SIDE))
     if feature.kind == "line":
-        return surface_point(feature, np.linspace(0.0, feature.extent[0], most))
+        return surface_point(feature, np.linspace(0.0, feature.extent[0], count))
     if feature.kind == "circle":
         return surface_point(feature, around)
     if feature.kind in ("cylinder", "cone"):
         along = np.linspace(0.0, feature.extent[0], ALONG)
-        return surface_point(feature, np.tile(around, ALONG), np.repeat(along, AROUND))
+        return surface_point(feature, np.tile(around, ALONG), np.repeat(along, count))
     if feature.kind == "sphere":  # evenly over the whole sphere, turned by the golden angle (spiral of Vogel)
         k = np.arange(240) + 0.5
         return surface_point(feature, k * np.pi * (3.0 - np.sqrt(5.0)), np.arcsin(1.0 - 2.0 * k / 240))
     if feature.kind == "torus":
         return surface_point(
-            feature, np.tile(around[::2], 8), np.repeat(np.arange(8) * (np.pi / 4), AROUND // 2)
+            feature, np.tile(around[::2], 8), np.repeat(np.arange(8) * (np.pi / 4), len(around[::2]))
         )
     return measured
 
 
-def _most(task: Task, name: str) -> int:
-    """Points of a profile: enough for its filters."""
+def _around(task: Task, name: str) -> int:
+    """Points around a feature: enough for its filters, and no more than needed where elements by contact are searched."""
     feature = task.part.features[name]
     filters = [c.filter for c in task.part.characteristics if c.filter is not None and name in c.of]
     waves = [f.upr or feature.extent[0] / float(f.cutoff or feature.extent[0]) for f in filters]
-    return max([AROUND, *(math.ceil(PER_WAVE * w) for w in waves)])
+    touched = set(wanted(task.part.characteristics).get(name, ())) - {POINTS}
+    count = BY_CONTACT if touched else CIRCLE if feature.kind == "circle" else AROUND
+    return max([count, *(math.ceil(PER_WAVE * w) for w in waves)])
 
 
 def surface_model(task: Task) -> LinearModel:
     """The linear model of the true characteristics of the part of a task, from departures of its surface at dense points."""
     t, features = task.touches, task.part.features
-    points = {n: all_over(features[n], t.points[rows], _most(task, n)) for n, rows in t.rows.items()}
+    points = {n: all_over(features[n], t.points[rows], _around(task, n)) for n, rows in t.rows.items()}
     normals = {
         name: t.normals[t.rows[name]]
         if features[name].kind in ("point", "mesh")

@@ -25,8 +25,15 @@ def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[D
         lanes = [(k, copy_code(c)) for c in influence.copies for k in range(r)]
         raw = draw(seed, influence.input.id, np.array(lanes, dtype=np.uint32), law, first, count)
         raw = raw.reshape(count, len(influence.copies), r)
-        out.append(Draws(influence, raw, raw @ factor.T))
+        out.append(Draws(influence, raw, _spread(raw, factor)))
     return out
+
+
+def _spread(raw: Array, factor: Array) -> Array:
+    """raw (m, copies, r) times the factor (k, r), which is diagonal for Inputs whose elements are independent."""
+    if factor.shape[0] == factor.shape[1] and not (factor - np.diag(np.diag(factor))).any():
+        return np.asarray(raw * np.diag(factor))
+    return np.asarray(raw @ factor.T)
 
 
 def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:

@@ -1,4 +1,4 @@
-"""How real surfaces depart from their nominal shape: families of forms, drawn at any points of a feature.
+"""Families of form: how real surfaces depart from their nominal shape, drawn at any points of a feature.
 
 waves    a few waves around and along the feature, amplitudes falling with their number
          by a power that differs from part to part (drilled and turned holes have few lobes, milled and ground ones many).
@@ -12,7 +12,9 @@ Undulations per revolution and their amplitudes: ISO 12181-2 (50 UPR at most for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +22,49 @@ import numpy.typing as npt
 from vcmm.core.run import Array
 from vcmm.part.part import Feature, centre, frame, normal
 
-Family = Callable[[np.random.Generator, Feature, Sequence[Array], int], list[Array]]
 Ints = npt.NDArray[np.integer]
 AROUND, ALONG, WAVES = 15, 5, 6  # most lobes, most half waves along a feature, waves of one part
+NOTHING = 1e-9  # mm per mm or rad: a motion that moves no point by more is none
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """Where forms of a feature are drawn: sets of points (n, 3), the last one all over. Made once for all parts."""
+
+    feature: Feature
+    sets: tuple[Array, ...]
+
+    @property
+    def round(self) -> bool:
+        return self.feature.kind not in ("plane", "line")
+
+    @cached_property
+    def coordinates(self) -> tuple[tuple[Array, Array], ...]:
+        return tuple(coordinates(self.feature, p) for p in self.sets)
+
+    @cached_property
+    def waves(self) -> tuple[Array, ...]:
+        """(4 (AROUND + 1) (ALONG + 1), n) of every set: products of waves around and along, motions and sizes left out."""
+        scale = 1.0 if self.round else np.pi / 2
+        found = [_products(a, b, scale) for a, b in self.coordinates]
+        return tuple(found[k] - found[-1] @ self.fitted[k] for k in range(len(found)))
+
+    @cached_property
+    def fitted(self) -> tuple[Array, ...]:
+        """(N, n) of every set: what motions and sizes, fitted to departures (N,) of the last one, are at its points."""
+        moved = [motions(self.feature, p, normal(self.feature, p)) for p in self.sets]
+        used = np.abs(moved[-1]).max(axis=0) > NOTHING
+        scale = np.abs(moved[-1]).max(axis=0)[used]
+        inverse = np.linalg.pinv(moved[-1][:, used] / scale, rcond=NOTHING)
+        return tuple((inverse.T @ (m[:, used] / scale).T) for m in moved)
+
+    def of_unit_size(self, drawn: list[Array]) -> list[Array]:
+        """Divided by the root mean square over the last set."""
+        size = np.sqrt((drawn[-1] ** 2).mean(axis=1, keepdims=True))
+        return [d / np.maximum(size, 1e-12) for d in drawn]
+
+
+Family = Callable[[np.random.Generator, Ground, int], list[Array]]
 
 
 def coordinates(feature: Feature, points: Array) -> tuple[Array, Array]:
@@ -43,48 +85,45 @@ def coordinates(feature: Feature, points: Array) -> tuple[Array, Array]:
     return np.zeros(len(points)), np.zeros(len(points))
 
 
-def waves(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], count: int) -> list[Array]:
-    """Departures (count, n) at every set of points (n, 3) of one feature."""
-    round_ = feature.kind not in ("plane", "line")
-    flat = feature.kind == "plane"
+def waves(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
+    """Departures (count, n) at every set of points of one feature."""
+    flat = ground.feature.kind == "plane"
     first = (
         rng.integers(0, AROUND + 1, (count, WAVES))
-        if round_
+        if ground.round
         else rng.integers(0, ALONG + 1, (count, WAVES)) * flat
     )
-    along = rng.integers(0, ALONG + 1, (count, WAVES)) * (feature.kind != "circle")
-    return _sum_of(rng, feature, sets, first, along)
+    along = rng.integers(0, ALONG + 1, (count, WAVES)) * (ground.feature.kind != "circle")
+    return _sum_of(rng, ground, first, along)
 
 
-def lobes(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], count: int) -> list[Array]:
+def lobes(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
     """Departures (count, n) of one wave alone: 2 to 7 lobes around, or one to three half waves along."""
-    if feature.kind in ("plane", "line"):
-        first = rng.integers(0, 4, (count, 1)) * (feature.kind == "plane")
+    if not ground.round:
+        first = rng.integers(0, 4, (count, 1)) * (ground.feature.kind == "plane")
         along = rng.integers(1, 4, (count, 1))
         along = np.where(first + along < 2, 2, along)  # a half wave along is nearly a tilt
-        return _sum_of(rng, feature, sets, first, along)
-    return _sum_of(rng, feature, sets, rng.integers(2, 8, (count, 1)), np.zeros((count, 1), dtype=np.int64))
+        return _sum_of(rng, ground, first, along)
+    return _sum_of(rng, ground, rng.integers(2, 8, (count, 1)), np.zeros((count, 1), dtype=np.int64))
 
 
-def _sum_of(
-    rng: np.random.Generator, feature: Feature, sets: Sequence[Array], first: Ints, along: Ints
-) -> list[Array]:
+def _sum_of(rng: np.random.Generator, ground: Ground, first: Ints, along: Ints) -> list[Array]:
     """Waves of numbers first and along (count, w), of random phase, amplitudes falling with their number."""
+    from scipy.sparse import csr_array
+
     count, number = first.shape
-    round_ = feature.kind not in ("plane", "line")
     power = rng.uniform(0.0, 2.0, (count, 1))
     size = rng.normal(size=(count, number)) * (1.0 + first + along) ** -power
     phase = rng.uniform(0.0, 2 * np.pi, (2, count, number))
-    weights = np.zeros((count, 4, (AROUND + 1) * (ALONG + 1)))
-    part = np.arange(count)[:, None], first * (ALONG + 1) + along
-    signs = ((np.cos, np.cos, 1.0), (np.cos, np.sin, -1.0), (np.sin, np.cos, -1.0), (np.sin, np.sin, 1.0))
-    for k, (one, other, sign) in enumerate(
-        signs
-    ):  # cos(m a + f) cos(l b + g) in products of cosines and sines
-        np.add.at(weights[:, k], part, sign * size * one(phase[0]) * other(phase[1]))
-    scale = 1.0 if round_ else np.pi / 2
-    out = [weights.reshape(count, -1) @ _products(*coordinates(feature, p), scale) for p in sets]
-    return _of_unit_size(feature, sets, out)
+    (c, d), (s, t) = np.cos(phase), np.sin(phase)
+    # cos(m a + f) cos(l b + g) in products of cosines and sines, in the order of `_products`
+    amounts = np.concatenate([size * x for x in (c * d, -c * t, -s * d, s * t)], axis=1)
+    place = first * (ALONG + 1) + along
+    block = (AROUND + 1) * (ALONG + 1)
+    columns = np.concatenate([place + k * block for k in range(4)], axis=1)
+    rows = np.arange(count + 1) * (4 * number)
+    weights = csr_array((amounts.ravel(), columns.ravel(), rows), shape=(count, 4 * block))
+    return ground.of_unit_size([weights @ w for w in ground.waves])
 
 
 def _products(a: Array, b: Array, scale: float) -> Array:
@@ -95,24 +134,22 @@ def _products(a: Array, b: Array, scale: float) -> Array:
     return np.concatenate([r.reshape(-1, len(a)) for r in rows])
 
 
-def edges(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], count: int) -> list[Array]:
+def edges(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
     """Departures (count, n) of another kind: two bumps or dents of random place and width, and cusped lobes."""
-    round_ = feature.kind not in ("plane", "line")
     at = (
         rng.uniform(-1.0, 1.0, (2, count, 2, 1))
-        * np.array([np.pi if round_ else 1.0, 1.0])[:, None, None, None]
+        * np.array([np.pi if ground.round else 1.0, 1.0])[:, None, None, None]
     )
     width, height = rng.uniform(0.15, 0.8, (count, 2, 1)), rng.normal(size=(count, 2, 1))
     lobes, phase = rng.integers(2, 8, (count, 1)), rng.uniform(0.0, 2 * np.pi, (count, 1))
     cusped = rng.uniform(-1.0, 1.0, (count, 1))
     out = []
-    for points in sets:
-        a, b = coordinates(feature, points)
+    for a, b in ground.coordinates:
         near = a - at[0]
-        near = 2.0 * np.sin(near / 2) if round_ else near
+        near = 2.0 * np.sin(near / 2) if ground.round else near
         bumps = (height * np.exp(-0.5 * (near**2 + (b - at[1]) ** 2) / width**2)).sum(axis=1)
-        out.append(bumps + cusped * np.abs(np.sin(lobes * (a if round_ else a + b) / 2 + phase)))
-    return _of_unit_size(feature, sets, out)
+        out.append(bumps + cusped * np.abs(np.sin(lobes * (a if ground.round else a + b) / 2 + phase)))
+    return ground.of_unit_size([d - out[-1] @ fit for d, fit in zip(out, ground.fitted)])
 
 
 FAMILIES: Mapping[str, Family] = {"waves": waves, "lobes": lobes, "edges": edges}
@@ -122,10 +159,11 @@ KNOWN, OTHER = ("waves", "lobes"), "edges"
 def motions(feature: Feature, points: Array, normals: Array) -> Array:
     """(n, k): displacement of every point along its normal for unit motions of the feature and changes of its sizes.
 
-    Three shifts (mm), three turns (rad) about the nominal centre, then the sizes (mm, rad).
+    Three shifts (mm), three turns (rad) about the nominal centre (none of a circle, whose axis is that of the drawing), then
+    the sizes (mm, rad).
     """
     arm = points - centre(feature)
-    columns = [normals, np.cross(arm, normals)]
+    columns = [normals, np.cross(arm, normals) * (feature.kind != "circle")]
     side = -1.0 if feature.inside else 1.0
     if len(feature.sizes):
         columns.append(np.full((len(points), 1), side))
@@ -141,19 +179,8 @@ def motions(feature: Feature, points: Array, normals: Array) -> Array:
 def left_over(feature: Feature, points: Array, normals: Array) -> Array:
     """(n, n): what motions and sizes of the feature leave of displacements along the normals (least squares)."""
     columns = motions(feature, points, normals)
-    columns = columns / np.maximum(np.abs(columns).max(axis=0), 1e-12)
+    largest = np.abs(columns).max(axis=0)
+    columns = columns[:, largest > NOTHING] / largest[largest > NOTHING]
     basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    basis = basis[:, sizes > 1e-9 * max(float(sizes[0]), 1e-12)]
+    basis = basis[:, sizes > NOTHING * sizes[0]]
     return np.eye(len(points)) - basis @ basis.T
-
-
-def _of_unit_size(feature: Feature, sets: Sequence[Array], drawn: list[Array]) -> list[Array]:
-    """Divided by the root mean square at the last set, the densest; position and size, which are no form, left out."""
-    fitted = []
-    last = motions(feature, sets[-1], normal(feature, sets[-1]))
-    scale = np.maximum(np.abs(last).max(axis=0), 1e-12)
-    part = np.linalg.lstsq(last / scale, drawn[-1].T, rcond=1e-9)[0]
-    for points, values in zip(sets, drawn):
-        fitted.append(values - (motions(feature, points, normal(feature, points)) / scale @ part).T)
-    size = np.sqrt((fitted[-1] ** 2).mean(axis=1, keepdims=True))
-    return [v / np.maximum(size, 1e-12) for v in fitted]

@@ -18,7 +18,7 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
     said = result.truth.given(y, result.p, result.interval_kind, limits)
-    if said.counted is not None:
+    if said.counted is not None or said.short:
         result = replace(result, coverage_shown=not said.short, why_not_shown=said.short)
     if result.extreme and not isinstance(
         result.truth, Predicted
@@ -31,13 +31,14 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     half = (said.interval[1] - said.interval[0]) / 2
     known = math.isfinite(result.u) and result.u > 0
     half = result.half_width or half
-    true = None
+    true, bias = None, result.bias
     if result.extreme and not isinstance(result.truth, Predicted):
         true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted)
+        bias = bias if isinstance(result.truth, Additive) else y - said.estimate
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
-        result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, interval=said.interval,
-        k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
+        result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, bias=bias,
+        interval=said.interval, k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
     )  # fmt: skip
 
 

@@ -8,13 +8,13 @@ Belts reach to parts some times rougher than what was indicated; they are drawn 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, coverage, inverse_of, sorted_by_roughness
+from vcmm.evaluation.belts import Inverse, coverage, inverse_of, lost, sorted_by_roughness
 from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.form_family import KNOWN, OTHER
 from vcmm.evaluation.linear import LinearModel
@@ -49,8 +49,13 @@ REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
 FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is told
 ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is told
 BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
+MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
 HIDDEN = (
     "the points hardly meet some forms: a part of any true value could indicate as little; more points help"
+)
+NO_ELEMENT = (
+    "{:.0%} of the parts drawn with forms of up to {:.3g} um have no such element: the points span too little of the feature; "
+    "measure more of it"
 )
 TOO_FEW = (
     "the coverage of the interval about the true value was counted and is too small: {:.0%} of drawn parts, {:.0%} of "
@@ -64,6 +69,15 @@ class CountedInverse:
 
     inverse: Inverse
     counted: tuple[float, float]
+
+    def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
+        found, rests = np.array([y]), None if rest is None else np.array([rest])
+        low, high = (float(end[0]) for end in self.inverse.interval(p, found, rests))
+        within = None if limits is None else float(np.clip(self.inverse.within(*limits, y, rest), 0.0, 1.0))
+        estimate = float(self.inverse.estimate(found, rests)[0])
+        if self.blind(p):
+            estimate, high = np.nan, np.inf
+        return Statement(estimate, (low, high), within, self.shortfall(p), self.counted)
 
     def blind(self, p: float) -> bool:
         """Whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
@@ -80,43 +94,61 @@ class CountedInverse:
         return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
 
 
+@dataclass(frozen=True)
+class NoInverse:
+    """Of a characteristic that too many parts do not have: nothing is known of its true value but that it is there."""
+
+    why: str
+
+    def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
+        return Statement(np.nan, (-np.inf, np.inf), None, self.why)
+
+    def shortfall(self, p: float) -> str:
+        return self.why
+
+
 @dataclass(frozen=True, eq=False)
 class Added:
-    """What the machine adds to parts that are off or rough: (C,) u and half of where p lie; by Input (m, C), by the form (C,)."""
+    """What the machine adds to one characteristic of parts that are off or rough: u and half of where p lie; by Input (m,), by the form."""
 
-    u: Array
-    half: Array
+    u: float
+    half: float
     by_input: Array
-    by_form: Array
+    by_form: float
 
 
 @dataclass(frozen=True, eq=False)
 class Inversion:
-    """Belts of all characteristics of a task, by how far they reach. numbers: the characteristics that are extreme."""
+    """Belts of the extreme characteristics of a task, number `numbers` of all, by how far they reach."""
 
     drawing: Drawing
     settings: Settings
     numbers: tuple[int, ...]
     _drawn: dict[int, DrawnParts] = field(default_factory=dict, repr=False)
-    _made: dict[tuple[int, int, bool], CountedInverse] = field(default_factory=dict, repr=False)
+    _made: dict[tuple[int, int, bool], CountedInverse | NoInverse] = field(default_factory=dict, repr=False)
 
-    @property
-    def characteristics(self) -> tuple[Characteristic, ...]:
-        return self.drawing.task.part.characteristics
+    def column(self, i: int) -> int:
+        """Where characteristic i of the task stands among those that parts are drawn for."""
+        return self.numbers.index(i)
+
+    def characteristic(self, i: int) -> Characteristic:
+        return self.drawing.task.part.characteristics[self.column(i)]
 
     def reach(self, i: int, y: float) -> int:
         """How often the largest form is doubled so that it is well beyond an indicated value."""
-        if not gps.one_sided(self.characteristics[i]):
+        c = self.characteristic(i)
+        if not gps.one_sided(c):
             return 0
-        asked = REACH * y / min(*self.drawing.noise.values(), self.drawing.attitude) / MOST
+        noise = [self.drawing.noise[n] for n in gps.needs(c)] + [self.drawing.attitude]
+        asked = REACH * y / min(noise) / MOST
         return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
 
-    def counted(self, i: int, y: float, seen: bool) -> CountedInverse:
+    def counted(self, i: int, y: float, seen: bool) -> CountedInverse | NoInverse:
         """The belt of characteristic i for an indicated value, mm or rad. seen: the roughness of the part is known too."""
-        place = (i, self.reach(i, y), seen and sorted_by_roughness(self.characteristics[i]))
+        c = self.characteristic(i)
+        place = (i, self.reach(i, y), seen and sorted_by_roughness(c))
         if place not in self._made:
-            drawn = self.drawn(place[1])
-            self._made[place] = _counted(self.characteristics[i], i, drawn, self.settings.p, place[2])
+            self._made[place] = _counted(c, self.column(i), self.drawn(place[1]), self.settings.p, place[2])
         return self._made[place]
 
     def drawn(self, reach: int = 0) -> DrawnParts:
@@ -125,9 +157,22 @@ class Inversion:
             self._drawn[reach] = DrawnParts(self.drawing, self.settings, MOST * 2.0**reach)
         return self._drawn[reach]
 
+    def added(self, i: int) -> Added:
+        """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
+
+        There the machine acts as on every part that is off by more; what indicated and true value differ by is the error.
+        """
+        u, half, by_input, by_form = self._far if self.characteristic(i).type in gps.PLACED else self._formed
+        k = self.column(i)
+        return Added(float(u[k]), float(half[k]), by_input[:, k], float(by_form[k]))
+
     @cached_property
-    def added(self) -> Added:
-        return _added(self.drawing, self.settings)
+    def _far(self) -> tuple[Array, Array, Array, Array]:
+        return _of_parts(self.drawing, self.settings, 0.0, FAR)
+
+    @cached_property
+    def _formed(self) -> tuple[Array, Array, Array, Array]:
+        return _of_parts(self.drawing, self.settings, FORMED, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,20 +187,8 @@ class Inverted:
     limit: str = ""
 
     def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        one = self.inversion.counted(self.i, y, self.rest is not None)
-        found, rest = np.array([y]), None if self.rest is None else np.array([self.rest])
-        low, high = (float(end[0]) for end in one.inverse.interval(p, found, rest))
-        within = (
-            None if limits is None else float(np.clip(one.inverse.within(*limits, y, self.rest), 0.0, 1.0))
-        )
-        high = np.inf if one.blind(p) else high
-        return Statement(
-            float(one.inverse.estimate(found, rest)[0]),
-            (low, high),
-            within,
-            one.shortfall(p) or self.limit,
-            one.counted,
-        )
+        said = self.inversion.counted(self.i, y, self.rest is not None).given(y, self.rest, p, limits)
+        return replace(said, short=said.short or self.limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +240,7 @@ class DrawnParts:
 
 def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inversion:
     """What the extreme values of a task (characteristics number `numbers`) are read with."""
-    return Inversion(prepared(task, settings.seed), settings, tuple(numbers))
+    return Inversion(prepared(task, settings.seed, numbers), settings, tuple(numbers))
 
 
 def in_contact(task: Task) -> bool:
@@ -215,42 +248,38 @@ def in_contact(task: Task) -> bool:
     return any(set(asked) - {POINTS} for asked in wanted(task.part.characteristics).values())
 
 
-def _counted(c: Characteristic, i: int, drawn: DrawnParts, p: float, seen: bool) -> CountedInverse:
-    """seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
-    inverse = inverse_of(c, i, drawn.known)
+def _counted(
+    c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: bool
+) -> CountedInverse | NoInverse:
+    """k: its column. seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
+    without = max(lost(k, one) for one in drawn.known)
+    if without > MOST_LOST:
+        largest = 1e3 * drawn.most * max(drawn.drawing.noise[n] for n in gps.needs(c))
+        return NoInverse(NO_ELEMENT.format(without, largest))
+    inverse = inverse_of(c, k, drawn.known)
     blind = sorted_by_roughness(c) and not seen
     at = FIXED_BLIND if blind else FIXED
     anew = [*drawn.anew, *(drawn.fixed(ratio) for ratio in at)]
-    least = min(coverage(inverse, i, one, p, not blind) for one in anew)
-    return CountedInverse(inverse, (least, coverage(inverse, i, drawn.other, p, not blind)))
-
-
-def _added(drawing: Drawing, settings: Settings) -> Added:
-    """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
-
-    There the machine acts as on every part that is off by more; what indicated and true value differ by is the error.
-    """
-    count = ADDED_BY_CONTACT if in_contact(drawing.task) else ADDED
-    far, formed = (_of_parts(drawing, settings, count, *how) for how in ((0.0, FAR), (FORMED, 0.0)))
-    placed = [c.type in gps.PLACED for c in drawing.task.part.characteristics]
-    return Added(*(np.where(placed, a, b) for a, b in zip(far, formed)))
+    least = min(coverage(inverse, k, one, p, not blind) for one in anew)
+    return CountedInverse(inverse, (least, coverage(inverse, k, drawn.other, p, not blind)))
 
 
 def _of_parts(
-    drawing: Drawing, settings: Settings, count: int, form: float, off: float
+    drawing: Drawing, settings: Settings, form: float, off: float
 ) -> tuple[Array, Array, Array, Array]:
+    """u (C,), half (C,), by Input (m, C), by the form (C,)."""
+    count = ADDED_BY_CONTACT if in_contact(drawing.task) else ADDED
     model, place = drawing.measured, (settings.seed + 4, 0)
     touched, surface = surfaces(drawing, count, place, (KNOWN[0], MOST, form), off)
     true, still = values(drawing.surface, surface), values(model, touched)
     error = values(model, touched + machine_part(model, *place, count)) - true
-    kept = np.isfinite(error).all(axis=1) & np.isfinite(still).all(axis=1)
-    low, high = np.quantile(error[kept], [(1 - settings.p) / 2, (1 + settings.p) / 2], axis=0)
+    low, high = np.nanquantile(error, [(1 - settings.p) / 2, (1 + settings.p) / 2], axis=0)
     alone = [
         _alone(model, touched, still, moved)
         for moved in (of_input(model, d) for d in draw_inputs(model, *place, count))
     ]
-    by_form = (still - true)[kept].std(axis=0)
-    return error[kept].std(axis=0), (high - low) / 2, np.array(alone).reshape(-1, len(low)), by_form
+    by_form = np.nanstd(still - true, axis=0)
+    return np.nanstd(error, axis=0), (high - low) / 2, np.array(alone).reshape(-1, len(low)), by_form
 
 
 def _alone(model: LinearModel, touched: Array, still: Array, moved: Array) -> Array:

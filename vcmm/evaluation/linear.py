@@ -27,7 +27,7 @@ from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
 
 MOST_POINTS = 3000  # of a feature whose single points count: 70 MB for the operator
-PLACED = ("position",)  # evaluated in the frame of the alignment
+PLACED = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,13 @@ class LinearModel:
         """Characteristics (..., C) of q (..., K), mm or rad."""
         return evaluate_all(self.task, self.unpack(q))
 
-    def only(self, i: int) -> LinearModel:
-        """The same q, of which one characteristic is evaluated."""
-        c, scheme = self.characteristics[i], self.task.plan.alignment
-        placed = c.type in PLACED
-        names = set(gps.needs(c)) | (set(self.blocks) if scheme and placed else set())
+    def only(self, numbers: Sequence[int]) -> LinearModel:
+        """The same q, of which some characteristics are evaluated."""
+        kept, scheme = tuple(self.characteristics[i] for i in numbers), self.task.plan.alignment
+        placed = any(c.type in PLACED for c in kept)
+        names = {n for c in kept for n in gps.needs(c)} | (set(self.blocks) if scheme and placed else set())
         plan = self.task.plan if placed else replace(self.task.plan, alignment=None)
-        task = replace(self.task, part=replace(self.task.part, characteristics=(c,)), plan=plan)
+        task = replace(self.task, part=replace(self.task.part, characteristics=kept), plan=plan)
         return replace(
             self, task=task, blocks={n: b for n, b in self.blocks.items() if n in names},
             base={n: f for n, f in self.base.items() if n in names},
@@ -118,19 +118,7 @@ class LinearModel:
 
         Lanes that act on nothing are dropped unless `keep` (their draws may act through a product).
         """
-        one = influence.input
-        law, factor = one.spread(influence.response.shape[2])
-        touch_change = self.along_normal(influence) @ factor
-        gains = [np.zeros((len(self.q0), 0))]
-        lanes: list[tuple[int, int]] = []
-        for c, label in enumerate(influence.copies):
-            rows = np.flatnonzero(influence.codes == c)
-            gains.append(self.operator[:, rows] @ touch_change[rows])
-            code = copy_code(label)
-            lanes += [(k, code) for k in range(touch_change.shape[1])]
-        gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
-        used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
-        return Term(one.id, law, gain[:, used], lane[used])
+        return term_of(influence, self.along_normal(influence), self.operator, keep)
 
     def terms(self) -> tuple[Term, ...]:
         """One Term per Influence, in order."""
@@ -148,6 +136,26 @@ class LinearModel:
             if np.abs(gain).max(initial=0.0) > 0:
                 out.append((a, b, gain))
         return out
+
+
+def term_of(influence: Influence, change: Array, operator: Array, keep: bool = False) -> Term:
+    """The Input as a Term of K quantities operator (K, n) @ what changes in n rows; change (n, k): per element of the Input.
+
+    One lane per element and copy; lanes that act on nothing are dropped unless `keep`.
+    """
+    one = influence.input
+    law, factor = one.spread(influence.response.shape[2])
+    row_change = change @ factor
+    gains = [np.zeros((len(operator), 0))]
+    lanes: list[tuple[int, int]] = []
+    for c, label in enumerate(influence.copies):
+        rows = np.flatnonzero(influence.codes == c)
+        gains.append(operator[:, rows] @ row_change[rows])
+        code = copy_code(label)
+        lanes += [(k, code) for k in range(row_change.shape[1])]
+    gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
+    used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
+    return Term(one.id, law, gain[:, used], lane[used])
 
 
 def build(task: Task, world: World | None = None) -> LinearModel:

@@ -139,11 +139,13 @@ def simulate(
     first: int = 0,
     fold: bool = True,
     block: int = 8192,
+    of: int = 0,
 ) -> Iterator[Array]:
     """Trials first .. first + trials - 1 of y = start + sum of gain z, in blocks (m <= block, K).
 
     `start` (K,) is y where every deviation is zero. Each block is a new array (Fortran order: one quantity is
-    contiguous). To share work, let worker i take its own `first` and `trials`; the trials are the same bits.
+    contiguous). To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
+    the whole job, which say whether compiled kernels are worth loading.
     Raises UsageError when shapes do not fit.
     """
     start = np.asarray(start, float)
@@ -157,7 +159,7 @@ def simulate(
     active = _active(terms)
     groups = _groups(_fold(active) if fold else active, seed)
     lanes = sum(len(g.lanes) for g in groups)
-    fast = streams.kernels(trials * lanes * (8 + len(start)) // 8)
+    fast = streams.kernels(max(trials, of) * lanes * (8 + len(start)) // 8)
     end = first + trials
     return (_block(start, groups, at, min(block, end - at), fast).T for at in range(first, end, block))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from zlib import crc32
 
 import numpy as np
@@ -17,26 +18,33 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.evaluation.dense import surface_model
 from vcmm.evaluation.exact import draw_inputs
-from vcmm.evaluation.form_family import FAMILIES, KNOWN, left_over, motions
+from vcmm.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import simulate
+from vcmm.evaluation.narrowed import moved, narrowed
 from vcmm.evaluation.sampling import multiplying
 from vcmm.gps import characteristics as gps
+from vcmm.measuring.plan import Ints
 from vcmm.measuring.task import Task
 from vcmm.response.trials import Draws
 
 BLOCK = 2000
 FOLDED = 300  # touches beyond which Inputs are drawn one by one
-SHOWN = 20  # parts that tell which characteristic is lost
-LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
+SHOWN, GIVEN_UP = (
+    20,
+    4,
+)  # of the first parts, so many without an element are too many to look for the others one by one
 LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form
 APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """true, indicated (N, C) mm or rad; rest (N, C): root mean square of the residuals of the features of each characteristic."""
+    """true, indicated (N, C) mm or rad, NaN where a part has no such element; rest (N, C): root mean square of the residuals of
+    the features of each characteristic. C: the characteristics that parts are drawn for.
+    """
 
     true: Array
     indicated: Array
@@ -45,33 +53,51 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What pairs are drawn from: the measured and the dense model, and per feature the noise left over by a fit."""
+    """What pairs are drawn from: the measured and the dense model of the characteristics asked for, and per feature the noise left
+    over by a fit. kept: the touches of the whole task that they need.
+    """
 
-    task: Task
     measured: LinearModel
     surface: LinearModel
     noise: Mapping[str, float]
     attitude: float  # mm: how far the machine moves a feature as a whole
     left: Mapping[str, Array]
     moved: frozenset[str]  # features whose place and direction are toleranced
+    kept: Ints
+
+    @property
+    def task(self) -> Task:
+        return self.measured.task
+
+    @cached_property
+    def grounds(self) -> Mapping[str, Ground]:
+        """Per feature its touches and its points all over."""
+        models = (self.measured, self.surface)
+        return {
+            n: Ground(f, tuple(m.task.touches.points[m.task.touches.rows[n]] for m in models))
+            for n, f in ((n, self.task.part.features[n]) for n in self.noise)
+        }
 
 
-def prepared(task: Task, seed: int) -> Drawing:
-    """Models about the nominal part, and how large the noise of the machine is at each feature."""
+def prepared(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
+    """Models of the characteristics `numbers` about the nominal part, and how large the noise of the machine is at each feature."""
     plain = replace(task, form=np.zeros_like(task.form), forms={})
-    model = build(plain)
-    t = task.touches
+    model, kept = narrowed(build(plain), numbers)
+    t = model.task.touches
     left = {n: left_over(task.part.features[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
     noise = machine_part(model, seed, 0, 400)
     noise = noise - noise.mean(axis=0)
-    sizes = {n: max(float((noise[:, r] @ left[n]).std()), 1e-7) for n, r in t.rows.items()}
-    moved = {
-        n for c in task.part.characteristics if gps.one_sided(c) and c.type not in gps.FORM for n in c.of
-    }
+    moved = {n for c in model.characteristics if gps.one_sided(c) and c.type not in gps.FORM for n in c.of}
     return Drawing(
-        task=plain, measured=model, surface=surface_model(plain), noise=sizes, attitude=max(float(noise.std()), 1e-7),
-        left=left, moved=frozenset(moved),
+        measured=model, surface=surface_model(model.task), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
+        attitude=max(float(noise.std()), SMALLEST), left=left, moved=frozenset(moved), kept=kept,
     )  # fmt: skip
+
+
+def _size(noise: Array, left: Array) -> float:
+    """Standard deviation of what a fit leaves of the noise at a feature; of all of it where a fit leaves nothing."""
+    remains = noise @ left if np.trace(left) > 0.5 else noise
+    return max(float(remains.std()), SMALLEST)
 
 
 def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array:
@@ -105,8 +131,11 @@ def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
 
 def of_input(model: LinearModel, one: Draws) -> Array:
     """Displacements (count, n) of the touches along their normals by the draws of one Input."""
-    codes = one.influence.codes
-    return np.asarray(np.einsum("mnk,nk->mn", one.departures[:, codes], model.along_normal(one.influence)))
+    codes, along = one.influence.codes, model.along_normal(one.influence)
+    if one.departures.shape[1] == 1:
+        return np.asarray(one.departures[:, 0] @ along.T)
+    each = np.array_equal(codes, np.arange(one.departures.shape[1]))  # a draw for every touch
+    return np.asarray(np.einsum("mnk,nk->mn", one.departures if each else one.departures[:, codes], along))
 
 
 def families(
@@ -145,26 +174,7 @@ def _block(
 ) -> tuple[Array, Array, Array]:
     touched, surface = surfaces(drawing, len(noise), place, how)
     found = touched + noise
-    true = values(drawing.surface, surface)
-    indicated = values(drawing.measured, found)
-    kept = np.isfinite(true).all(axis=1) & np.isfinite(indicated).all(axis=1)
-    if kept.mean() < 1.0 - LOST:
-        named = _without_element(drawing.surface, surface[~kept], drawing.measured, found[~kept])
-        raise ModelLimit(
-            f"{', '.join(named)}: {1.0 - kept.mean():.0%} of the parts drawn with forms of up to {MOST:g} times the noise have no such "
-            "element: the points span too little of the feature for them. Measure more of it, or leave such characteristics out"
-        )
-    return true[kept], indicated[kept], _rest(drawing, found[kept])
-
-
-def _without_element(surface: LinearModel, all_over: Array, measured: LinearModel, found: Array) -> list[str]:
-    """Names of the characteristics that cannot be evaluated on some of these parts (m, n)."""
-    lost = []
-    for i, c in enumerate(measured.characteristics):
-        both = values(surface.only(i), all_over[:SHOWN]), values(measured.only(i), found[:SHOWN])
-        if not all(np.isfinite(v).all() for v in both):
-            lost.append(f'"{c.name}"')
-    return lost or ["a characteristic"]
+    return values(drawing.surface, surface), values(drawing.measured, found), _rest(drawing, found)
 
 
 def surfaces(
@@ -193,13 +203,31 @@ def surfaces(
 
 
 def values(model: LinearModel, displacements: Array) -> Array:
-    """Characteristics (m, C) after displacements (m, n); NaN for the few parts whose elements by contact are not found."""
+    """Characteristics (m, C) after displacements (m, n); NaN where a part has no such element.
+
+    Where some parts have none, every characteristic is evaluated by itself, and loses its own.
+    """
+    q = moved(model, displacements)
     try:
-        return model.values(model.q0 + displacements @ model.operator.T)
+        return model.values(q)
     except ModelLimit:
-        if len(displacements) == 1:
-            return np.full((1, len(model.characteristics)), np.nan)
-        return np.concatenate([values(model, half) for half in np.array_split(displacements, 2)])
+        found = [_each(model.only([i]), q) for i in range(len(model.characteristics))]
+        return np.concatenate(found, axis=1)
+
+
+def _each(model: LinearModel, q: Array) -> Array:
+    """The one characteristic (m, 1) of a model, NaN for parts without it: for all of them where many of the first have none."""
+    few = _halved(model, q[:SHOWN])
+    return np.full((len(q), 1), np.nan) if np.isnan(few).sum() >= GIVEN_UP else _halved(model, q)
+
+
+def _halved(model: LinearModel, q: Array) -> Array:
+    try:
+        return model.values(q)
+    except ModelLimit:
+        if len(q) == 1:
+            return np.full((1, 1), np.nan)
+        return np.concatenate([_halved(model, half) for half in np.array_split(q, 2)])
 
 
 def _departures(
@@ -215,19 +243,19 @@ def _departures(
     ratio (count, 1): form over noise of every part. Place and direction vary by themselves.
     """
     count, (family, most, fixed) = len(ratio), how
-    feature, models = drawing.task.part.features[name], (drawing.measured, drawing.surface)
-    sets = [m.task.touches.points[m.task.touches.rows[name]] for m in models]
-    normals = [m.task.touches.normals[m.task.touches.rows[name]] for m in models]
-    formed = feature.kind not in ("point", "mesh")
+    ground = drawing.grounds[name]
+    formed = ground.feature.kind not in ("point", "mesh")
     shapes = (
-        FAMILIES[family](rng, feature, sets, count) if formed else [np.zeros((count, len(p))) for p in sets]
+        FAMILIES[family](rng, ground, count) if formed else [np.zeros((count, len(p))) for p in ground.sets]
     )
     drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
     if name in drawing.moved:
         away = _ratios(rng, count, most, fixed if off is None else off)
         way = rng.normal(size=(count, 6)) * drawing.attitude * away
-        way[:, 3:] *= 2.0 / max(float(np.ptp(sets[1], axis=0).max()), 1.0)
-        drawn = [d + way @ motions(feature, p, n)[:, :6].T for d, p, n in zip(drawn, sets, normals)]
+        way[:, 3:] *= 2.0 / max(float(np.ptp(ground.sets[1], axis=0).max()), 1.0)
+        touches = [m.task.touches for m in (drawing.measured, drawing.surface)]
+        bases = [motions(ground.feature, p, t.normals[t.rows[name]]) for p, t in zip(ground.sets, touches)]
+        drawn = [d + way @ basis[:, :6].T for d, basis in zip(drawn, bases)]
     return drawn
 
 
@@ -251,7 +279,7 @@ def _rest(drawing: Drawing, found: Array) -> Array:
 
 
 def rest_of(drawing: Drawing, points: Array) -> Array:
-    """(C,) mm: the same of measured points (n, 3)."""
+    """(C,) mm: the same of the measured points (n, 3) of the whole task."""
     t = drawing.task.touches
-    found = ((points - t.points) * t.normals).sum(axis=1)
+    found = ((points[drawing.kept] - t.points) * t.normals).sum(axis=1)
     return _rest(drawing, found[None])[0]

@@ -72,7 +72,8 @@ class CharacteristicResult:
 
     value: what the machine indicates with all errors at their estimates, less the bias when `corrected` and less the mean
     of laws that have one; mean: of all trials, departs from the value where noise alone moves an extreme value; bias:
-    indicated value minus what a machine without errors would indicate at the same points (ISO 15530 reports it apart).
+    indicated value minus what a machine without errors would indicate at the same points (ISO 15530 reports it apart), of an
+    extreme value minus the estimate of the true one, which is what the interval takes off (NaN where the points bound nothing).
     interval and decision are about the true value, given that `indicated` was read; `truth` says the same of any reading
     (vcmm.evaluation.indication.at_indication).
     """

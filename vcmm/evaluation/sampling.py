@@ -10,14 +10,15 @@ from functools import partial
 import numpy as np
 
 from vcmm import __version__
+from vcmm.core.blocks import Block, Sharing, blocks_of
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.evaluation.blocks import Block, Packed, Sharing, blocks_of, packed
 from vcmm.evaluation.certify import out_of_range
 from vcmm.evaluation.exact import draw_inputs, exact_values
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.montecarlo import Accumulator, Summary, Term, adaptive, simulate
 from vcmm.evaluation.streams import copy_code
+from vcmm.evaluation.tallies import Packed, counted, packed
 from vcmm.measuring.settings import Settings
 
 BUDGET_TRIALS = 20_000
@@ -54,14 +55,11 @@ class Sampler:
         places = tuple(_place(column) for column in first[:, list(needed)].T)
         job = SampledJob(self.model, tuple(self.terms), self.settings, tuple(needed), places)
         text = "exact trials" if exact else "Monte Carlo"
-        counted = self.sharing.counted(
-            self._key(first, needed),
-            count,
-            job,
-            blocks_of(self.settings.trials, size),
-            partial(self.progress, text),
+        blocks = blocks_of(self.settings.trials, size)
+        found = counted(
+            self.sharing, self._key(first, needed), count, job, blocks, partial(self.progress, text)
         )
-        return {i: a.summary() for i, a in zip(needed, counted)}
+        return {i: a.summary() for i, a in zip(needed, found)}
 
     def _key(self, first: Array, needed: Sequence[int]) -> str:
         """The job by what it draws: the first values of all characteristics, gains, laws, seed, engine and version."""
@@ -78,7 +76,10 @@ class Sampler:
     def drawn(self, first: int, trials: int) -> Array:
         """Characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
         if self.settings.engine == "exact":
-            return exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
+            found = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
+            return (
+                found if self.terms else np.repeat(found, trials, axis=0)
+            )  # all alike where nothing is drawn
         return self._trials(first, trials)
 
     def tallied(
@@ -90,7 +91,14 @@ class Sampler:
         if self.settings.engine == "exact":
             found: Iterable[Array] = [self.drawn(first, trials)]
         else:
-            draws = simulate(self.start, self.wide, seed=self.settings.seed, trials=trials, first=first)
+            draws = simulate(
+                self.start,
+                self.wide,
+                seed=self.settings.seed,
+                trials=trials,
+                first=first,
+                of=self.settings.trials,
+            )
             found = map(self._values, draws)
         for values in found:
             for i, accumulator in zip(needed, accumulators):

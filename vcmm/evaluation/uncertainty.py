@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.charts import PlottedBudget
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.budget import budget_line, form_line
 from vcmm.evaluation.certify import Check, check
 from vcmm.evaluation.indication import at_indication
@@ -58,8 +58,13 @@ def evaluate(
     progress: Progress | None = None,
     world: World | None = None,
     sharing: Sharing | None = None,
+    *,
+    read: bool = True,
 ) -> UncertaintyResult:
     """Evaluate a task. world: where the errors come from (default: the task's machine); sharing: who counts the trials.
+
+    read: also what the planned value of an extreme one says of the true value, which parts are drawn for. Without it those
+    results wait for `at_indication`, and no warnings are given (`warnings_of`).
 
     Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
     certain); see `linear.build` for the rest.
@@ -69,7 +74,7 @@ def evaluate(
     model = prepared(task, world)
     report("certifying the linear model", 0.0)
     indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
-    return _Evaluation(model, settings, report, indicated, sharing).result()
+    return _Evaluation(model, settings, report, indicated, sharing).result(read)
 
 
 def prepared(task: Task, world: World | None = None) -> LinearModel:
@@ -132,7 +137,7 @@ class _Evaluation:
         self.check: Check = check(model, self.gradient, settings)
         self.smooth = [gps.is_linear(c, self.features) for c in model.characteristics]
 
-    def result(self) -> UncertaintyResult:
+    def result(self, read: bool) -> UncertaintyResult:
         all_of_them = self.model.characteristics
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
@@ -149,9 +154,9 @@ class _Evaluation:
                 outcome = self._inverted(i, summaries[i], inversion)
             else:
                 outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
-            results.append(self._assembled(i, c, outcome))
+            results.append(self._assembled(i, c, outcome, read))
         predicts = self.model.world.predicts
-        warnings = tuple(w for r in results for w in warnings_of(r, predicts))
+        warnings = tuple(w for r in results for w in warnings_of(r, predicts)) if read else ()
         warnings += tuple(notes(all_of_them, self.model.base))
         return UncertaintyResult(
             tuple(results), self.settings.trials, self.settings.seed, warnings, self.model
@@ -228,17 +233,17 @@ class _Evaluation:
         return not chosen(c).gauss and gps.nominal(c, self.features) > NOTED
 
     def _inverted(self, i: int, summary: Summary, inversion: Inversion) -> _Outcome:
-        exact, added, c = self.settings.engine == "exact", inversion.added, self.model.characteristics[i]
-        u, form = float(added.u[i]), float(added.by_form[i])
+        exact, added, c = self.settings.engine == "exact", inversion.added(i), self.model.characteristics[i]
+        u, form = added.u, added.by_form
         known = [j for j, f in enumerate(self.model.influences) if f.input.effect != FORM]
-        terms, u_i = [self.terms[j] for j in known], [float(x) for x in added.by_input[:, i]]
+        terms, u_i = [self.terms[j] for j in known], [float(x) for x in added.by_input]
         if any(np.isinf(np.max(t.law.u)) for t, share in zip(terms, u_i) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
         lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in known])
-        between = [form_line(c, form, u)] if form > 1e-3 * float(added.u[i]) else []
+        between = [form_line(c, form, u)] if form > 1e-3 * added.u else []
         return _Outcome(
             tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),
-            tangent=False, half=float(added.half[i]), inverse=inversion,
+            tangent=False, half=added.half, inverse=inversion,
         )  # fmt: skip
 
     def _lines(
@@ -264,7 +269,7 @@ class _Evaluation:
         tangent = self.smooth[i] and not self._curved(i)
         return float(self.bias[i]) if self.settings.known_bias == CORRECTED and tangent else 0.0
 
-    def _assembled(self, i: int, c: Characteristic, outcome: _Outcome) -> CharacteristicResult:
+    def _assembled(self, i: int, c: Characteristic, outcome: _Outcome, read: bool) -> CharacteristicResult:
         nominal, shift, u = gps.nominal(c, self.features), self._shift(i), outcome.u
         predicts, law = self.model.world.predicts, outcome.law
         noise = (
@@ -289,6 +294,8 @@ class _Evaluation:
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
             production=self.settings.production.get(c.name), filtered=self._filter(c), truth=truth, half_width=outcome.half,
         )  # fmt: skip
+        if outcome.inverse is not None and not read:
+            return result
         return at_indication(result, result.indicated, self.settings.rule)
 
     def _filter(self, c: Characteristic) -> str:
@@ -335,15 +342,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
             'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
         )
     if r.extreme and not predicts:
-        moved = (r.mean - r.indicated) * scale
-        out.append(
-            f"{r.name}: {r.type} grows with noise and does not fall with it (here by {moved:+.3g} {unit} on average)"
-            + (
-                f"; its coverage is not shown: {r.why_not_shown}"
-                if r.why_not_shown
-                else "; the interval takes that off"
-            )
-        )
+        told = f"{r.name}: {r.type} grows with noise and does not fall with it; "
+        if r.why_not_shown:
+            told += f"its coverage is not shown: {r.why_not_shown}"
+        else:
+            told += f"here {r.bias * scale:+.3g} {unit} of what is indicated are taken off"
+        out.append(told)
     if not np.isfinite(r.u):
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.evaluation.world import World
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
 from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_features, measured_points
@@ -36,17 +37,22 @@ class Measurement:
     warnings: tuple[str, ...] = ()
 
 
-def measure_task(task: Task, seed: int | None = None) -> Measurement:
-    """Measure once with the exact engine. seed=None: every error at its estimate; else one draw of all Inputs."""
+def measure_task(
+    task: Task, seed: int | None = None, world: World | None = None, said: tuple[str, ...] = ()
+) -> Measurement:
+    """Measure once with the exact engine. seed=None: every error at its estimate; else one draw of all Inputs.
+
+    world: where the part is cut too; None: the measuring machine alone. said: notes that go with the result.
+    """
     check_densities(task)
     run = task.touches.run
     if seed is None or not task.inputs:
-        errors = task.machine.indication_error(run, exact=True)
+        errors = task.machine.indication_error(run, exact=True) if world is None else world.errors()
     else:
         from vcmm.evaluation.exact import draw_inputs
         from vcmm.evaluation.linear import build
 
-        model = build(task)
+        model = build(task, world)
         errors = model.world.exact_errors(draw_inputs(model, seed, 0, 1))[0]
     points = measured_points(task, errors)
     fitted = fit_features(task, points)
@@ -58,7 +64,7 @@ def measure_task(task: Task, seed: int | None = None) -> Measurement:
     )
     along = ((points - task.touches.points) * task.touches.normals).sum(axis=1)
     names = tuple(str(f) for f in run.labels["feature"])
-    warnings = tuple(notes(task.part.characteristics, fitted))
+    warnings = (*said, *notes(task.part.characteristics, fitted))
     return Measurement(
         values, points, normals=task.touches.normals, nominal_points=task.touches.points,
         errors=np.asarray(along), features=names, warnings=warnings,

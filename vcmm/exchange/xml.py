@@ -77,6 +77,8 @@ def read_xml(path: str | Path) -> Node:
         raise DataError(
             f"{path}:{error.lineno}: no well-formed XML ({expat.errors.messages[error.code]}); export the file again"
         ) from None
+    except LookupError as error:
+        raise DataError(f"{path}:1: {brief(str(error))}; export the file in UTF-8") from None
     return builder.root.children[0]
 
 

@@ -47,9 +47,9 @@ _BY_AXIS = (
 _BY_ROTARY = ("since_reversal_{}_rad", "speed_{}_rad_s", "accel_{}_rad_s2")
 _BY_DIRECTION = ("offset_{}_mm", "from_{}_mm", "force_{}_N", "load_{}_mm", "part_{}_mm", "tip_{}_mm")
 _SINGLE = (
-    "time_s", "nx", "ny", "nz", "pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm", "spindle_angle_deg",
+    "time_s", "nx", "ny", "nz", "pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm", "spindle_load_W", "spindle_angle_deg",
     "probe_angle_deg", "probe_lateral", "head_A_deg", "head_B_deg", "stylus_length_mm", "tip_radius_mm",
-    "tool_radius_mm", "tool_length_mm", "cut_length_mm", "chip_load_mm", "feed_mm_min", "dead_path_mm",
+    "tool_radius_mm", "tool_length_mm", "cut_length_mm", "across_tool", "chip_load_mm", "feed_mm_min", "dead_path_mm",
     "temp_gradient_C", "temp_part_C", "temp_air_C", "temp_spindle_C",
     "temp_scale_x_C", "temp_scale_y_C", "temp_scale_z_C",
     "spindle_on_s", "time_since_accel_s",

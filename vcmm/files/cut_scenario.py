@@ -40,6 +40,7 @@ from vcmm.files.schema import Compliance, Point, Size, Spread, Table, checked_mo
 from vcmm.files.setup import load_setup
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
+from vcmm.machining.spindle_load import LOAD
 from vcmm.machining.tool_errors import FORCES
 from vcmm.measuring.settings import CORRECTED
 from vcmm.nc.setup import Setup, turns_with
@@ -84,6 +85,7 @@ class CutTable(Table):
     step: Size = 1.0
     batch_part: Annotated[int, Field(ge=1)] = Field(default=1, examples=["20"])
     force_log: str | None = Field(default=None, examples=['"forces.csv"'])
+    load_log: str | None = Field(default=None, examples=['"load.csv"'])
 
 
 class InspectionTable(Table):
@@ -153,7 +155,10 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         )
     if model is None or setup is None:
         return None
-    log = problems.attempt(("cut", "force_log"), lambda: _force_log(document, model.cut)) or {}
+    log, load = (
+        problems.attempt(("cut", key), partial(_log, document, getattr(model.cut, key), names)) or {}
+        for key, names in (("force_log", FORCES), ("load_log", (LOAD,)))
+    )
     known = _known(
         document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
     )
@@ -176,27 +181,28 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures) | sensors, inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
-        batch_part=model.cut.batch_part, force_log=log,
+        batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 
 
-def _force_log(document: Document, cut: CutTable) -> dict[str, Series]:
-    """Columns of measured forces (N, of the part on the tool, workpiece axes) over the time of the program."""
-    if cut.force_log is None:
+def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict[str, Series]:
+    """What was measured over the time of the program: forces (N, of the part on the tool, workpiece axes), power (W)."""
+    if file is None:
         return {}
-    sheet = read_csv(document.path.parent / cut.force_log)
-    names = ("time_s", *FORCES)
+    sheet = read_csv(document.path.parent / file)
+    names = ("time_s", *columns)
     missing = [n for n in names if n not in sheet.header]
     if missing:
+        what = "force" if columns == FORCES else "load"
         raise DataError(
-            f"{sheet.path}:{sheet.header_line}: the column {missing[0]} is missing; a force log has {', '.join(names)}"
+            f"{sheet.path}:{sheet.header_line}: the column {missing[0]} is missing; a {what} log has {', '.join(names)}"
         )
     time = sheet.numbers("time_s")
     back = np.flatnonzero(np.diff(time) <= 0.0)
     if len(back):
         raise DataError(f"{sheet.at(int(back[0]) + 1)}: time_s does not increase; sort the rows by time")
-    return {name: Series(time, sheet.numbers(name)) for name in FORCES}
+    return {name: Series(time, sheet.numbers(name)) for name in columns}
 
 
 def _machine(document: Document, setup: Setup | None, problems: Problems) -> Machine | None:

@@ -88,10 +88,18 @@ def _nominal(t: Any, features: Mapping[str, Feature]) -> float:
     return gps.nominal(Characteristic(t.name, t.type, of, tuple(t.between)), features)
 
 
+def _read(t: Any, features: Mapping[str, Feature]) -> bool:
+    """Whether all features of a characteristic were read; one that was not has a complaint of its own."""
+    of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
+    return all(n in features for n in (*of, *t.between))
+
+
 def general_of(
     t: Any, features: Mapping[str, Feature], general: GeneralTolerances
 ) -> tuple[Pair | None, float | None]:
     """(limits, zone) of a characteristic that states neither; (None, None) where nothing general holds."""
+    if not _read(t, features):
+        return None, None
     if t.type in ("size", "distance", "angle"):
         own = general.angle if t.type == "angle" else general.size
         if own is not None:
@@ -133,7 +141,7 @@ def size_limits(
     if not t.material:
         return None
     name = _first(t.of)
-    for other in tables:
+    for other in tables if name in features else ():
         if other.type == "size" and _first(other.of) == name and (found := limits(other)) is not None:
             nominal = _nominal(other, features)
             return nominal + found[0], nominal + found[1]
@@ -142,7 +150,7 @@ def size_limits(
 
 def reciprocal(t: Any, tables: Sequence[Any], features: Mapping[str, Feature], limits: Pair) -> Pair:
     """Limits of a size that may use what a geometrical tolerance with reciprocity leaves (ISO 2692): at its material limit."""
-    for other in tables:
+    for other in tables if _first(t.of) in features else ():
         if other.reciprocity and _first(other.of) == _first(t.of) and other.zone is not None:
             zone = quantity(other.zone, "length", "zone", "0.01 mm")
             lower = features[_first(t.of)].inside == (other.material == "M")

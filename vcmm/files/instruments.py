@@ -40,6 +40,7 @@ def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertif
 def instrument_text(certificate: InstrumentCertificate) -> str:
     """[instrument] as `load_certificate` reads it."""
     out = f'[instrument]\nname = "{certificate.instrument.name}"\n'
+    out += f'serial = "{certificate.serial}"\n' if certificate.serial else ""
     stated = []
     for name, u in certificate.u.items():
         unit = certificate.instrument.error(name).unit
@@ -79,7 +80,7 @@ def _certificate(table: InstrumentTable, recording: Recording) -> InstrumentCert
             ]
         )
     try:
-        return InstrumentCertificate.of(instrument, table.u, table.redraw)
+        return InstrumentCertificate.of(instrument, table.u, table.redraw, table.serial)
     except UsageError as error:
         raise TableProblems([("u", str(error))]) from None
 

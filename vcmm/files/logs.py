@@ -13,7 +13,7 @@ from vcmm.core.run import Array, Run, Series
 from vcmm.files.columns import read_csv, run_columns
 from vcmm.response.logs import sensor_of
 
-LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # besides temp_<name>_C
+LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "spindle_load_W", "load_kg")  # besides temp_<name>_C
 
 
 def read_logs(paths: Sequence[Path]) -> dict[str, Series]:

@@ -1,7 +1,7 @@
 """Measured data of a part: points.csv (feature, x_mm, y_mm, z_mm) and values.csv (characteristic, value_mm).
 
 Points   x y z with one length unit in their names (x_mm, x_in, x_um), optional nx ny nz, `feature` (left out: rows in the
-         order of the plan), `stylus`, and `part` where one file holds several parts.
+         order of the plan), `stylus`, and `part` where one file holds several parts. The points.csv of `vcmm measure` too.
 Values   `characteristic` with value_<unit>, or deviation_<unit> from nominal; lengths and angles may have a column each
          (empty cells where the other one holds the number). `part` as above.
 """
@@ -23,6 +23,8 @@ LENGTHS = tuple(u for u in UNITS if dimension_of(u) == "length")
 ANGLES = tuple(u for u in UNITS if dimension_of(u) == "angle")
 WORDS = ("feature", "part", "stylus")
 NORMALS = ("nx", "ny", "nz")
+MEASURED = tuple(f"measured_{c}_mm" for c in "xyz")  # as `vcmm measure` writes them
+BESIDE = (*(f"nominal_{c}_mm" for c in "xyz"), "error_um")  # what stands beside them there, not asked
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,11 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
     sheet = read_csv(path)
     names, factor = _coordinates(sheet)
     has_normals = any(n in sheet.header for n in NORMALS)
-    check_columns(sheet, (*names, *(NORMALS if has_normals else ())), (*WORDS, *names, *NORMALS))
+    check_columns(
+        sheet,
+        (*names, *(NORMALS if has_normals else ())),
+        (*WORDS, *names, *NORMALS, *(BESIDE if names == MEASURED else ())),
+    )
     points = factor * np.stack([sheet.numbers(n) for n in names], axis=1)
     normals = np.stack([sheet.numbers(n) for n in NORMALS], axis=1) if has_normals else None
     feature, stylus = (_words(sheet, name) for name in ("feature", "stylus"))
@@ -124,6 +130,8 @@ def _coordinates(sheet: Sheet) -> tuple[tuple[str, ...], float]:
         names = tuple(f"{c}_{unit}" for c in "xyz")
         if set(names) & set(sheet.header):
             return names, UNITS[unit][0]
+    if set(MEASURED) <= set(sheet.header):
+        return MEASURED, 1.0
     at = f"{sheet.path}:{sheet.header_line}"
     bare = [c for c in "xyzXYZ" if c in sheet.header]
     hint = f' "{bare[0]}" states no unit.' if bare else ""

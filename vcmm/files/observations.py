@@ -198,7 +198,8 @@ def with_lateral_share(run: Run, machine: Machine, kind: str) -> Run:
     Without an offset the stylus is along Z of the last tool-side frame. Where every stylus is stated and stands along z,
     probe_angle_rad follows from the normals too, where it is not given: atan2(n_y, n_x).
     """
-    if "probe_lateral" in run.columns or not all(c in run.columns for c in NORMAL):
+    cut = kind == "path" and "cut_length_mm" in run.columns  # a tool made it, no stylus
+    if cut or "probe_lateral" in run.columns or not all(c in run.columns for c in NORMAL):
         return run
     long = np.linalg.norm(run.offset, axis=1) > 0
     along = np.where(long[:, None], run.offset, [0.0, 0.0, -1.0])

@@ -22,6 +22,7 @@ from vcmm.core.history import axis_unit, path_history, row_history, time_since_a
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import LABELS, run_columns
+from vcmm.files.known_columns import read_known
 from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
 from vcmm.files.observations import OBSERVED
@@ -84,8 +85,10 @@ def _checked(
         return None
     name, data = model.name or document.path.stem, folder / model.data
     recording = replace(recording, name=name, nuisance=model.nuisance, noise=noise)
+    known = model.known
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data)),
+        ("known", lambda r: r if known is None else replace(r, known=read_known(folder / known.data, r))),
         ("series", lambda r: replace(r, run=with_readings(with_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
         ("nuisance", _with_labels),

@@ -33,6 +33,12 @@ class SeriesTable(Table):
     data: str = Field(examples=['"temperatures.csv"'])
 
 
+class KnownTable(Table):
+    """What is known to be uncertain in this recording: a table with one column per independent draw, in the rows of the data."""
+
+    data: str = Field(examples=['"part-known.csv"'])
+
+
 class LineTable(Table):
     """Where an axis was measured (formats iso230, rtl, scope): the axis, the other axes, the reflector."""
 
@@ -66,10 +72,12 @@ class CounterTable(Table):
 class InstrumentTable(Table):
     """With what it was observed: name, standard uncertainties of its own errors, and for which rows these are the same.
 
-    compensated: what its software corrects for; the sensor columns that this needs must be there.
+    compensated: what its software corrects for; the sensor columns that this needs must be there. serial: recordings that state the
+    same were made by one and the same instrument.
     """
 
     name: str = Field(examples=['"laser linear"'])
+    serial: str = Field(default="", examples=['"L-2041"'])
     u: dict[str, str] = Field(default_factory=dict, examples=['{ scale = "0.3 um/m" }'])
     redraw: str = "machine"
     compensated: list[Literal["air", "material"]] = Field(default_factory=list, examples=['["air"]'])
@@ -111,6 +119,7 @@ class RecordingFile(Table):
     down: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, -1]"])
     nuisance: dict[str, str] = Field(default_factory=dict, examples=['{ rigid = "pose" }'])
     noise: NoiseTable | None = None
+    known: KnownTable | None = None
     series: list[SeriesTable] = Field(default_factory=list)
     line: LineTable | None = None
     pose: PoseTable | None = None

@@ -16,6 +16,7 @@ from vcmm.core.run import Run, Series
 from vcmm.core.text import csv_of, quoted
 from vcmm.core.whole_files import write_files
 from vcmm.files.columns import axis_column, file_columns, known_column
+from vcmm.files.known_columns import known_text
 from vcmm.files.logs import LOGGED
 from vcmm.files.observations import FROM, NORMAL, VECTOR
 from vcmm.response.logs import row_logs
@@ -25,28 +26,38 @@ DEG = np.pi / 180.0
 DERIVED = re.compile(
     r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
 )  # made again on reading
+APART = re.compile(
+    r"length_mm|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
+)  # the same, but for travel
 
 
-def save_recording(recording: Recording, path: str | Path, machine: str = "machine.toml") -> None:
+def save_recording(
+    recording: Recording, path: str | Path, machine: str = "machine.toml", *, apart: bool = False
+) -> None:
     """Write PATH (TOML) and its CSV files beside it; machine: the file name that the TOML states.
 
-    Columns that follow from others (measured length, travel, play) are left out. Reading gives the same recording to
+    Columns that follow from others (measured length, travel, play) are left out. apart: rows that do not follow one another, as of a
+    part that was cut: then travel is written and nothing is made of their order. Reading gives the same recording to
     rounding. Raises UsageError for a law or a column that the format cannot hold, Environment if it cannot be written.
     """
     path = Path(path)
-    texts = recording_texts(recording, path.stem, machine)
+    texts = recording_texts(recording, path.stem, machine, apart=apart)
     write_files(path.parent, texts)
 
 
-def recording_texts(recording: Recording, stem: str, machine: str = "machine.toml") -> dict[str, str]:
+def recording_texts(
+    recording: Recording, stem: str, machine: str = "machine.toml", *, apart: bool = False
+) -> dict[str, str]:
     """File name -> text of all files of a recording; see `save_recording`."""
     run = recording.run
     own = row_logs(run)
     logs = {name: log for name, log in run.series.items() if not _same(log, own.get(name))}
     column = {s: s if s in LOGGED else f"temp_{s}_C" for s in logs}
     names = {sensor: f"{stem}_{sensor}.csv" for sensor in logs}
-    texts = {f"{stem}.toml": _toml(recording, stem, machine, list(names.values()))}
-    texts[f"{stem}.csv"] = _csv(_columns(recording))
+    texts = {f"{stem}.toml": _toml(recording, stem, machine, list(names.values()), apart)}
+    texts[f"{stem}.csv"] = _csv(_columns(recording, APART if apart else DERIVED))
+    if recording.known:
+        texts[f"{stem}-known.csv"] = known_text(recording)
     for sensor, log in logs.items():
         texts[names[sensor]] = _csv({"time_s": log.time, column[sensor]: log.value})
     return texts
@@ -58,14 +69,18 @@ def _same(one: Series, other: Series | None) -> bool:
     )
 
 
-def _toml(recording: Recording, stem: str, machine: str, logs: list[str]) -> str:
+def _toml(recording: Recording, stem: str, machine: str, logs: list[str], apart: bool) -> str:
     lines = ['vcmm = "recording/1"', f"name = {quoted(recording.name)}", f'data = "{stem}.csv"']
     lines += [f"machine = {quoted(machine)}", f'kind = "{recording.kind}"']
     lines.append(f'observed = "{"indicated - true" if recording.measuring else "actual - commanded"}"')
+    if apart:
+        lines.append('history = "none"')
     if recording.nuisance:
         lines += ["[nuisance]", *(f'{word} = "{label}"' for word, label in recording.nuisance.items())]
     if recording.noise is not None:
         lines += ["[noise]", *_noise(recording.noise, "rad" if recording.kind == "angle" else "mm")]
+    if recording.known:
+        lines += ["[known]", f'data = "{stem}-known.csv"']
     for name in logs:
         lines += ["[[series]]", f"data = {quoted(name)}"]
     return "\n".join(lines) + "\n"
@@ -79,12 +94,12 @@ def _noise(law: Law, unit: str) -> list[str]:
     raise UsageError(f"noise of the law {law.name} has no place in a recording file; use normal or t")
 
 
-def _columns(recording: Recording) -> dict[str, Any]:
+def _columns(recording: Recording, without: re.Pattern[str]) -> dict[str, Any]:
     """Every column of the CSV, one row per line."""
     run, angle = recording.run, recording.kind == "angle"
     vector = _components(recording)
     rows = np.arange(run.n) if vector else recording.row
-    out = _conditions(run, rows)
+    out = _conditions(run, rows, without)
     if not vector and _across_normals(recording):
         raise UsageError("observations across the normals of their rows have no place in a recording file")
     if not vector:
@@ -121,7 +136,7 @@ def _components(recording: Recording) -> tuple[str, ...]:
     return tuple(VECTOR[i] for i in axis[0]) if exact and regular and in_rows else ()
 
 
-def _conditions(run: Run, rows: Ints) -> dict[str, Any]:
+def _conditions(run: Run, rows: Ints, without: re.Pattern[str]) -> dict[str, Any]:
     """Positions, offsets, columns and labels of the rows, in file units."""
     out: dict[str, Any] = {
         axis_column(a): q[rows] / (DEG if is_rotary(a) else 1.0) for a, q in run.position.items()
@@ -130,7 +145,7 @@ def _conditions(run: Run, rows: Ints) -> dict[str, Any]:
         out |= {f"offset_{c}_mm": run.offset[rows, i] for i, c in enumerate("xyz")}
     known = file_columns()
     for name, values in run.columns.items():
-        if DERIVED.fullmatch(name) or name in NORMAL:
+        if without.fullmatch(name) or name in NORMAL:
             continue
         written = f"{name[:-4]}_deg" if name.endswith("_rad") else name
         if not known_column(written, known):

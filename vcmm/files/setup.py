@@ -9,15 +9,19 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.units import quantity
 from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
 from vcmm.files.environment import Temperatures, columns_of
+from vcmm.files.logs import read_logs
 from vcmm.files.problems import Problems, TableProblems
-from vcmm.files.schema import Angle, Diameter, Point, Size, Table, ToolLength, checked_model
+from vcmm.files.schema import Angle, Diameter, Direction, Point, Size, Table, ToolLength, checked_model
 from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
 from vcmm.nc.dialects import names
 from vcmm.nc.limits import control_from
-from vcmm.nc.setup import ZERO, Bar, Setup, Tool
+from vcmm.nc.setup import ZERO, Bar, Setup, TemperatureLog, Tool
+from vcmm.nc.touching import Face, Round, Surface, box_faces
+from vcmm.response.logs import sensor_of
 
 _OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")
 
@@ -32,7 +36,7 @@ NEGATIVE_LENGTH = (
 class ToolTable(Table):
     length: ToolLength = 0.0
     diameter: Diameter | None = None
-    shape: Literal["flat", "ball", "bull", "drill", "turning"] = "flat"
+    shape: Literal["flat", "ball", "bull", "drill", "turning", "probe"] = "flat"
     corner_radius: Size | None = None
     nose_radius: Size | None = None
     orientation: Annotated[int, Field(ge=0, le=9)] = 0
@@ -58,6 +62,24 @@ class StockTable(Table):
     material: str | None = Field(default=None, examples=['"Al7075"'])
 
 
+class SurfaceTable(Table):
+    """What a probing move meets, in work coordinates of `offset`: a plane (point, normal), or a bore or boss along Z (point,
+    diameter, inside)."""
+
+    point: Point
+    normal: Direction | None = None
+    diameter: Diameter | None = Field(default=None, examples=['"30 mm"'])
+    inside: bool = False
+    offset: str = "G54"
+
+
+class LogTable(Table):
+    """data: time_s (from the start of the program), temp_<sensor>_C. zero_set: when the zeros were set, on the same clock."""
+
+    data: str = Field(examples=['"sensors.csv"'])
+    zero_set: str = Field(default="0 s", examples=['"-90 min"'])
+
+
 class SetupFile(Table):
     """setup/1. set_with: the tool (or probe) with which X and Y of the work offsets were set, the first that cuts if not said."""
 
@@ -75,7 +97,9 @@ class SetupFile(Table):
     set_with: int | None = Field(default=None, examples=["3"])
     tools: dict[str, ToolTable] = Field(default_factory=dict)
     stock: StockTable | None = None
+    surfaces: list[SurfaceTable] = Field(default_factory=list)
     temperature: Temperatures | None = None
+    temperature_log: LogTable | None = None
     control: dict[str, Any] | None = Field(default=None, examples=['{ tolerance = "10 um" }'])
 
 
@@ -98,6 +122,11 @@ def load_setup(path: str | Path) -> Setup:
         known = [str(n) for n in tools]
         text = f"tool {model.set_with} is not in the set-up.{choose_from(str(model.set_with), known) if known else ''}"
         problems.add(("set_with",), f"{text} A probe is a tool too: add its length")
+    surfaces = () if model is None else _surfaces(model, problems)
+    log = None
+    if model is not None and model.temperature_log is not None:
+        table, near = model.temperature_log, Path(path).parent
+        log = problems.attempt(("temperature_log",), lambda: _log(table, near))
     problems.raise_if_any()
     assert model is not None
     folder = Path(path).parent
@@ -107,12 +136,57 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
-        control=control, compensation=active, set_with=model.set_with,
+        control=control, compensation=active, log=log, set_with=model.set_with,
         subprograms=tuple(folder / name for name in model.subprograms),
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
-        thrust=model.stock.thrust_ratio if model.stock else None,
+        thrust=model.stock.thrust_ratio if model.stock else None, surfaces=surfaces,
     )  # fmt: skip
+
+
+def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
+    """What probing moves meet, machine axes: what is stated, and the box of the stock."""
+    out: list[Surface] = []
+    for k, one in enumerate(model.surfaces):
+        if (one.normal is None) == (one.diameter is None):
+            text = "a surface is a plane (point and normal) or a bore or boss along Z (point, diameter, inside); give one of the two"
+            problems.add(("surfaces", k), text)
+            continue
+        if one.offset not in model.offsets and one.offset != "G54":
+            text = f"{one.offset} is not in [offsets].{choose_from(one.offset, [*model.offsets])}"
+            problems.add(("surfaces", k, "offset"), text)
+            continue
+        point = _moved(one.point, model.offsets.get(one.offset, ZERO))
+        if one.diameter is not None:
+            out.append(Round(point, one.diameter / 2.0, one.inside))
+        elif one.normal is not None:
+            out.append(Face(point, one.normal))
+    if model.stock is not None and model.stock.box is not None:
+        x, y, z = model.stock.box
+        corner = model.stock.corner or (-x / 2.0, -y / 2.0, -z)
+        zero = model.offsets.get("G54", next(iter(model.offsets.values()), ZERO))
+        out += box_faces(_moved(corner, zero), (x, y, z))
+    return tuple(out)
+
+
+def _moved(point: tuple[float, float, float], by: tuple[float, float, float]) -> tuple[float, float, float]:
+    return point[0] + by[0], point[1] + by[1], point[2] + by[2]
+
+
+def _log(table: LogTable, folder: Path) -> TemperatureLog:
+    """Raises DataError with the lines of the log, UsageError where it holds no temperature or begins after the zero was set."""
+    path = folder / table.data
+    found = {sensor_of(n): s for n, s in read_logs([path]).items() if n.startswith("temp_")}
+    if not found:
+        raise UsageError(f"{path} logs no temperature; it needs time_s and columns temp_<sensor>_C")
+    zero_set = quantity(table.zero_set, "time", "zero_set", "-90 min")
+    begins = max(float(s.time[0]) for s in found.values())
+    if min(zero_set, 0.0) < begins:
+        raise UsageError(
+            f"{path} begins at {begins:g} s, but {'the zeros were set' if zero_set < 0 else 'the program begins'} at {min(zero_set, 0.0):g} s; time_s "
+            "counts from the start of the program, and is negative before it"
+        )
+    return TemperatureLog(found, zero_set, path)
 
 
 def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
@@ -192,6 +266,8 @@ def _tool(key: str, t: ToolTable) -> Tool:
         raise UsageError(
             'a shank needs both where it begins and how wide it is: cutting_length = "25 mm" and shank_diameter = "12 mm"'
         )
+    if t.shape == "probe" and t.diameter is None:
+        raise UsageError('a probe needs the diameter of its ball, for example diameter = "6 mm"')
     if t.nose_radius is not None and t.shape != "turning":
         raise UsageError('nose_radius belongs to shape = "turning"')
     if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:

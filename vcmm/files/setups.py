@@ -31,11 +31,13 @@ class SetupTable(Table):
     minutes: float = Field(gt=0, allow_inf_nan=False, examples=["20"])
     u: str = Field(examples=['"0.2 um"'])
     own: dict[str, str] = Field(default_factory=dict, examples=['{ scale = "0.3 um/m" }'])
+    serial: str = Field(default="", examples=['"L-2041"'])
     axis: str = Field(default="", examples=['"X"', '"C"'])
     across_axis: Literal["", "X", "Y", "Z"] = ""
     component: Literal["", "X", "Y", "Z", "A", "B", "C"] = ""
     at: dict[str, str] = Field(default_factory=dict, examples=['{ Y = "250 mm", Z = "-200 mm" }'])
     offset: Point | None = None
+    reflector: Point | None = None
     n: int = Field(default=0, ge=0, examples=["13"])
     station: Point | None = None
     centre: Point | None = None
@@ -66,7 +68,7 @@ def planned(table: SetupTable, machine: Machine) -> tuple[Recordings, Instrument
         made = (replace(made[0], name=table.name),)
     else:
         made = tuple(replace(one, name=f"{table.name} {one.name}") for one in made)
-    return made, InstrumentCertificate.of(instrument, table.own)
+    return made, InstrumentCertificate.of(instrument, table.own, serial=table.serial)
 
 
 def _need(table: SetupTable, *keys: str) -> None:
@@ -103,7 +105,23 @@ def _line(table: SetupTable, machine: Machine, u: float) -> Recordings:
         return (laser.diagonal(machine, ends, table.n, u, table.tip),)
     targets, at = _axis(table, machine)
     component = table.component or table.axis
-    return (laser.line(machine, table.axis, targets, at, np.array(table.tip), component=component, u=u),)
+    if table.offset is not None and table.reflector is not None:
+        raise UsageError(
+            f'the set-up "{table.name}" has its reflector on the tool (offset) and on the table (reflector); keep one of them'
+        )
+    on_table = None if table.reflector is None else np.array(table.reflector)
+    return (
+        laser.line(
+            machine,
+            table.axis,
+            targets,
+            at,
+            np.array(table.tip),
+            component=component,
+            u=u,
+            reflector=on_table,
+        ),
+    )
 
 
 def _level(table: SetupTable, machine: Machine, u: float) -> Recordings:

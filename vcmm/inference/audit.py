@@ -8,17 +8,20 @@ times the noise of the machine), and on parts of another family, which the inver
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from vcmm.core.blocks import Sharing, blocks_of
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, coverage
+from vcmm.evaluation.belts import Inverse, coverage, there
 from vcmm.evaluation.exact import draw_inputs, exact_values
 from vcmm.evaluation.form_family import OTHER
 from vcmm.evaluation.indication import at_indication
-from vcmm.evaluation.inversion import LEAST, LEAST_OTHER, Inversion, Inverted
+from vcmm.evaluation.inversion import LEAST, LEAST_OTHER, CountedInverse, Inversion, Inverted
 from vcmm.evaluation.pairs import Pairs, both, pairs
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
@@ -91,68 +94,102 @@ def audit(
     parts: int = PARTS,
     settings: Settings | None = None,
     progress: Progress | None = None,
+    sharing: Sharing | None = None,
+    key: str = "",
 ) -> tuple[Audited, ...]:
-    """Count the intervals of every characteristic of a scenario. Raises what `uncertainty` raises."""
-    return audited(scenario.task(), settings or scenario.settings, parts, progress)
+    """Count the intervals of every characteristic of a scenario. Raises what `uncertainty` raises.
+
+    sharing: who counts; key: of the job by all that it reads, where finished blocks are kept (`vcmm.core.blocks.key_of`).
+    """
+    return audited(scenario.task(), settings or scenario.settings, parts, progress, sharing, key)
+
+
+Piece = tuple[int, int]  # exact measurements: first and count; parts of a kind: its number and 0
+
+
+@dataclass(frozen=True, eq=False)
+class CountingJob:
+    """What a worker needs to count: the evaluated task, and how many parts of a kind."""
+
+    known: PreparedTask
+    parts: int
 
 
 def audited(
-    task: Task, settings: Settings, parts: int, progress: Progress | None = None
+    task: Task,
+    settings: Settings,
+    parts: int,
+    progress: Progress | None = None,
+    sharing: Sharing | None = None,
+    key: str = "",
 ) -> tuple[Audited, ...]:
     report = progress or (lambda text, share: None)
-    known = PreparedTask(task, evaluate(task, settings, progress))
+    known = PreparedTask(task, evaluate(task, settings, progress, read=False))
     extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, Inverted)]
+    additive = [i for i in range(len(known.result.characteristics)) if i not in extreme]
+    exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
+    kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
+    found = (sharing or Sharing()).all_of(
+        key, piece, CountingJob(known, parts), [*exact, *kinds], partial(report, "drawn parts")
+    )
     rows: dict[int, list[Audited]] = {i: [] for i in range(len(known.result.characteristics))}
-    additive = [i for i in rows if i not in extreme]
     if additive:
-        for i, row in _counted_exactly(known, additive, parts, report):
+        indicated = np.concatenate([np.array(block) for block in found[: len(exact)]])
+        for i, row in _held_exactly(known, additive, indicated):
             rows[i].append(row)
-    inversion = known.inversion
-    if inversion is not None:
-        for number, (kind, drawn) in enumerate(_kinds(inversion, parts, settings.seed)):
-            report(f"parts of {kind}", number / (len(RATIOS) + 2))
-            for i in extreme:
-                rows[i].append(_counted(known.result.characteristics[i], inversion, i, drawn, kind))
+    for counted in found[len(exact) :]:
+        for i, row in zip(extreme, counted):
+            rows[i].append(Audited(**row))
     return tuple(row for found in rows.values() for row in found)
 
 
-def _kinds(inversion: Inversion, parts: int, seed: int) -> Iterator[tuple[str, Pairs]]:
+def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
+    """One block of an audit, by any worker: indicated values (count, C), or the counts of one kind of part as plain values."""
+    first, count = asked
+    model, inversion = job.known.result.model, job.known.inversion
+    if count or inversion is None:
+        drawn = draw_inputs(model, job.known.result.seed + 1000, first, count)
+        return list(exact_values(model, drawn).tolist())
+    kind, drawn_parts = _kind(inversion, first, job.parts)
+    results = job.known.result.characteristics
+    extreme = [i for i, c in enumerate(results) if isinstance(c.truth, Inverted)]
+    return [asdict(_counted(results[i], inversion, i, drawn_parts, kind)) for i in extreme]
+
+
+def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
     """Parts that were used neither for the belts nor for what they say of themselves."""
-    drawing, fresh = inversion.drawing, seed + 1000
-    yield PRIOR, both(drawing, parts, fresh)
-    for k, r in enumerate(RATIOS):
-        yield f"form {r:g} x noise", both(drawing, parts, fresh + 1 + k, ratio=r)
-    yield ANOTHER, pairs(drawing, parts, fresh + 9, OTHER)
+    drawing, fresh = inversion.drawing, inversion.settings.seed + 1000
+    if number == 0:
+        return PRIOR, both(drawing, parts, fresh)
+    if number > len(RATIOS):
+        return ANOTHER, pairs(drawing, parts, fresh + 9, OTHER)
+    ratio = RATIOS[number - 1]
+    return f"form {ratio:g} x noise", both(drawing, parts, fresh + number, ratio=ratio)
 
 
 def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
     """Measured by points, whose residuals tell the roughness of every part."""
-    p, one = result.p, inversion.counted(i, 0.0, True)
+    p, one, k = result.p, inversion.counted(i, 0.0, True), inversion.column(i)
+    held, width = 1.0, math.inf  # of an interval without ends
+    if isinstance(one, CountedInverse):
+        held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return Audited(
-        name=result.name, unit=result.unit, kind=kind, target=p, attained=coverage(one.inverse, i, drawn, p),
-        parts=len(drawn.true), width=_width(one.inverse, i, drawn, p), claimed=not one.shortfall(p), least=least,
-        most=p + ABOVE if kind == PRIOR else 1.0,
+        name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=len(there(k, drawn)[0]), width=width,
+        claimed=not one.shortfall(p), least=least, most=p + ABOVE if kind == PRIOR else 1.0,
     )  # fmt: skip
 
 
-def _width(inverse: Inverse, i: int, drawn: Pairs, p: float) -> float:
-    low, high = inverse.interval(p, drawn.indicated[:, i], drawn.rest[:, i])
+def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
+    _, indicated, rest = there(k, drawn)
+    low, high = inverse.interval(p, indicated, rest)
     return float((high - low).mean())
 
 
-def _counted_exactly(
-    known: PreparedTask, wanted: Sequence[int], parts: int, report: Progress
-) -> list[tuple[int, Audited]]:
-    """Sizes, distances and angles: y of the exact engine, the interval at y, and the true value of the part."""
+def _held_exactly(known: PreparedTask, wanted: Sequence[int], indicated: Array) -> list[tuple[int, Audited]]:
+    """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
     model = known.result.model
     truth = model.values(model.q0) - np.array([r.bias for r in known.result.characteristics])
-    found = []
-    for at in range(0, parts, BLOCK):
-        report("exact measurements", at / parts)
-        drawn = draw_inputs(model, known.result.seed + 1000, at, min(BLOCK, parts - at))
-        found.append(exact_values(model, drawn))
-    indicated = np.concatenate(found)
     return [(i, _held(known.result.characteristics[i], indicated[:, i], float(truth[i]))) for i in wanted]
 
 

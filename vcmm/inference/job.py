@@ -17,7 +17,7 @@ from vcmm.evaluation.jointly import JointJudgement, judged_jointly
 from vcmm.evaluation.pairs import rest_of
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
-from vcmm.evaluation.uncertainty import evaluate
+from vcmm.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.gps import characteristics as gps
 from vcmm.inference.checked import repeated
 from vcmm.inference.given import GivenPoints, GivenValue
@@ -89,6 +89,13 @@ class PreparedTask:
         found = (c.truth.inversion for c in self.result.characteristics if isinstance(c.truth, Inverted))
         return next(found, None)
 
+    def rest(self, points: Array) -> Array:
+        """(C,) mm: root mean square of the residuals of measured points (n, 3), NaN for what is no extreme value."""
+        out = np.full(len(self.result.characteristics), np.nan)
+        if self.inversion is not None:
+            out[list(self.inversion.numbers)] = rest_of(self.inversion.drawing, points)
+        return out
+
 
 def evaluate_points(
     scenario: Scenario,
@@ -109,8 +116,8 @@ def evaluate_points(
         points = measured_points(task, task.machine.indication_error(task.touches.run))
         measured = np.asarray(evaluate_all(task, fit_features(task, points)))
         if known is None or not known.serves(task):
-            known = PreparedTask(task, evaluate(task, chosen, progress))
-        rest = None if known.inversion is None else rest_of(known.inversion.drawing, points)
+            known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
+        rest = known.rest(points)
         out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, said=repeated(one)))
     return tuple(out)
 
@@ -126,7 +133,7 @@ def evaluate_values(
     chosen = settings or scenario.settings
     measured = [absolute_values(scenario, values) for values in given]
     task = scenario.task()
-    known = PreparedTask(task, evaluate(task, chosen, progress))
+    known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
     order = [c.name for c in scenario.part.characteristics]
     return tuple(
         _part(
@@ -202,9 +209,10 @@ def _part(
         y = float(measured[i])
         if np.isfinite(y):
             out.append(Evaluated(_read(r, y, None if rest is None else float(rest[i]), settings), y))
+    told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *known.result.warnings, *said)
+        for w in (*remarks(scenario), *told, *known.result.warnings, *said)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )

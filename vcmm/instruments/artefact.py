@@ -20,7 +20,9 @@ from vcmm.instruments.instrument import SCALE, Instrument, OwnError, constant, h
 from vcmm.instruments.laying import layout, rows
 from vcmm.response.recording import Recording
 
-BALLS = OwnError("balls", "um", of_features, "u of the calibrated place of one ball, each direction")
+BALLS = OwnError(
+    "balls", "um", of_features, "u of the calibrated place of one ball, each direction", lasts=False
+)
 BALL_PLATE = Instrument(
     "ball plate", "probe", (SCALE, BALLS), ("rigid",), "ISO 10360-2:2009, annex B; VDI/VDE 2617-5"
 )

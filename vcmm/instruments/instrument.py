@@ -2,7 +2,9 @@
 
 An error of the instrument is known to a standard uncertainty u (its calibration certificate) and not better known after
 the machine was measured than the readings allow: it is one more Input of the calibration. `redraw` says for which rows it
-is one and the same: all ("machine", one instrument), or those of one value of a label ("setup", "instrument").
+is one and the same: all ("machine", one instrument), or those of one value of a label ("setup", "instrument"). Recordings that state the
+same serial were made by one instrument: what of it lasts (a scale, not the places of single balls in the axes of the machine) is one
+unknown of them all.
 """
 
 from __future__ import annotations
@@ -22,12 +24,16 @@ Column = Callable[[Recording, Run], Array]
 
 @dataclass(frozen=True)
 class OwnError:
-    """unit: of the error, for example "um/m". column: (m, k) observation in mm or rad per unit in mm and rad."""
+    """unit: of the error, for example "um/m". column: (m, k) observation in mm or rad per unit in mm and rad.
+
+    lasts: it is the same in every recording of one instrument.
+    """
 
     name: str
     unit: str
     column: Column
     doc: str
+    lasts: bool = True
 
 
 @dataclass(frozen=True)
@@ -59,15 +65,16 @@ class Instrument:
 
 @dataclass(frozen=True)
 class InstrumentCertificate:
-    """One instrument as it was used: u of its own errors (unit of `OwnError`, in mm and rad), redraw label."""
+    """One instrument as it was used: u of its own errors (unit of `OwnError`, in mm and rad), redraw label, serial or nothing."""
 
     instrument: Instrument
     u: Mapping[str, float]
     redraw: str = "machine"
+    serial: str = ""
 
     @staticmethod
     def of(
-        instrument: Instrument, stated: Mapping[str, str], redraw: str = "machine"
+        instrument: Instrument, stated: Mapping[str, str], redraw: str = "machine", serial: str = ""
     ) -> InstrumentCertificate:
         """From texts such as {"scale": "0.3 um/m"}. Raises UsageError for names, units and signs that do not fit."""
         u = {}
@@ -76,7 +83,17 @@ class InstrumentCertificate:
             u[name] = quantity(text, dimension_of(unit), name, f"0.5 {unit}")
             if u[name] < 0:
                 raise UsageError(f'{name} = "{text}" is negative; a standard uncertainty is zero or positive')
-        return InstrumentCertificate(instrument, u, redraw)
+        return InstrumentCertificate(instrument, u, redraw, serial)
+
+    def unknowns(self, recording: Recording, run: Run) -> list[tuple[str, Array]]:
+        """As `columns`, the names such as "EXX: laser linear scale", and without the recording where all of one serial share it."""
+        lasting = [
+            f"{self.instrument.name} {e.name}" for e in self.instrument.errors if e.lasts and self.serial
+        ]
+        return [
+            (f"{name} of {self.serial}" if name in lasting else f"{recording.name}: {name}", part)
+            for name, part in self.columns(recording, run)
+        ]
 
     def columns(self, recording: Recording, run: Run) -> list[tuple[str, Array]]:
         """(name such as "laser linear scale[setup=2]", (m, k)) scaled to unit variance; run: prepared by the machine."""
@@ -106,7 +123,9 @@ def _copies(recording: Recording, redraw: str) -> tuple[tuple[str, ...], Ints]:
 
 
 def along(recording: Recording, run: Run) -> Array:
-    """(m, 1) mm: the length of an observation: of a length itself, else how far the tip lies along the direction."""
+    """(m, 1) mm: the length of an observation: of a length itself, else how far the tip lies along the direction; none of an angle."""
+    if recording.kind == "angle":
+        return np.zeros((recording.m, 1))
     if recording.kind == "length":
         both = recording.other >= 0
         if "length_mm" in run.columns:

@@ -48,14 +48,18 @@ def line(
     component: str,
     u: float,
     runs: int = 1,
+    reflector: Array | None = None,
 ) -> Recording:
     """Readings along one axis, there and back: component "X", "Y", "Z" (translation) or "A", "B", "C" (turn).
 
     targets (t,) mm; at: the other axes, mm; offset (3,) mm: reflector in the frame of the last tool-side axis; u mm or rad.
+    reflector (3,) mm, workpiece axes: it stands on the table instead, and the interferometer goes with the tool.
     """
     there = np.concatenate([np.asarray(targets, dtype=float), np.asarray(targets, dtype=float)[::-1]])
     q = np.tile(there, runs)
     position = {a: q if a == axis else np.full(len(q), at[a]) for a in machine.chain.letters}
+    if reflector is not None:
+        offset = reflector - nominal_tip(machine.chain, machine.axes, rows(position, np.zeros(3)))
     direction = np.eye(3)["XYZABC".index(component) % 3]
     kind = "angle" if component in "ABC" else "displacement"
     across = kind == "displacement" and component != axis

@@ -80,8 +80,13 @@ def simulated(
     machine: Machine,
     rng: np.random.Generator,
     certificate: InstrumentCertificate | None = None,
+    drawn: dict[str, Array] | None = None,
 ) -> Recording:
-    """The recording with what would be read: the machine's errors, the set-up, the instrument, and noise."""
+    """The recording with what would be read: the machine's errors, the set-up, the instrument, and noise.
+
+    drawn: own errors of instruments so far, by name, in units of their u; what is drawn here is added.
+    """
+    drawn = {} if drawn is None else drawn
     observer = Observer(recording, machine)
     value = observer.baseline()
     columns, names = nuisance_columns(recording, machine)
@@ -89,7 +94,10 @@ def simulated(
     if recording.kind == "angle":
         size = np.full(len(names), TURN)
     value = value + columns @ (size * rng.standard_normal(len(names)))
-    for _, own in certificate.columns(replace(recording, value=value), observer.run) if certificate else ():
-        value = value + own @ rng.standard_normal(own.shape[1])
+    read = replace(recording, value=value)
+    for name, own in certificate.unknowns(read, observer.run) if certificate else ():
+        if name not in drawn:
+            drawn[name] = np.asarray(rng.standard_normal(own.shape[1]))
+        value = value + own @ drawn[name]
     assert recording.noise is not None
     return replace(recording, value=value + recording.noise.u * rng.standard_normal(recording.m))

@@ -24,7 +24,11 @@ from vcmm.instruments.tracker import at_station
 from vcmm.response.recording import Recording
 
 FACES = OwnError(
-    "faces", "urad", of_features, "u of the calibrated angle of one face or division (label feature)"
+    "faces",
+    "urad",
+    of_features,
+    "u of the calibrated angle of one face or division (label feature)",
+    lasts=False,
 )
 R_TEST = Instrument(
     "R-test", "displacement", (GAIN,), ("rigid",), "ISO 10791-6:2014, BK4; Weikert, CIRP Annals 53 (2004) 429"

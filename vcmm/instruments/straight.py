@@ -51,9 +51,11 @@ def _way(tips: Array) -> Array:
     return np.asarray(way / np.linalg.norm(way))
 
 
-FORM = OwnError("form", "um", of_features, "u of the calibrated form at one place (label feature)")
+FORM = OwnError(
+    "form", "um", of_features, "u of the calibrated form at one place (label feature)", lasts=False
+)
 ANGLE = OwnError("angle", "urad", arm_angle, "u of the calibrated angle between its arms")
-DRIFT = OwnError("drift", "um/h", since_start, "u of its drift")
+DRIFT = OwnError("drift", "um/h", since_start, "u of its drift", lasts=False)
 STRAIGHTEDGE = Instrument(
     "straightedge", "displacement", (FORM, GAIN), ("zero", "slope"), "ISO 230-1:2012, 8.2.2"
 )

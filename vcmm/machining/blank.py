@@ -27,6 +27,7 @@ from vcmm.cutting.force import (
     linear_edge,
     mean_chip,
     milling_force,
+    milling_power,
     to_workpiece,
 )
 from vcmm.cutting.stock import Removal, Stock, block, remove
@@ -42,6 +43,7 @@ OFTEN, TURNED = (
     0.5,
     0.125,
 )  # of the radius of the tool, rad of an arc: so often the engagement is asked for forces
+TURN = 2.0 * np.pi
 MOST_PIECES = 200_000
 LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
 
@@ -65,7 +67,7 @@ class PathPieces:
 class Blank:
     """after: what is left; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (pieces, 3) N or None.
 
-    pieces: the stretches of the path whose forces these are, each with its own engagement. shanks: (line, tool, depth mm) where a
+    power (pieces,) W: what cutting them takes. pieces: the stretches of the path, each with its own engagement. shanks: (line, tool, depth mm) where a
     shank runs in what is left. said: what this stock could not tell.
     """
 
@@ -77,6 +79,7 @@ class Blank:
     shanks: tuple[tuple[int, int, float], ...] = ()
     said: tuple[str, ...] = ()
     pieces: PathPieces | None = None
+    power: Array | None = None
 
     @property
     def kept_as(self) -> str:
@@ -111,7 +114,7 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     for row, depth in zip(removal.collisions, removal.collision_depth):
         hit = program.moves[int(stretches.sweep.move[row])].source.line
         deepest[hit] = max(deepest.get(hit, 0.0), float(depth))
-    forces = cutting_forces(setup, program, stretches.sweep, removal) if asked else None
+    forces, power = cutting_forces(setup, program, stretches.sweep, removal) if asked else (None, None)
     shanks = shank_collisions(setup, program, sweep, removal.stock)
     said = (
         (f"line {line} cuts with a rotary axis off zero: no cutting forces are computed",)
@@ -127,6 +130,7 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         shanks=shanks,
         said=said,
         pieces=stretches,
+        power=power,
     )
 
 
@@ -210,8 +214,8 @@ def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
     return (shapes.flat(tool.shank_diameter / 2), tool.cutting_length) if wider else None
 
 
-def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> Array:
-    """Mean force of the part on the tool (rows, 3) N, workpiece axes, while each row of the sweep cuts."""
+def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> tuple[Array, Array]:
+    """While each row of the sweep cuts: mean force of the part on the tool (rows, 3) N, workpiece axes, and power (rows,) W."""
     moves = [program.moves[i] for i in sweep.move.tolist()]
     teeth = np.array([setup.tools[m.tool].teeth or 0 for m in moves])
     missing = sorted({m.tool for m, z in zip(moves, teeth) if z == 0 and m.kind != "rapid"})
@@ -224,13 +228,14 @@ def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Remova
     chip = np.divide(feed, turning * teeth, out=np.zeros(len(feed)), where=turning * teeth > 0)
     at_work = (removal.volume > 0) & (feed > 0)
     material = _edges(setup, mean_chip(removal.enter, removal.leave, chip))
-    force = milling_force(
-        removal.enter, removal.leave, np.where(at_work, removal.axial, 0.0), chip, teeth, material
-    )
+    axial = np.where(at_work, removal.axial, 0.0)
+    force = milling_force(removal.enter, removal.leave, axial, chip, teeth, material)
+    speed = np.array([t.radius for t in sweep.tools])[sweep.tool] * 1e-3 * turning * TURN / 60.0
+    power = milling_power(removal.enter, removal.leave, axial, chip, teeth=teeth, speed=speed, of=material)
     middle = position(sweep, np.array([[0.49], [0.51]]))
     way = middle[1] - middle[0]
     length = np.linalg.norm(way, axis=1)
-    return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis)
+    return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis), power
 
 
 def _edges(setup: Setup, chip: Array) -> LinearEdge:

@@ -20,9 +20,11 @@ from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.envelope import CutSurface
 from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
+from vcmm.machining.spindle_load import LOAD, measured_share, power_log
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
-from vcmm.machining.zero_setting import joined, setting_rows, ways_of_setting
+from vcmm.machining.warming import warmed, warmed_when_set
+from vcmm.machining.zero_setting import ProbedRows, joined, setting_rows, ways_of_setting
 from vcmm.nc.setup import first_tool
 
 
@@ -48,14 +50,29 @@ def tool_side(
         {**run.labels, "touch": touch[rows.point], "feature": feature[rows.point]}, run.series,
     )  # fmt: skip
     whole, setting = _with_setting(job, run)
-    known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
-    side = job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
+    whole, setting, touches = _with_touches(job, whole, setting, rows)
+    side = _asked(job, run, whole, setting, known=known, inputs=inputs)
     deepest = np.flatnonzero(rows.candidate == 0)[
         rows.point
     ]  # all candidates of a point scatter as its deepest cut
     passes = pass_weights(job.program, job.sweep, rows.row[deepest], rows.share[deepest])
     passes = np.concatenate([passes, np.zeros((whole.n - run.n, passes.shape[1]))])
-    return replace(side, passes=passes), rows.contacts
+    return replace(side, passes=passes, touches=touches), rows.contacts
+
+
+def of_one_pass(job: PreparedCut, run: Run, known: Array, inputs: tuple[Input, ...]) -> ToolSide:
+    """Rows of a run that one pass cuts, with their labels, and those of setting behind them; known (n, 3) as of `states_at`."""
+    whole, setting = _with_setting(job, run)
+    passes = np.concatenate([np.ones((run.n, 1)), np.zeros((whole.n - run.n, 1))])
+    return replace(_asked(job, run, whole, setting, known=known, inputs=inputs), passes=passes)
+
+
+def _asked(
+    job: PreparedCut, run: Run, whole: Run, setting: Ints, *, known: Array, inputs: tuple[Input, ...]
+) -> ToolSide:
+    """The errors of all rows; what is known of the cut is nothing in the rows of setting behind it."""
+    known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
+    return job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
@@ -93,9 +110,18 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     if logged:
         columns |= logged
     elif job.blank is not None and job.blank.forces is not None:
-        columns |= by_axis("force_{}_N", process.force(job, rows, job.blank.forces))
+        force = process.force(job, rows, job.blank.forces)
+        share = measured_share(job, states.column("time_s"), rows.row, rows.share)
+        columns |= by_axis("force_{}_N", force * share[:, None])
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
-    return states.with_columns(columns), known
+    return logged_states(job, states.with_columns(columns)), known
+
+
+def logged_states(job: PreparedCut, states: Run) -> Run:
+    """With what is logged of the machine while it cuts: load of the spindle, temperatures."""
+    load = power_log(job)
+    series = states.series if load is None else {**states.series, LOAD: load}
+    return warmed(replace(states, series=series), job.scenario.setup.log)
 
 
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
@@ -123,10 +149,34 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
     return joined(run, rows), np.concatenate([back, np.full((rows.n, 3), -1)]).astype(np.intp)
 
 
+def _with_touches(
+    job: PreparedCut, run: Run, setting: Ints, rows: ContactRows
+) -> tuple[Run, Ints, ProbedRows | None]:
+    """The rows of touches of the program behind those of setting, which count no more along axes that the program sets itself."""
+    touched = job.touched
+    if touched is None:
+        return run, setting, None
+    move = job.sweep.move[rows.row]
+    cut, count = len(move), len(touched.touches)
+    offset = touched.centre - np.array([np.add(t.tip, t.tool_offset) for t in touched.touches])
+    some = setting_rows(run, np.zeros(count, dtype=np.intp), offset, touched.centre, job.pose)
+    some = warmed(some, job.scenario.setup.log)  # as warm as when the program begins
+    own = {"tool": np.array([str(t.tool) for t in touched.touches])}
+    some = replace(
+        some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
+    )
+    weight = np.zeros((run.n + count, 3, count))
+    weight[:cut] = touched.at(move, rows.share)
+    setting = np.concatenate([setting, np.full((count, 3), -1, dtype=np.intp)])
+    setting[:cut] = np.where(touched.held[move], setting[:cut], -1)
+    return joined(run, some), setting, ProbedRows(run.n, weight, touched.reads)
+
+
 def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
     """The rows `chosen` (k,) of a run again, as when their zero was set with tools (k,)."""
     offset = -np.array([job.scenario.setup.tools[int(name)].offset for name in tool])
     rows = setting_rows(run, chosen, offset, zeros(job, run.labels[OFFSET_LABEL][chosen]), job.pose)
+    rows = warmed_when_set(rows, job.scenario.setup.log)
     return job.process.set_at(job, replace(rows, labels={**rows.labels, "tool": tool}))
 
 

@@ -83,6 +83,11 @@ def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measur
         placed = touches(plan, job.pose, gauge)
         return Measuring(Task(gauge, scenario.part, plan, placed, (), np.zeros(placed.run.n)))
     same = how.kind == SAME
+    if same and job.touched is not None:
+        raise ModelLimit(
+            f'[inspection] machine = "same" reads from zeros that were set by hand, but line {job.touched.touches[0].line} of the program probes them; '
+            "inspect on another machine, or take the probing out"
+        )
     base = job.machine if same else how.machine
     assert base is not None
     machine, qualified = qualified_machine(base, plan, scenario.qualifications)

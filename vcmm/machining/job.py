@@ -10,12 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.cutting.envelope import CutSurface
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.evaluation.virtual_measurement import Measurement, measure_task
 from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.inspection import cut_points, measuring_world, unseen, with_uncut
@@ -25,6 +26,7 @@ from vcmm.machining.process import GOUGE, PreparedCut
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, SAME, CutScenario
+from vcmm.machining.threads import threads_of
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task
 
@@ -75,7 +77,18 @@ def cut(
         blank=job.blank,
         recut=again,
         own_reading=reading,
+        threads=threads_of(job),
     )
+
+
+def measure_cut(scenario: CutScenario, seed: int | None = None) -> Measurement:
+    """Cut the part once and inspect it once. seed=None: errors of mill and measuring machine at their estimates; else one draw of all.
+
+    Raises DataError for a program that cannot be read, UsageError and ModelLimit.
+    """
+    job = set_up(scenario)
+    task, world, notes = finished_part(job)
+    return measure_task(task, seed, world, (*remarks(job), *notes))
 
 
 def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:

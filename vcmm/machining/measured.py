@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.errors import DataError, UsageError
+from vcmm.core.laws import Law
 from vcmm.core.run import Array, Run
 from vcmm.cutting.envelope import UNCUT
-from vcmm.effects import has_role
 from vcmm.evaluation.linear import LinearModel, build
-from vcmm.evaluation.montecarlo import covariance
+from vcmm.evaluation.montecarlo import Term, covariance
 from vcmm.gps import characteristics as gps
 from vcmm.inference.checked import OnSurface, check_points, labelled, surfaces
 from vcmm.inference.given import GivenPoints
@@ -58,31 +58,34 @@ class BesidePrediction:
 class MeasuredCut:
     """compared: by characteristic; mismatch: what the difference goes with; scatter: of one measured point, mm.
 
-    observed: the points with what was done when each was cut; normal (n, 3): along which `value` (n,) mm counts, actual -
-    commanded of the tool. notes: points left out, what could not be told.
+    observed: the points with what was done when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
+    counts, what the tool did less what was predicted of it. known: (Input id, columns (n, r)), what is uncertain of it, mm per draw of
+    unit variance. noise: what is drawn anew at every point, mm. notes: points left out, what could not be told.
     """
 
     compared: tuple[BesidePrediction, ...]
     mismatch: tuple[Located, ...]
     scatter: float
     observed: Observed
-    value: Array
+    departure: Array
     normal: Array
     in_machine: bool
-    noise: float  # scatter of a point, that of the cut included, mm
-    set_loosely: bool  # the radius of a tool is uncertain: a radius of each is nobody's fault
+    noise: float
+    known: tuple[tuple[str, Array], ...]
     notes: tuple[str, ...] = ()
 
 
 def measured_cut(
     scenario: CutScenario, given: GivenPoints, *, in_machine: bool = False, u_point: float | None = None, seed: int | None = None,
+    job: PreparedCut | None = None,
 ) -> MeasuredCut:  # fmt: skip
     """Compare a measured part with its prediction. in_machine: points in the machine frame, else in the drawing frame.
 
-    u_point: standard uncertainty of one measured point, mm; None: what is left beside everything that is tested.
+    u_point: standard uncertainty of one measured point, mm; None: what is left beside everything that is tested. job: the scenario
+    made ready before, for several parts of it.
     Raises DataError for points that are not of this part (file and line), UsageError and ModelLimit as `cut` does.
     """
-    job = set_up(scenario)
+    job = job or set_up(scenario)
     placed, frame_points = _on_part(job, given, in_machine)
     job, points, notes = _cut_there(job, placed, frame_points, given)
     task, world, more = finished_part(job)
@@ -90,7 +93,8 @@ def measured_cut(
     touches = task.touches
     predicted = ((model.points - touches.points) * touches.normals).sum(axis=1)
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
-    observed = _observed(world, deviation - predicted, point_covariance(model))
+    known = known_columns(model)
+    observed = _observed(world, deviation - predicted, known.covariance)
     found, scatter = located(observed, rigid=not in_machine, u_point=u_point)
     values = evaluate_all(task, fit_features(task, points))
     spread = observed.covariance + scatter**2 * np.eye(len(points))
@@ -102,11 +106,11 @@ def measured_cut(
         mismatch=found,
         scatter=scatter,
         observed=observed,
-        value=(deviation - world.level) / size,
+        departure=(deviation - predicted) / size,
         normal=gain / size[:, None],
         in_machine=in_machine,
-        noise=float(np.hypot(scatter, np.sqrt(np.mean(np.diag(point_covariance(model, single=True)))))),
-        set_loosely=any(has_role(i.effect, "tool radius") for i in scenario.inputs),
+        noise=float(np.hypot(scatter, np.sqrt(np.mean(np.sum(known.single**2, axis=1))))),
+        known=tuple((name, columns / size[:, None]) for name, columns in known.common),
         notes=(*notes, *more),
     )
 
@@ -158,19 +162,44 @@ def _planned(job: PreparedCut) -> Plan:
     return scenario.plan
 
 
-def point_covariance(model: LinearModel, single: bool = False) -> Array:
-    """Covariance (n, n) mm^2 of the predicted points along their normals, from everything that is uncertain.
+@dataclass(frozen=True, eq=False)
+class KnownColumns:
+    """What is uncertain of n predicted points along their normals, mm per draw of unit variance.
 
-    single: only from what is drawn anew at every point.
+    common: (Input id, columns (n, r)) of what several points share; single (n, s): of what is drawn anew at every point.
     """
+
+    common: tuple[tuple[str, Array], ...]
+    single: Array
+
+    @property
+    def covariance(self) -> Array:
+        """(n, n) mm^2."""
+        every = np.concatenate([*(c for _, c in self.common), np.zeros((len(self.single), 0))], axis=1)
+        return every @ every.T + np.diag((self.single**2).sum(axis=1))
+
+
+def known_columns(model: LinearModel) -> KnownColumns:
+    """Everything that is uncertain of the predicted points."""
     n = len(model.points)
     along = replace(model, operator=np.eye(n), q0=np.zeros(n))
-    terms = [
-        along.term(one)
-        for one in model.influences
-        if not single or len(np.unique(one.codes)) == len(one.codes)
-    ]
-    return covariance(terms) if terms else np.zeros((n, n))
+    common, single = [], [np.zeros((n, 0))]
+    for one in model.influences:
+        columns = _per_draw(along.term(one))
+        if len(np.unique(one.codes)) == n:
+            single.append(columns)
+        elif columns.shape[1]:
+            common.append((one.input.id, columns))
+    return KnownColumns(tuple(common), np.concatenate(single, axis=1))
+
+
+def _per_draw(term: Term) -> Array:
+    """Columns (n, r) with the covariance of a term."""
+    if isinstance(term.law, Law) and np.isfinite(term.law.u):
+        return np.asarray(term.gain * term.law.u)
+    value, vector = np.linalg.eigh(covariance([term]))
+    kept = value > 1e-12 * value.max(initial=0.0)
+    return np.asarray(vector[:, kept] * np.sqrt(value[kept]))
 
 
 def _observed(world: Cutting, rest: Array, known: Array) -> Observed:

@@ -1,39 +1,46 @@
 """A measured part as a recording: what the tool did at every point, for `diagnose`.
 
-The value is actual - commanded of the tool along the normal of the cutter, what the program itself leaves taken off. Where the
-part was aligned, and what setting each tool erred by, is nobody's fault: free parameters.
+The value is actual - commanded of the tool along the normal of the cutter. It is made so that what the machine file predicts of
+these rows, taken off, leaves what was measured less what was predicted: what is known of the set-up (the zero was set on this very
+machine, a tool of known compliance bends) is no riddle, and what is uncertain in it is handed on as the covariance that it has.
+Where the part was aligned is nobody's fault: free parameters.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.machining.measured import MeasuredCut
+from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
 
 LABELS = ("tool", "feature", "part", "setup")
+WITHOUT_MEANING = ("spindle_angle_rad",)  # of a milled wall: the tooth that stands out most passes everywhere
 
 
-def part_recording(name: str, cut: MeasuredCut, keep: frozenset[str]) -> Recording:
-    """The recording. keep: columns that a recording file may have, as a run names them; others are left out."""
+def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozenset[str]) -> Recording:
+    """The recording, to be diagnosed beside `machine`. keep: columns that a recording file may have, as a run names them; others
+    are left out.
+    """
     run = cut.observed.run
-    columns = {k: v for k, v in run.columns.items() if k in keep or k.startswith("temp_")}
+    kept = keep - set(WITHOUT_MEANING)
+    columns = {k: v for k, v in run.columns.items() if k in kept or k.startswith("temp_")}
     columns |= {f"n{c}": cut.normal[:, i] for i, c in enumerate("xyz")}
-    labels = {k: v for k, v in run.labels.items() if k in LABELS}
-    # in the order in which the points were cut: memory of the machine is made from the order of rows
+    labels = {k: v for k, v in run.labels.items() if k in LABELS} | {
+        "clamp": np.full(run.n, "1")
+    }  # it was held once
+    # in the order in which the points were cut, as a reader of the table expects them
     order = np.argsort(run.column("time_s"), kind="stable")
     ordered = Run(run.position, run.offset, columns, labels, run.series).take(order)
-    nuisance = {} if cut.in_machine else {"rigid": "run"}
-    if len(np.unique(labels["tool"])) > 1:
-        nuisance["offset"] = "tool"
-    elif cut.in_machine:
-        nuisance["offset"] = "run"
-    if cut.set_loosely:
-        nuisance["radius"] = "tool"
     count = ordered.n
-    return Recording(
-        name=name, kind="path", run=ordered, value=cut.value[order], measuring=False, row=np.arange(count),
-        direction=cut.normal[order], other=np.full(count, -1), nuisance=nuisance, noise=Normal(cut.noise),
+    empty = Recording(
+        name=name, kind="path", run=ordered, value=np.zeros(count), measuring=False, row=np.arange(count),
+        direction=cut.normal[order], other=np.full(count, -1), nuisance={} if cut.in_machine else {"rigid": "run"},
+        noise=Normal(cut.noise), known=tuple((word, columns[order]) for word, columns in cut.known),
     )  # fmt: skip
+    return replace(empty, value=baseline(empty, machine) + cut.departure[order])

@@ -169,6 +169,11 @@ def place_cut(
     job = set_up(scenario)
     if fixed := job.process.why_fixed(job):
         raise ModelLimit(fixed)
+    if job.touched is not None:
+        raise ModelLimit(
+            f"line {job.touched.touches[0].line} of the program probes where the part lies, which the set-up states; shift [offsets] there and cut "
+            "it at each place (vcmm cut)"
+        )
     task, world, _ = finished_part(job)
     if scenario.inspection.kind == SAME:
         world = world.of_part()

@@ -23,6 +23,7 @@ from vcmm.machining.rotary import point_of_part
 from vcmm.machining.rotary_milling import RotaryMillingProcess
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.tool_errors import cutting_effects, needs_forces
+from vcmm.machining.touched_zero import touched_zero
 from vcmm.machining.turned import turning_of
 from vcmm.machining.turned_faces import with_faces
 from vcmm.machining.turning import TurningProcess
@@ -46,6 +47,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
+    touched = touched_zero(scenario, text, program)
     program = _of_axes(scenario, program)
     _check_forces(scenario, program)
     _check_ends(scenario, program)
@@ -56,7 +58,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     refused = job.process.why_refused(job)
     if refused is not None:
         raise refused
-    return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)))
+    return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
 
 
 def _of_axes(scenario: CutScenario, program: Program) -> Program:
@@ -141,11 +143,12 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
 
 
 def _check_log(scenario: CutScenario, path: Toolpath) -> None:
-    """A log of forces that ends before the program says nothing of the rest."""
-    for log in list(scenario.force_log.values())[:1]:
+    """A log that ends before the program says nothing of the rest."""
+    logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
+    for what, log in ((w, s) for w, s in logs.items() if s is not None):
         if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
             raise ModelLimit(
-                f"the force log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
+                f"the {what} log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
                 "state the dynamics of the machine and of its control, or log the whole program"
             )
 
@@ -183,7 +186,8 @@ def _unready(job: PreparedCut) -> list[str]:
     """The first cut with a spindle that stands still."""
     tools = job.scenario.setup.tools
     for move in job.program.moves:
-        if move.kind in ("line", "arc") and move.tool in tools and not move.spindle:
+        cuts = move.kind in ("line", "arc") and move.tool in tools and tools[move.tool].shape != "probe"
+        if cuts and not move.spindle:
             return [f"line {move.source.line} cuts while the spindle stands still"]
     return []
 

@@ -28,6 +28,7 @@ from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net, net
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.tool_errors import ToolSide
+from vcmm.machining.touched_zero import TouchedZero
 from vcmm.machining.turned_blank import TurnedBlank
 from vcmm.measuring.settings import Settings
 from vcmm.motion.toolpath import Toolpath
@@ -50,6 +51,7 @@ class PreparedCut:
     pose: Pose
     process: Process
     blank: Blank | TurnedBlank | None = None
+    touched: TouchedZero | None = None  # what the program itself probes
 
     @property
     def machine(self) -> Machine:

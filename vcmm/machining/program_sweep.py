@@ -84,9 +84,9 @@ def _travels(move: Move) -> bool:
 
 
 def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
-    """A feed move needs a tool of the table; a rapid without one is a way to the tool changer."""
+    """A feed move needs a tool of the table; a rapid without one is a way to the tool changer. A probe cuts nothing."""
     if move.tool in tools:
-        return True
+        return tools[move.tool].shape != "probe"
     if move.kind == "rapid":
         return False
     known = [str(n) for n in tools]

@@ -33,6 +33,7 @@ from vcmm.machining.tool_errors import cutting_effects
 from vcmm.machining.turned import TurnedSurface
 from vcmm.machining.turned_passes import with_all_passes
 from vcmm.machining.turning import TurningProcess
+from vcmm.machining.warming import warmed
 
 JUMPING = ("sense_", "since_reversal_", "play_", "speed_", "accel_", "time_since_accel", "force_")
 POINTS, BESIDE = 60, 2  # points that are cut again; moves before and after those that touch them
@@ -131,4 +132,5 @@ def _around(row: Ints, feed: np.typing.NDArray[np.bool_]) -> Ints:
 
 
 def _with_constants(states: Run, job: PreparedCut) -> Run:
-    return states.with_columns({n: np.full(states.n, v) for n, v in job.scenario.constants.items()})
+    states = states.with_columns({n: np.full(states.n, v) for n, v in job.scenario.constants.items()})
+    return warmed(states, job.scenario.setup.log)

@@ -16,6 +16,7 @@ from vcmm.evaluation.result import BudgetLine, CharacteristicResult, Uncertainty
 from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
+from vcmm.machining.threads import CutThread
 from vcmm.machining.turned_blank import TurnedBlank
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ class CutResult:
     own_reading: UncertaintyResult | None = (
         None  # what the machine that cut the part would read of it, where it probes it
     )
+    threads: tuple[CutThread, ...] = ()
 
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:

@@ -24,7 +24,7 @@ from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.effects import has_role
-from vcmm.machining.zero_setting import Ints, ZeroRows
+from vcmm.machining.zero_setting import Ints, ProbedRows, ZeroRows
 from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
 
@@ -53,7 +53,7 @@ class ToolSide:
     of the nominal motion from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z
     to workpiece axes in each row, None while all rotary axes stand at zero. phi (n,): angle of the meridian frame of a lathe
     in which errors are wanted, rad; None: workpiece axes. passes (n, r): departure of each row per draw of the scatter of a
-    pass; None: every row has its own.
+    pass; None: every row has its own. touches: what the program itself probed, rows behind those of setting.
     """
 
     machine: Machine
@@ -65,10 +65,11 @@ class ToolSide:
     phi: Array | None = None
     rows_per_zero: int = 1
     passes: Array | None = None
+    touches: ProbedRows | None = None
 
     @property
     def zero(self) -> ZeroRows:
-        return ZeroRows(self.setting, self.rows_per_zero, self.turn)
+        return ZeroRows(self.setting, self.rows_per_zero, self.turn, self.touches)
 
     @property
     def parts(self) -> tuple[Machine, Machine]:

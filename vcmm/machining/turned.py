@@ -143,7 +143,7 @@ def _cutting_moves(program: Program, tools: dict[int, Tool], first: int) -> tupl
     notes = []
     if threads:
         notes.append(
-            f"line {threads[0]}: threads are timed but not cut into the surface: their form is that of the flanks of the insert"
+            f"line {threads[0]}: threads are not cut into the surface, as their form is that of the flanks of the insert; pitch and diameter stand in a table of their own"
         )
     notes += [
         f"line {line}: tool {n} is no turning tool; what it cuts is left out of the surface"

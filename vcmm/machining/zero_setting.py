@@ -22,20 +22,50 @@ SETTING = "setting"  # label value of the rows in which a zero was set
 
 
 @dataclass(frozen=True, eq=False)
+class ProbedRows:
+    """What a program itself probed: its K touches are rows `first` (the first of them) and those behind it.
+
+    weight (n, 3, K): mm by which a row lies further per mm that a touch reads further; reads (K, 3): what an error of the tip takes
+    off its reading (vcmm.machining.touched_zero).
+    """
+
+    first: int
+    weight: Array
+    reads: Array
+
+    def follow(self, errors: Array) -> Array:
+        """How far the path follows (..., n, 3) the errors (..., n, 3) of the touches, to be taken off."""
+        k = len(self.reads)
+        read = np.einsum("...ki,ki->...k", errors[..., self.first : self.first + k, :], self.reads)
+        return np.asarray(np.einsum("nik,...k->...ni", self.weight, read))
+
+    def follow_response(self, response: Array, *codes: Ints) -> Array:
+        """The same of responses (n, 3, ...), only where row and touch are one draw."""
+        k = len(self.reads)
+        rows = np.arange(self.first, self.first + k)
+        weight = self.weight
+        for one in codes:
+            weight = weight * (one[:, None] == one[rows])[:, None, :]
+        read = np.einsum("ki...,ki->k...", response[rows], self.reads)
+        return np.asarray(np.einsum("nik,k...->ni...", weight, read))
+
+
+@dataclass(frozen=True, eq=False)
 class ZeroRows:
     """first (n, 3): for each row and each of X, Y, Z the first of the rows in which that zero was set, -1: nothing is taken off.
 
-    count: rows that belong together, whose mean is taken off (angles of a spindle). turn (n, 3, 3): from the axes of the
+    touches: what the program itself probed. count: rows that belong together, whose mean is taken off (angles of a spindle). turn (n, 3, 3): from the axes of the
     machine to those of the workpiece, None while all rotary axes stand at zero.
     """
 
     first: Ints
     count: int = 1
     turn: Array | None = None
+    touches: ProbedRows | None = None
 
     @property
     def any(self) -> bool:
-        return bool((self.first >= 0).any())
+        return bool((self.first >= 0).any()) or self.touches is not None
 
     def off_errors(self, errors: Array) -> Array:
         """Errors (..., n, 3) less those in the rows of setting."""
@@ -43,6 +73,8 @@ class ZeroRows:
             return errors
         taken = np.stack([errors[..., self._back(i), i].mean(axis=-1) for i in range(3)], axis=-1)
         taken = np.where(self.first >= 0, taken, 0.0)
+        if self.touches is not None:
+            taken = taken + self.touches.follow(errors)
         if self.turn is not None:
             taken = np.einsum("nij,...nj->...ni", self.turn, taken)
         return np.asarray(errors - taken)
@@ -56,6 +88,8 @@ class ZeroRows:
             same = same & (one[:, None] == one[np.maximum(self.first, 0)])
         taken = np.stack([response[self._back(i), i].mean(axis=1) for i in range(3)], axis=1)
         taken = np.where(same.reshape(*same.shape, *(1,) * (response.ndim - 2)), taken, 0.0)
+        if self.touches is not None:
+            taken = taken + self.touches.follow_response(response, *codes)
         if self.turn is not None:
             taken = np.einsum("nij,nj...->ni...", self.turn, taken)
         return np.asarray(response - taken)
@@ -64,6 +98,8 @@ class ZeroRows:
         """Draws of copies that only rows of setting have count as nothing: they belong to the uncertainty of the zero."""
         codes = one.influence.codes
         rows = (np.unique(self.first[self.first >= 0])[:, None] + np.arange(self.count)).ravel()
+        if self.touches is not None:
+            rows = np.concatenate([rows, self.touches.first + np.arange(len(self.touches.reads))])
         used = np.unique(codes[~np.isin(np.arange(len(codes)), rows)])
         keep = np.isin(np.arange(one.departures.shape[1]), used)
         return replace(one, departures=one.departures * keep[None, :, None])

@@ -104,4 +104,7 @@ class Program:
     traces: tuple[Any, ...] = ()  # vcmm.nc.trace.Trace of each move, on request
     steps: tuple[Any, ...] = ()  # vcmm.nc.trace.Step of each executed block, with the traces
     assumed: tuple[Assumed, ...] = ()  # what the program lacks and the survey took for granted
+    touches: tuple[
+        Any, ...
+    ] = ()  # vcmm.nc.touching.ProbeContact of each probing move that met a surface, in order
     dialect_reason: str = ""  # why this dialect was taken, where it was guessed

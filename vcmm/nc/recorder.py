@@ -22,6 +22,7 @@ from vcmm.nc.radius import RadiusCompensation, Style, centre_path
 from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
 from vcmm.nc.state import ModalState
+from vcmm.nc.touching import ProbeContact
 from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
@@ -65,6 +66,9 @@ class Recorder(ModalState):
     assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
+    touches: list[ProbeContact] = field(default_factory=list)
+    skip: Point | None = None  # where the last probing move stopped, as programmed
+    skip_axes: Point = ORIGIN  # and where the axes stood
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
     tracer: Tracing | None = None
@@ -363,7 +367,7 @@ class Recorder(ModalState):
             moves = centre_path(moves, sides, name)
         return Program(
             self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), offsets=dict(self.selected), traces=traces, steps=steps,
-            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)),
+            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches),
         )  # fmt: skip
 
 

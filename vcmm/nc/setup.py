@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vcmm.core.run import Series
 from vcmm.nc.limits import Control
 from vcmm.nc.moves import Move, Point, Program
+from vcmm.nc.touching import Surface
 
 ZERO: Point = (0.0, 0.0, 0.0)
-SHAPES = ("flat", "ball", "bull", "drill", "turning")
+SHAPES = ("flat", "ball", "bull", "drill", "turning", "probe")
 
 # Orientation of a turning tool, 1 to 9: where its imaginary tip lies as seen from the centre of the nose, in X and Z.
 # 0 and 9 are the centre itself. Source: Fanuc, "imaginary tool nose"; LinuxCNC, "lathe tool orientation".
@@ -24,7 +26,8 @@ LINUXCNC_TIPS: dict[int, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class Tool:
-    """A tool, mm. shape bull has a corner_radius, turning a nose_radius and an orientation 0 to 9 of its imaginary tip.
+    """A tool, mm. shape bull has a corner_radius, turning a nose_radius and an orientation 0 to 9 of its imaginary tip; a probe is a
+    ball that cuts nothing, its length counts to the lowest point of the ball.
 
     The radius that cutter radius compensation uses is `radius`; diameter None = not known.
     """
@@ -72,6 +75,15 @@ class Bar:
 
 
 @dataclass(frozen=True, eq=False)
+class TemperatureLog:
+    """Temperatures of the machine's sensors (degC) over the time of the program, s from its start; zero_set: when the zeros were set, s."""
+
+    sensors: Mapping[str, Series]
+    zero_set: float = 0.0
+    path: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Setup:
     """How the program is run. Points in mm, machine frame.
 
@@ -80,6 +92,8 @@ class Setup:
     stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
     material of the stock: for cutting forces, None = none are computed. thrust: force square to the edge over the main one.
     strict: nothing is assumed, what a program lacks is refused; else it is taken as the machine would and told (levels).
+    surfaces: what a probing move meets, machine axes: the stock and what is stated. read_out: mm by which each touch of the program
+    reads further along its way than where ball and surface meet.
     path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
@@ -100,6 +114,8 @@ class Setup:
     block_delete: bool = False
     strict: bool = True
     subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
+    surfaces: tuple[Surface, ...] = ()
+    read_out: tuple[float, ...] = ()
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
@@ -107,6 +123,7 @@ class Setup:
         None  # tool with which X and Y of the work offsets were set; None = the first that cuts
     )
     constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
+    log: TemperatureLog | None = None  # temperatures that change meanwhile
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
     )
@@ -116,7 +133,11 @@ def first_tool(moves: Sequence[Move], setup: Setup) -> int:
     """The tool with which X and Y of the work offsets were set: the stated one, else the first that cuts; 0: none is known."""
     if setup.set_with is not None:
         return setup.set_with
-    cuts = (m.tool for m in moves if m.kind != "rapid" and m.tool in setup.tools)
+    cuts = (
+        m.tool
+        for m in moves
+        if m.kind != "rapid" and m.tool in setup.tools and setup.tools[m.tool].shape != "probe"
+    )
     return next(cuts, 0)
 
 

@@ -126,6 +126,9 @@ def _section(scenario: Scenario, part: EvaluatedPart, e: Evaluated, number: int)
 
 def _indicated(e: Evaluated) -> str:
     c = e.result
+    if c.true_value is not None:
+        off = "not known" if math.isnan(c.bias) else f"{c.bias * 1e3:.3f} µm, which the interval takes off"
+        return f"{e.measured:.6f} mm; bias {off}"
     if c.unit != "mm":
         return f"{e.measured:.8f} rad, known bias {c.bias * 1e6:+.3f} µrad"
     return f"{e.measured:.6f} mm, known bias {c.bias * 1e3:+.3f} µm{' (corrected)' if c.corrected else ''}"

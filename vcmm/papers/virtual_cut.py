@@ -42,6 +42,31 @@ def seen(job: PreparedCut, net: Net) -> SeenNet:
     return SeenNet(net, tool, contacts)
 
 
+def thinned(found: SeenNet) -> SeenNet:
+    """Of every point only the contact that makes it on a machine without errors: 20 times fewer rows, for sums over many machines.
+
+    Errors that would let another edge cut deeper are missed: 0.01 um for errors of 50 um (tests/papers).
+    """
+    contacts, tool = found.contacts, found.tool
+    row, _ = contacts.deepest(tool.known)
+    zero = np.unique(tool.setting[row])
+    kept = np.concatenate([row, zero[zero >= 0]])
+    number = np.full(tool.run.n + 1, -1, dtype=np.intp)
+    number[kept[len(row) :]] = np.arange(len(row), len(kept))
+    first = np.arange(len(row))[:, None]
+    best = contacts.heights(tool.known).argmin(axis=1)[:, None]
+    few = Contacts(
+        np.take_along_axis(contacts.height, best, 1),
+        np.take_along_axis(contacts.cutter, best[:, :, None], 1),
+        contacts.normal,
+        first,
+    )
+    side = replace(
+        tool, run=tool.run.take(kept), setting=number[tool.setting[kept]], known=tool.known[kept], passes=None
+    )
+    return SeenNet(found.net, side, few)
+
+
 def departure(found: SeenNet, machine: Machine, zero_set_here: bool = True) -> Array:
     """Surface with the errors of `machine` less the surface without (n,) mm, along the normal; plus is material left.
 

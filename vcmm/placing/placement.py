@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.effects import BY_NAME
 from vcmm.evaluation.checks import remarks
@@ -213,32 +212,3 @@ def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
             f"a pose of the scan is better by {placed.certificate.better:.3%}; search with more evaluations"
         )
     return out
-
-
-@dataclass(frozen=True, eq=False)
-class MachineChoice:
-    """placed: per machine; order: names from the best to the worst; refused: machines that cannot take the part, why."""
-
-    placed: Mapping[str, Placed]
-    order: tuple[str, ...]
-    refused: Mapping[str, str]
-
-
-def choose_machine(
-    scenarios: Mapping[str, Scenario], *, progress: Callable[[str, float], None] | None = None, **options: Any
-) -> MachineChoice:
-    """Place the part on every machine (options: those of `place`) and rank them by the objective.
-
-    Raises UsageError when no machine can take the part.
-    """
-    placed, refused = {}, {}
-    for name, scenario in scenarios.items():
-        try:
-            placed[name] = place(scenario, progress=progress, **options)
-        except ModelLimit as error:
-            refused[name] = str(error)
-    if not placed:
-        why = "; ".join(f"{n}: {w}" for n, w in refused.items())
-        raise UsageError(f"none of the machines can take the part: {why}")
-    order = tuple(sorted(placed, key=lambda n: placed[n].best.value))
-    return MachineChoice(placed, order, refused)

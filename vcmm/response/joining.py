@@ -19,7 +19,8 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
-from vcmm.core.run import Run, Series
+from vcmm.core.run import Array, Run, Series
+from vcmm.effects import has_role
 from vcmm.response.nuisance import NO_COPY
 from vcmm.response.observe import noise_u
 from vcmm.response.recording import WHICH, Ints, Recording
@@ -64,9 +65,29 @@ def joined(recordings: Sequence[Recording], machine: Machine) -> Joined:
         noise=law if stated else None,
         missing=tuple(dict.fromkeys([*left_out, *(c for r in recordings for c in r.missing)])),
         index={f"{r.name}: {k}": v for r in recordings for k, v in r.index.items()},
+        known=_known(recordings, machine),
     )
     part = np.repeat(np.arange(len(recordings)), [r.m for r in recordings])
     return Joined(one, part, left_out)
+
+
+def _known(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:
+    """What is known of numbers of the machine acts on all rows together; what is known of one recording alone on its own rows."""
+    m, own = (
+        [r.m for r in recordings],
+        {i.id for i in machine.inputs if not has_role(i.effect, "repeatability")},
+    )
+    out: list[tuple[str, Array]] = []
+    for k, recording in enumerate(recordings):
+        for name, columns in recording.known:
+            whole = np.zeros((sum(m), columns.shape[1]))
+            whole[sum(m[:k]) : sum(m[: k + 1])] = columns
+            if name not in own:
+                out.append((f"{recording.name}: {name}", whole))
+    common = own & set[str].intersection(*({name for name, _ in r.known} for r in recordings))
+    for name in sorted(common):
+        out.append((name, np.concatenate([dict(r.known)[name] for r in recordings])))
+    return tuple(out)
 
 
 def _check(recordings: Sequence[Recording]) -> None:

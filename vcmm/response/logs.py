@@ -53,7 +53,7 @@ def row_logs(run: Run) -> dict[str, Series]:
         sensor_of(name): Series(time, np.bincount(codes, values) / count)
         for name, values in run.columns.items()
         if _is_temperature(name)
-        or name == "spindle_rpm"
+        or name in ("spindle_rpm", "spindle_load_W")
         or (trace and name.startswith("accel_") and np.any(values))
     }
 

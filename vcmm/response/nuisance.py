@@ -177,18 +177,22 @@ def _radius(group: _LabelGroup) -> Array:
 
 
 def _slope(group: _LabelGroup) -> Array:
-    """Distance (g,) from the centroid along the line of the points; the length; or the time from its mean."""
+    """Distance (g,) from the centroid along the line of the points, seen from the workpiece or else from the tool; the length; or the time from its mean."""
     place = group.run.tip[group.row]
     other = group.recording.other[group.which]
     if group.recording.kind == "length" and (other >= 0).all():
         return np.linalg.norm(place - group.run.tip[other], axis=1)
     if group.recording.kind == "length" and "length_mm" in group.run.columns:
         return group.column("length_mm")
-    from_centre = place - place.mean(axis=0)
-    if np.abs(from_centre).max(initial=0.0) > 1e-6:
-        line = np.linalg.svd(from_centre, full_matrices=False)[2][0]
-        line = line * np.sign(line[np.abs(line).argmax()])
-        return np.asarray(from_centre @ line)
+    for points in (
+        place,
+        group.run.offset[group.row],
+    ):  # a reflector on the table stands still in the workpiece
+        from_centre = points - points.mean(axis=0)
+        if np.abs(from_centre).max(initial=0.0) > 1e-6:
+            line = np.linalg.svd(from_centre, full_matrices=False)[2][0]
+            line = line * np.sign(line[np.abs(line).argmax()])
+            return np.asarray(from_centre @ line)
     if "time_s" not in group.run.columns:
         raise ModelLimit(
             "the nuisance slope has no line: all points are one place and there is no time_s; add time_s or remove slope"

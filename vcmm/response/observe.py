@@ -34,7 +34,7 @@ from vcmm.response.nuisance import nuisance_columns
 from vcmm.response.recording import Recording
 
 __all__ = [
-    "Observer", "baseline", "calibration_columns", "lacking", "left_out", "noise_u", "nuisance_columns", "observe",
+    "Observer", "baseline", "calibration_columns", "known_here", "lacking", "left_out", "noise_u", "nuisance_columns", "observe",
 ]  # fmt: skip
 INSTRUMENT_KINDS = ("displacement", "length")  # an instrument is the reference
 
@@ -95,9 +95,10 @@ class Observer:
 
     def calibration(self) -> list[tuple[str, Array]]:
         """See `calibration_columns`."""
-        out = []
+        out = list(self.recording.known)
         for one in self.machine.inputs:
-            effects = () if has_role(one.effect, "repeatability") else self._acted_on(one)
+            stated = has_role(one.effect, "repeatability") or one.id in dict(out)
+            effects = () if stated else self._acted_on(one)
             if effects:
                 columns = self._coded(one, responses(self.ends, one, effects))
                 used = np.abs(columns).max(axis=0, initial=0.0) > 0
@@ -203,9 +204,18 @@ def calibration_columns(recording: Recording, machine: Machine) -> list[tuple[st
 
     Columns are scaled so that the prior of their coefficients is unit normal: covariance = columns @ columns.T (laws
     enter by their standard uncertainty). Every copy of a redrawn Input has columns of its own, shortened to the rows
-    it acts on. Inputs that do not act on this recording are left out.
+    it acts on. Inputs that do not act on this recording are left out. What the recording itself states to be known comes first.
     """
     return Observer(recording, machine).calibration()
+
+
+def known_here(recording: Recording, machine: Machine) -> Array:
+    """Columns (m, r), mm or rad per unit variance, of what the recording states to be uncertain and no number of the machine is:
+    setting, scatter of a pass. Drawn for this recording alone, like noise.
+    """
+    own = {i.id for i in machine.inputs if not has_role(i.effect, "repeatability")}
+    columns = [c for name, c in recording.known if name not in own]
+    return np.concatenate([np.zeros((recording.m, 0)), *columns], axis=1)
 
 
 def noise_u(recording: Recording, machine: Machine) -> Array:

@@ -50,6 +50,8 @@ class Recording:
     u (m,) standard uncertainty of each observation or None.   nuisance: name -> label column ("" = all rows).
     missing: columns of the run that the file did not hold.   lines (n,): line of the data file of each run row, or None.
     index: "C" or "C[setup=2]" -> mm or rad that was added to the readings of that axis (see vcmm.response.indexing).
+    known: (Input id, columns (m, r)): what is known to be uncertain here, mm or rad per draw of unit variance; it takes the place of the
+    machine's Input of that id, and of the errors of setting that no machine file states.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -67,6 +69,7 @@ class Recording:
     missing: tuple[str, ...] = ()
     lines: Ints | None = None
     index: Mapping[str, float] = field(default_factory=dict)
+    known: tuple[tuple[str, Array], ...] = ()
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -84,7 +87,7 @@ class Recording:
             "row": (self.row.shape, (m,)),
             "direction": (self.direction.shape, (m, 3)),
             "other": (self.other.shape, (m,)),
-        }
+        } | {f"known {name}": (columns.shape[:1], (m,)) for name, columns in self.known}
         if self.u is not None:
             shapes["u"] = (self.u.shape, (m,))
         for name, (given, due) in shapes.items():
@@ -168,4 +171,5 @@ class Recording:
             direction=self.direction[observations],
             other=self.other[observations],
             u=None if self.u is None else self.u[observations],
+            known=tuple((name, columns[observations]) for name, columns in self.known),
         )

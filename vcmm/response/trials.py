@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.effect import Effect, basis, parameter, with_parameter
 from vcmm.core.inputs import EVERY
-from vcmm.core.kinematics import Motion, exact_tip_error
+from vcmm.core.kinematics import Motion, exact_tip, nominal_tip
 from vcmm.core.laws import Law
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -17,6 +17,8 @@ from vcmm.response.carrier import shifted
 from vcmm.response.influence import Influence
 
 DIRECT = 4  # parameters with at most this many elements are put into the effect itself, so that nothing is linearised
+AT_ONCE = 10_000  # rows of all trials that are worked out together
+SHOWN = 3  # trials by which an effect shows that it answers in proportion
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +52,43 @@ def exact_errors(machine: Machine, run: Run, drawn: Sequence[Draws]) -> Array:
     Parameters are put into their effects; those of many elements or of several copies act by their unit response, which
     is exact for all but scanned ones (a time constant redrawn per touch stays linearised).
     """
-    trials = len(drawn[0].raw) if drawn else 1
+    count = len(drawn[0].raw) if drawn else 1
     drawn = [single for one in drawn for single in _singles(one)]
+    size = max(1, AT_ONCE // run.n)
     bases = _Bases(run)
-    return np.stack([_indication_error(machine, run, drawn, t, bases) for t in range(trials)])
+    blocks = [[d.part(at, at + size) for d in drawn] for at in range(0, count, size)]
+    return np.concatenate([_block_errors(machine, run, b, min(size, count), bases) for b in blocks])
+
+
+def _block_errors(machine: Machine, run: Run, drawn: Sequence[Draws], count: int, bases: _Bases) -> Array:
+    """(m, n, 3) of one block of trials: motions effect by effect, the transforms of all trials multiplied at once."""
+    trials = range(len(drawn[0].raw) if drawn else count)
+    channels = [d for d in drawn if d.influence.input.is_channel]
+    runs = [_with_channels(run, channels, t) for t in trials]
+    motions, reading = [], np.zeros((len(trials), run.n, 3))
+    for effect in machine.effects:
+        six = _drawn_motions(effect, runs, [d for d in drawn if _acts(d, effect)], bases)
+        if effect.link == "reading":
+            reading += six[:, :, :3]
+        else:
+            signed = machine.sign(effect) * six.reshape(-1, 6)
+            motions.append(Motion(effect.link, effect.place, signed))
+    position = {axis: np.tile(q, len(trials)) for axis, q in run.position.items()}
+    every = Run(position, np.tile(run.offset, (len(trials), 1)))
+    tip = exact_tip(machine.chain, machine.axes, every, motions).reshape(reading.shape)
+    return np.asarray(reading - (tip - bases.tip(machine)))
+
+
+def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
+    """The run of one trial: drawn channels moved; the run itself where none is drawn."""
+    plain: dict[str, Array] = {}
+    for one in channels:
+        name, amount = one.influence.input.parameter, one.on_rows(trial)[:, 0]
+        if name in run.columns and name.removeprefix("temp_").removesuffix("_C") not in run.series:
+            plain[name] = plain.get(name, run.columns[name]) + amount
+        else:
+            run = shifted(run, name, amount)
+    return run.with_columns(plain) if plain else run
 
 
 def _singles(one: Draws) -> list[Draws]:
@@ -79,6 +114,13 @@ class _Bases:
     def __init__(self, run: Run) -> None:
         self.run = run
         self.known: dict[tuple[int, str], Array] = {}
+        self.plain: dict[int, bool] = {}  # whether an effect answers in proportion
+
+    def tip(self, machine: Machine) -> Array:
+        """Nominal tip (n, 3) mm of the run."""
+        if (0, "tip") not in self.known:
+            self.known[0, "tip"] = nominal_tip(machine.chain, machine.axes, self.run)
+        return self.known[0, "tip"]
 
     def motion(self, effect: Effect, run: Run) -> Array:
         """The effect's motion at its estimates."""
@@ -99,26 +141,49 @@ class _Bases:
         return self.known[key]
 
 
-def _indication_error(machine: Machine, run: Run, drawn: Sequence[Draws], trial: int, bases: _Bases) -> Array:
-    for one in drawn:
-        if one.influence.input.is_channel:
-            run = shifted(run, one.influence.input.parameter, one.on_rows(trial)[:, 0])
-    motions, reading = [], np.zeros((run.n, 3))
-    for effect in machine.effects:
-        six = _drawn_motion(effect, run, [d for d in drawn if _acts(d, effect)], trial, bases)
-        if effect.link == "reading":
-            reading += six[:, :3]
-        else:
-            motions.append(Motion(effect.link, effect.place, machine.sign(effect) * six))
-    return np.asarray(reading - exact_tip_error(machine.chain, machine.axes, run, motions))
-
-
 def _acts(one: Draws, effect: Effect) -> bool:
     target = one.influence.input
     return not target.is_channel and target.effect == effect.name and target.where in (EVERY, effect.where)
 
 
-def _drawn_motion(effect: Effect, run: Run, drawn: list[Draws], trial: int, bases: _Bases) -> Array:
+def _drawn_motions(effect: Effect, runs: Sequence[Run], drawn: Sequence[Draws], bases: _Bases) -> Array:
+    """(m, n, 6) of one effect in all trials of a block, each with its run.
+
+    Where the first trials show that the motion depends on its drawn parameters only, and in proportion, all trials are
+    the estimates plus unit responses; else every trial is put into the effect by itself.
+    """
+    if id(effect) not in bases.plain:
+        bases.plain[id(effect)] = _answers_in_proportion(effect, runs, drawn, bases)
+    if bases.plain[id(effect)]:
+        return _in_proportion(effect, len(runs), drawn, bases)
+    return np.stack([_drawn_motion(effect, one, drawn, t, bases) for t, one in enumerate(runs)])
+
+
+def _answers_in_proportion(
+    effect: Effect, runs: Sequence[Run], drawn: Sequence[Draws], bases: _Bases
+) -> bool:
+    if any(parameter(effect, d.influence.input.parameter).metadata["scan"] for d in drawn):
+        return False
+    first = [d.head(SHOWN) for d in drawn]
+    known = _in_proportion(effect, len(runs[:SHOWN]), first, bases)
+    shown = np.stack([_drawn_motion(effect, one, first, t, bases) for t, one in enumerate(runs[:SHOWN])])
+    rounding = 1e-12 * max(float(np.abs(shown).max()), float(np.abs(known).max()))
+    return bool(np.abs(known - shown).max() <= rounding)
+
+
+def _in_proportion(effect: Effect, count: int, drawn: Sequence[Draws], bases: _Bases) -> Array:
+    """(m, n, 6): the motion at the estimates of the unmoved run, and departures times unit responses."""
+    total = np.broadcast_to(bases.motion(effect, bases.run), (count, bases.run.n, 6))
+    for one in drawn:
+        unit = bases.of(effect, one.influence.input.parameter, bases.run)
+        if len(one.influence.copies) == 1:
+            total = total + (one.departures[:, 0] @ unit.reshape(-1, unit.shape[2]).T).reshape(total.shape)
+        else:
+            total = total + np.stack([np.einsum("nik,nk->ni", unit, one.on_rows(t)) for t in range(count)])
+    return total
+
+
+def _drawn_motion(effect: Effect, run: Run, drawn: Sequence[Draws], trial: int, bases: _Bases) -> Array:
     extra, moved = np.zeros((run.n, 6)), effect
     for one in drawn:
         name = one.influence.input.parameter

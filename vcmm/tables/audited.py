@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
 from vcmm.inference.audit import Audited
 from vcmm.tables.quantities import SIZE, percent
@@ -52,3 +53,45 @@ def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
 def audit_json(rows: Sequence[Audited]) -> dict[str, Any]:
     """The body of the JSON document."""
     return {"audit": records(AUDIT, rows)}
+
+
+@dataclass(frozen=True)
+class OfTask:
+    """A row of the audit of one of several tasks."""
+
+    file: str
+    audited: Audited
+
+    @property
+    def unit(self) -> str:
+        return self.audited.unit
+
+
+def _of_task(column: Column[Audited]) -> Column[OfTask]:
+    cell = column.cell
+    return replace(cast(Any, column), cell=lambda row: cell(row.audited))
+
+
+TASKS: tuple[Column[OfTask], ...] = (
+    Column("task", lambda r: r.file, csv="task"),
+    *(_of_task(c) for c in AUDIT),
+)
+
+
+def tasks_table(rows: Sequence[OfTask]) -> ResultTable[OfTask]:
+    one = audit_table([])
+    return ResultTable(one.title, TASKS, rows, one.caption)
+
+
+def tasks_json(
+    rows: Sequence[OfTask], files: Sequence[str], refused: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Per task its audit, or why there is none."""
+    return [
+        {
+            "file": f,
+            "problem": refused.get(f),
+            "audit": records(AUDIT, [r.audited for r in rows if r.file == f]),
+        }
+        for f in files
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -145,6 +145,19 @@ def surface(result: CutResult) -> ResultTable[Any]:
     return listing("", ["", ""], rows)
 
 
+def threads(result: CutResult) -> ResultTable[Any]:
+    """Pitch and diameter of every thread, U for k = 2."""
+    rows = [
+        [
+            f"{t.line}", f"{t.lead_mm:.4g} mm", f"{t.length_mm:.4g} mm", f"{t.pitch_um:+.2f} ± {t.pitch_U_um:.2f} µm",
+            f"{t.diameter_um:+.2f} ± {t.diameter_U_um:.2f} µm", f"{t.gauge_um:.2f} µm",
+        ]
+        for t in result.threads
+    ]  # fmt: skip
+    heads = ["thread, line", "lead", "length", "pitch, cumulative", "diameter", "a gauge feels"]
+    return listing("threads: deviation and expanded uncertainty (k = 2)", heads, rows)
+
+
 def cut_json(result: CutResult) -> dict[str, Any]:
     """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
     s = result.surface
@@ -160,6 +173,7 @@ def cut_json(result: CutResult) -> dict[str, Any]:
             "recut": None if result.recut is None else {"points": result.recut.points, "largest_um": result.recut.largest * 1e3},
         },
         "time_s": result.seconds,
+        "threads": [asdict(t) | {"gauge_um": t.gauge_um} for t in result.threads],
         "stock": None if result.blank is None else {
             "removed_mm3": result.blank.removed,
             "kept_as": result.blank.kept_as,

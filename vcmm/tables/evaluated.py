@@ -287,7 +287,8 @@ def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> R
 def combined(c: CharacteristicResult) -> BudgetLine:
     """The closing line of a budget: k, U, p, y and bias in words, u in numbers."""
     scale = SMALL_SCALE[c.unit]
-    said = f"k = {c.k:.3g}; U = {c.expanded * scale:.4g}; p = {c.p:g}; y = {c.value:.9g} {c.unit}; bias = {c.bias * scale:.4g}"
+    said = f"k = {c.k:.3g}; U = {c.expanded * scale:.4g}; p = {c.p:g}; y = {c.value:.9g} {c.unit}"
+    said += f"; bias = {c.bias * scale:.4g}" if math.isfinite(c.bias) else ""
     return BudgetLine(
         input="combined", what=said, distribution="", dof=math.inf, redraw="", estimate=None, u_input=None, unit="",
         sensitivity=None, u=c.u, share=1.0, evidence=c.tier,

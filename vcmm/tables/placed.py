@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,10 +10,8 @@ from vcmm.core.run import Array
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.gps.characteristics import unit
 from vcmm.machining.placement import PlacedCut
-from vcmm.measuring.scenario import Scenario
-from vcmm.placing.placement import MachineChoice
 from vcmm.placing.result import Placed
-from vcmm.placing.words import UNITS, amount, change, changes, goal_text, pose_text, poses, region_text
+from vcmm.placing.words import UNITS, amount, change, changes, goal_text, poses, region_text
 from vcmm.tables.evaluated import p_conform
 from vcmm.tables.quantities import DEVIATION, SHARE, Writing, percent
 from vcmm.tables.table import Column, ResultTable, entry, listing
@@ -193,15 +191,14 @@ RANKING: tuple[Column[Ranked], ...] = (
 )
 
 
-def ranking(loaded: dict[str, Scenario], chosen: MachineChoice) -> ResultTable[Ranked]:
-    """The machines in their order, then those that cannot take the part."""
-    first = chosen.placed[chosen.order[0]].best.value
+def ranking(order: Sequence[str], found: Mapping[str, Mapping[str, Any]]) -> ResultTable[Ranked]:
+    """The machines in their order, then those that cannot take the part. found: per file name, value, pose and amount."""
+    first = found[order[0]]["value"]
     rows = []
-    for m in chosen.order:
-        placed = chosen.placed[m]
-        best = placed.best
-        words = pose_text(best.pose), amount(best.value, placed)
-        rows.append(Ranked(m, loaded[m].machine.name, *words, best.value, first))
-    for m in chosen.refused:
-        rows.append(Ranked(m, loaded[m].machine.name, "cannot take the part", "–", None, first))
+    for m in order:
+        pose, amount = found[m]["words"]
+        rows.append(Ranked(m, found[m]["name"], pose, amount, found[m]["value"], first))
+    for m, one in found.items():
+        if m not in order:
+            rows.append(Ranked(m, one["name"], "cannot take the part", "–", None, first))
     return ResultTable("machines, the part at the best pose found on each", RANKING, rows)

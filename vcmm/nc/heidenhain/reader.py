@@ -17,6 +17,7 @@ from vcmm.nc.heidenhain.parameters import KlartextParameters
 from vcmm.nc.heidenhain.paths import KlartextPaths
 from vcmm.nc.heidenhain.patterns import Spot, pattern_points
 from vcmm.nc.heidenhain.planes import plane
+from vcmm.nc.heidenhain.probing import KlartextProbing
 from vcmm.nc.heidenhain.text import KlartextBlock, KlartextReader, blocks_of, tokenize
 from vcmm.nc.heidenhain.tools import call_tool, define_tool
 from vcmm.nc.heidenhain.traces import cuts_of, words_of
@@ -73,6 +74,10 @@ class _Runner:
     executed: int = 0
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
     spots: list[Spot] = field(default_factory=list)  # of PATTERN DEF
+    probing: KlartextProbing = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.probing = KlartextProbing(self.recorder, self.parameters.values)
 
     def run(self) -> bool:
         """True where M2 or M30 has ended it."""
@@ -184,13 +189,24 @@ class _Runner:
         return self.paths.straight(reader)
 
     def probe(self, reader: KlartextReader) -> None:
-        """TCH PROBE: what it finds is the machine's."""
+        """TCH PROBE 0 and 419; what others find is the machine's."""
         reader.accept("PROBE")
-        number = reader.upper()
-        reader.rest()
-        self.recorder.assume(
-            f"TCH PROBE {number}", "passed over: nothing is probed, its results are 0", f"TCH PROBE {number} is not understood; take it out"
-        )  # fmt: skip
+        number, column = reader.upper(), reader.column
+        probing = self.probing
+        if number in ("0.0", "0.1", "419"):
+            reader.at += 1
+        if number == "0.0":
+            probing.first(reader)
+        elif number == "0.1":
+            probing.second(reader)
+        elif number == "419":
+            probing.datum(self.paths.cycles.q_values(reader, self.parameters.values), column)
+        else:
+            reader.rest()
+            self.recorder.assume(
+                f"TCH PROBE {number}", "passed over: nothing is probed, its results are 0",
+                f"TCH PROBE {number} is not understood; known are 0 and 419, take it out",
+            )  # fmt: skip
 
     def pattern(self, reader: KlartextReader) -> None:
         """PATTERN DEF."""

@@ -9,7 +9,7 @@ from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.blocks import IsoBlock, Word
 from vcmm.nc.iso.control import IsoControl
-from vcmm.nc.iso.groups import HARMLESS_M, M_GROUPS, NOT_OF, REFUSED, STAND_INS, TABLES
+from vcmm.nc.iso.groups import HARMLESS_M, M_GROUPS, NOT_OF, PROBING, REFUSED, STAND_INS, TABLES
 
 _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
@@ -92,6 +92,8 @@ class IsoWords:
 
     def _unknown_g(self, c: IsoControl, groups: dict[str, str], code: str, column: int) -> tuple[str, str]:
         """A code that is not modelled: what a survey takes in its place, and its group."""
+        if code in PROBING and c.setup.surfaces:
+            return code, "motion"
         refusal = unknown_code(c, code, groups)
         remapped = c.language.words == "o" and not c.language.codes
         if code not in REFUSED and not remapped:
@@ -179,5 +181,10 @@ def number_of(c: IsoControl, word: Word) -> float | None:
 def unknown_code(c: IsoControl, code: str, groups: dict[str, str]) -> str:
     """Why a G code is refused."""
     if code in REFUSED:
+        if code in PROBING:
+            return (
+                f"{code} ({REFUSED[code]}): where the probe stops is not known; state what it touches in the set-up file, as [stock] "
+                'with box, or [[surfaces]] with point = "0 0 0 mm" and normal = [0, 0, 1]'
+            )
         return f"{code} ({REFUSED[code]}) is not understood by vcmm; have the program posted without it"
     return f"{code} is unknown in the dialect {c.language.name}.{did_you_mean(code, groups)} Correct it, or name the dialect with --dialect"

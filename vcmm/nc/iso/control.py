@@ -75,6 +75,7 @@ class IsoControl(Recorder):
     cycle: dict[str, float] = field(default_factory=dict)
     cycle_level: float | None = None  # initial level of a series of cycles
     counted_on: frozenset[str] = frozenset()  # of R and Z (the depth) of the cycle: those given under G91
+    met: bool = False  # whether the last probing move met anything
     ended: bool = False
     saved: tuple[object, ...] | None = None  # M70
     parameters: Parameters = field(init=False)  # set by parameters.attach

@@ -14,9 +14,10 @@ from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
 from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
 from vcmm.nc.iso.grooving import SINGLE, single_cut
+from vcmm.nc.iso.groups import PROBING
 from vcmm.nc.iso.lengths import length
 from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
-from vcmm.nc.iso.motion import arc, line, thread
+from vcmm.nc.iso.motion import arc, line, probe, thread
 from vcmm.nc.iso.offsets import (
     coordinate_turn,
     go_home,
@@ -127,6 +128,9 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _motion(c: IsoControl, w: IsoWords) -> None:
+    if w.g.get("motion") in PROBING:
+        probe(c, w, w.g["motion"], column_of(w, "motion"))
+        return
     code, column = _motion_code(c, w)
     if code is not None and code != c.motion:
         if code not in CYCLES or c.motion not in CYCLES:

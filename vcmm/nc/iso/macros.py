@@ -9,6 +9,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.blocks import IsoFlow
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner
+from vcmm.nc.iso.probing_macros import measuring_macro
 from vcmm.nc.iso.texts import Text
 
 ARGUMENTS = dict(
@@ -103,6 +104,8 @@ def start_program(r: IsoRunner, call: ProgramCall, here: int, column: int) -> No
         )
         if other is not None:
             text, start = other, other.programs.get(number, 0)
+    if start is None and call.code == "G65" and measuring_macro(r.c, number, call.arguments or {}, column):
+        return
     if start is None:
         r.missing(f"O{number}", f"O{number:04d}.nc", column)
         return

@@ -157,6 +157,10 @@ def _linuxcnc(c: IsoControl, index: int) -> float | None:
     for begin, point in ((5161, c.home), (5181, c.home2), (5211, c.g92), (5401, c.tool_offset)):
         if begin <= index <= begin + 2:
             return point[index - begin]
+    if 5061 <= index <= 5063 and c.skip is not None:
+        return c.skip[index - 5061] / c.unit
+    if index == 5070:
+        return 1.0 if c.met else 0.0
     if 5420 <= index <= 5422:
         return c.p[index - 5420] / c.unit
     if 5423 <= index <= 5425:
@@ -178,6 +182,8 @@ def _fanuc(c: IsoControl, index: int) -> float | None:
     if place is not None:
         point = c.offsets.get(place[0], ORIGIN) if place[0] else c.common
         return point[place[1]] / c.unit
+    if 5061 <= index <= 5063 and c.skip is not None:
+        return c.skip[index - 5061] / c.unit
     for begin, values in ((5001, c.p), (5021, c.q), (5041, c.p), (5081, c.tool_offset)):
         if begin <= index <= begin + 2:
             return values[index - begin] / c.unit

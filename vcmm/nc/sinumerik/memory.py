@@ -66,6 +66,7 @@ class SinumerikMemory:
     parameters: dict[int, float] = field(default_factory=dict)
     scopes: list[dict[str, Variable]] = field(default_factory=lambda: [{}])
     sure: bool = True
+    met: bool = False  # whether the last measuring move met anything
 
     def guess(self, what: str, value: str, otherwise: str, column: int = 0) -> None:
         """A value that only the machine or the caller knows."""
@@ -160,6 +161,10 @@ class SinumerikMemory:
         axis = AXES.find(str(index[-1]).upper()) if index else -1
         if axis >= 0 and name in ("$P_EP", "$AA_IW", "$AA_IM", "$P_EPM"):
             return (r.q if name == "$AA_IM" else r.p)[axis] / r.unit
+        if r.skip is not None and axis >= 0 and name in ("$AA_MW", "$AA_MM"):
+            return (r.skip if name == "$AA_MW" else r.skip_axes)[axis] / r.unit
+        if r.skip is not None and name == "$AC_MEA":
+            return float(self.met)
         simple: Mapping[str, float | None] = {
             "$P_TOOLNO": float(r.tool), "$P_TOOL": float(bool(r.tool)), "$P_F": r.feed, "$P_TOOLR": r.tool_data.radius,
             "$P_SEARCH": 0.0, "$P_SIM": 0.0, "$P_DRYRUN": 0.0, "$P_SUBPAR": 1.0,

@@ -8,6 +8,7 @@ from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.frames import in_plane
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.offsetting import left, piece_of, planar, tangent
+from vcmm.nc.probing import touch
 from vcmm.nc.recorder import radius_centre
 from vcmm.nc.sinumerik.blocks import Item
 from vcmm.nc.sinumerik.flow import SinumerikRunner
@@ -64,7 +65,9 @@ class SinumerikPaths(SinumerikControl):
                     "no G0 or G1 and no feed has been programmed; the motion is taken as rapid (G0)"
                 )
         turned = self.turning(words)
-        if "G63" in words.g:
+        if words.has("MEAS", "MEAW"):
+            self.measure(words, turned)
+        elif "G63" in words.g:
             self.r.straight(self.target(words), False, turned)
         elif motion in ("G33", "G331") and not words.positioned:
             self.thread(words, motion, turned)
@@ -79,6 +82,29 @@ class SinumerikPaths(SinumerikControl):
             self.turn_along(turned)
         else:
             self.r.straight(self.target(words), motion == "G0" or words.positioned, turned)
+
+    def measure(self, words: SinumerikWords, turned: Point | None) -> None:
+        """MEAS=1 (the rest of the way is deleted) and MEAW=1: straight until the probe answers; $AA_MM, $AA_MW, $AC_MEA hold where.
+
+        Source: Siemens, Programming Manual Job Planning, "Measuring with touch-trigger probe (MEAS, MEAW)".
+        """
+        stops, r = words.has("MEAS"), self.r
+        number = words.take("MEAS") or words.take("MEAW") or 0.0
+        end = self.target(words)
+        if not r.setup.surfaces or turned is not None or not stops:
+            what = f"MEA{'S' if stops else 'W'}={number:g} (measuring)"
+            r.assume(
+                what, "to its end point",
+                f"{what}: where the probe stops is not known; state what it touches in the set-up file, as [stock] with box or [[surfaces]]",
+            )  # fmt: skip
+            r.straight(end, False, turned)
+            return
+        words.runner.memory.met = touch(r, end, r.tool_data)
+        if not words.runner.memory.met:
+            r.remark(
+                f"MEAS={number:g} meets no surface that the set-up states and goes to its end point",
+                every=True,
+            )
 
     def turn_along(self, turned: Point | None) -> None:
         """Rotary axes that go along with an arc."""

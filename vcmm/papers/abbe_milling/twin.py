@@ -10,7 +10,7 @@ The text gives neither error tables, axes, travels, places of the reflectors nor
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +20,24 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.squareness import Squareness
+from vcmm.files.design import load_design
+from vcmm.library import folder
 from vcmm.machining.preparation import set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.papers.abbe_milling.spline_slot import Slot, nets
+from vcmm.papers.abbe_milling.validation import (
+    FAR as FAR,
+)
+from vcmm.papers.abbe_milling.validation import (
+    ZEROS,
+    ShownSlot,
+    SlotPrediction,
+    rms,
+    shown_slots,
+    validated,
+)
 from vcmm.papers.error_tables import effects_of, shape, table_text
-from vcmm.papers.virtual_cut import SeenNet, departure, placed, seen
+from vcmm.papers.virtual_cut import SeenNet, departure, placed, seen, thinned
 from vcmm.response.volumetric import grid
 
 PAPER_REDUCTION = 0.247
@@ -38,7 +51,8 @@ STRUCTURES = {  # the paper's groups: single axis carrying the tool, several car
     "w X' b Y Z t": "Y and Z carry the tool, X the workpiece",
     "w b X Y Z t": "all carry the tool",
 }
-ZEROS = {"corner": (0.0, 0.0, -1.0), "middle": (-0.5, -0.5, -0.5)}  # low end of the travels, in lengths
+DRAWS = 100  # machines
+ORIGINS = {"corner": (0.0, 0.0, -1.0), "middle": (-0.5, -0.5, -0.5)}  # low end of the travels, in lengths
 POSITIONING, STRAIGHTNESS, TILT, ROLL, SQUARE = (
     6e-3,
     4e-3,
@@ -51,7 +65,6 @@ PLACES = {  # work zero in machine coordinates of the tip
     "centre": (750.0, 450.0, -560.0), "corner X- Y-": (150.0, 100.0, -560.0), "corner X+ Y-": (1350.0, 100.0, -560.0),
     "corner X- Y+": (150.0, 800.0, -560.0), "corner X+ Y+": (1350.0, 800.0, -560.0),
 }  # fmt: skip
-FAR = "corner X+ Y+"
 RIGID, APART = "rigid slide", "independent"  # how translations and rotations of the draws belong together
 Progress = Callable[[str, float], None]
 
@@ -80,13 +93,15 @@ class SlotCut:
 
 @dataclass(frozen=True)
 class CornerEffect:
-    """The effect (rms difference of the two models over walls and floor) against that at the centre, over draws."""
+    """The effect (rms difference of the two models over the walls) against that at the centre, over draws."""
 
     place: str
     zero_set_here: bool
     effect_um: float  # median
     ratio: float  # median of corner / centre
     larger: float  # share of the draws in which the corner shows more
+    over: float  # median of conventional / Abbe-consistent - 1, rms of the walls
+    over_share: float  # share of the draws in which the conventional prediction is the larger one
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +111,13 @@ class AbbeTwin:
     corners: tuple[CornerEffect, ...]
     draws: int
     seen: Mapping[str, tuple[SeenNet, ...]]
+    validation: tuple[tuple[SlotPrediction, ...], ...]  # per draw
+    shown: Mapping[str, ShownSlot]  # of the first draw, by place
 
 
 def axes_of(zero: str) -> dict[str, Axis]:
     """Axes without reflectors; zero: machine zero in the corner of the travels, or in their middle."""
-    low = dict(zip("XYZ", ZEROS[zero]))
+    low = dict(zip("XYZ", ORIGINS[zero]))
     return {a: Axis(a, (low[a] * LENGTH[a], (low[a] + 1) * LENGTH[a])) for a in "XYZ"}
 
 
@@ -178,7 +195,7 @@ def reduction(seed: int, structure: str, zero: str, draws_of: str) -> float:
 
 def reductions(draws: int, report: Progress) -> tuple[Reduction, ...]:
     """Over the structures, both machine zeros and both ways of drawing."""
-    cases = [(s, z, d) for s in STRUCTURES for z in ZEROS for d in (RIGID, APART)]
+    cases = [(s, z, d) for s in STRUCTURES for z in ORIGINS for d in (RIGID, APART)]
     out = []
     for number, (structure, zero, kind) in enumerate(cases):
         report(f"mean volumetric error, {structure}", 0.6 * number / len(cases))
@@ -189,7 +206,7 @@ def reductions(draws: int, report: Progress) -> tuple[Reduction, ...]:
     return tuple(out)
 
 
-def run(scenario: CutScenario, draws: int = 100, progress: Progress | None = None) -> AbbeTwin:
+def run(scenario: CutScenario, draws: int = DRAWS, progress: Progress | None = None) -> AbbeTwin:
     """Mean volumetric errors over draws, and the slots of the scenario's machine at the centre and in four corners."""
     report = progress or (lambda text, share: None)
     means = reductions(draws, report)
@@ -200,8 +217,26 @@ def run(scenario: CutScenario, draws: int = 100, progress: Progress | None = Non
     slots = tuple(
         slot_cut(place, views[place], scenario.machine, here) for here in (False, True) for place in PLACES
     )
-    report("slots of further draws", 0.85)
-    return AbbeTwin(means, slots, corners(scenario, views, draws), draws, views)
+    walls = {
+        place: tuple(thinned(v) for v in seen_ if "wall" in v.net.feature) for place, seen_ in views.items()
+    }
+    report("slots milled and measured", 0.85)
+    structure = scenario.machine.chain.structure
+    mills = [machine(seed, structure) for seed in range(1, draws + 1)]
+    setups = load_design(folder() / "abbe_milling" / "survey.toml")[0]
+    three = {place: walls[place] for place in ZEROS}
+    found = tuple(tuple(validated(three, setups, one, seed)) for seed, one in enumerate(mills, 1))
+    report("slots of further draws", 0.95)
+    effects = corners(scenario, walls, mills)
+    return AbbeTwin(
+        reductions=means,
+        slots=slots,
+        corners=effects,
+        draws=draws,
+        seen=views,
+        validation=found,
+        shown=shown_slots(three, setups, mills[0], 1),
+    )
 
 
 def look_at(scenario: CutScenario, zero: tuple[float, float, float]) -> tuple[SeenNet, ...]:
@@ -224,37 +259,37 @@ def with_tables(one: Machine, other: Machine) -> Machine:
 
 
 def corners(
-    scenario: CutScenario, views: Mapping[str, tuple[SeenNet, ...]], draws: int
+    scenario: CutScenario, walls: Mapping[str, tuple[SeenNet, ...]], mills: Sequence[Machine]
 ) -> tuple[CornerEffect, ...]:
-    """Effect of the arms in every corner against the centre, over draws of the scenario's structure."""
-    structure = scenario.machine.chain.structure
+    """Effect of the arms in every corner against the centre, over draws of the scenario's structure, the consistent model as truth."""
     out = []
-    machines = [with_tables(scenario.machine, machine(seed, structure)) for seed in range(1, draws + 1)]
+    machines = [with_tables(scenario.machine, one) for one in mills]
     for here in (False, True):
-        found = {place: np.array([effect(views[place], one, here) for one in machines]) for place in PLACES}
-        for place in PLACES:
-            ratio = found[place] / found["centre"]
+        # (draws, 3): rms of both models and of their difference, um
+        found = {p: np.array([both(walls[p], one, here) for one in machines]) for p in PLACES}
+        for place, sizes in found.items():
+            ratio, over = sizes[:, 2] / found["centre"][:, 2], sizes[:, 0] / sizes[:, 1] - 1.0
             out.append(
                 CornerEffect(
-                    place,
-                    here,
-                    float(np.median(found[place])),
-                    float(np.median(ratio)),
-                    float((ratio > 1).mean()),
+                    place=place,
+                    zero_set_here=here,
+                    effect_um=float(np.median(sizes[:, 2])),
+                    ratio=float(np.median(ratio)),
+                    larger=float((ratio > 1).mean()),
+                    over=float(np.median(over)),
+                    over_share=float((over > 0).mean()),
                 )
             )
     return tuple(out)
 
 
-def effect(views: tuple[SeenNet, ...], consistent: Machine, here: bool) -> float:
-    """rms difference (um) of the two models over walls and floor."""
-    one = conventional(consistent)
-    apart = np.concatenate([departure(v, one, here) - departure(v, consistent, here) for v in views])
-    return float(np.sqrt(np.mean(apart**2)) * 1e3)
-
-
-def rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+def both(walls: tuple[SeenNet, ...], consistent: Machine, here: bool) -> tuple[float, float, float]:
+    """rms over the walls, um: conventional, Abbe-consistent, their difference."""
+    of = [
+        np.concatenate([departure(v, one, here) for v in walls])
+        for one in (conventional(consistent), consistent)
+    ]
+    return rms(of[0]) * 1e3, rms(of[1]) * 1e3, rms(of[0] - of[1]) * 1e3
 
 
 def errors_csv(seed: int = 1, structure: str = "w X' Y' b Z t", zero: str = "corner") -> str:
@@ -270,6 +305,11 @@ def figures(result: AbbeTwin) -> dict[str, object]:
         "paper_reduction": PAPER_REDUCTION,
         "reductions": [vars(one) for one in result.reductions],
         "corners": [vars(one) for one in result.corners],
+        "validation": [
+            {"draw": draw, "place": one.place, "alignment": one.alignment, "measured_rms_um": one.real,
+             "predicted_rms_um": dict(one.predicted), "missed_rms_um": dict(one.missed)}
+            for draw, several in enumerate(result.validation, 1) for one in several
+        ],
         "slots": [
             {"place": s.place, "zero_set_here": s.zero_set_here, "model": model, "surface": name,
              "rms_um": rms(values), "largest_um": float(np.abs(values).max())}

@@ -6,7 +6,7 @@ ranking     in what share of them are places 3 and 5 the best of the five, as in
 optimum     which pose is best of all, with interpolated standard deviations and with a correlated field? Independent
             draws at the nodes are never interpolated: their variance shrinks between the nodes, so that an optimiser
             moves the touches away from all nodes, where nothing was measured.
-nodes       how few reference points still give the right place?
+nodes       how few reference points still give the right place, picked at random and picked well?
 """
 
 from __future__ import annotations
@@ -17,31 +17,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.inputs import Input
-from vcmm.core.laws import MultivariateNormal, StudentT
+from vcmm.core.laws import MultivariateNormal
 from vcmm.core.run import Array
+from vcmm.effects import of_role
 from vcmm.effects.residual import CorrelatedField
-from vcmm.evaluation.linear import build
 from vcmm.gps import characteristics as gps
 from vcmm.measuring.fixture import Fixture, Freedom, Goal, six_of
 from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
-from vcmm.papers.gaska2014.twin import (
-    FIELD,
-    NODES,
-    NU,
-    REDRAWS,
-    _FormTrials,
-    _per_lane,
-    draw_deviations,
-    field_scales,
-    with_field,
-)
+from vcmm.papers.gaska2014.nodes import NODES, SHOWN, draw_deviations
+from vcmm.papers.gaska2014.readings import REDRAWS, SHOWN_READING, matrix
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.placement import place
 from vcmm.placing.result import Placed
 
 LENGTH = 150.0  # mm: correlation length of the correlated field, the distance between the nodes
-INFLATION = float(StudentT(1.0, NU).u)  # standard deviation of the t-law of unit scale
+OTHERS = 40  # machines on which the pose found is tried
+TRAINED, TRAIN_POSES = 60, 150
 SUBSETS = (52, 39, 26, 20, 13, 8, 4)
 Progress = Callable[[str, float], None]
 
@@ -86,55 +78,27 @@ def _wins(values: Array) -> Array:
 
 
 def ranking(scenario: Scenario, draws: int = 200, progress: Progress | None = None) -> list[Ranking]:
-    """U at the five places for many consistent machines, both redraw rules."""
-    report = progress or (lambda text, share: None)
-    scales = np.array([draw_deviations(seed).ravel() * 1e-3 for seed in range(1, draws + 1)])
-    out = []
-    for redraw in REDRAWS:
-        form, distance = [], []
-        for k, (name, pose) in enumerate(scenario.places.items()):
-            report(f"place {name}, field per {redraw}", k / len(scenario.places))
-            one = _place_u(with_field(scenario, redraw).at(pose), scales)
-            form.append(one[0])
-            distance.append(one[1])
-        out.append(Ranking(redraw, tuple(scenario.places), np.array(form).T, np.array(distance).T))
-    return out
-
-
-def _place_u(scenario: Scenario, scales: Array) -> tuple[Array, Array]:
-    """U (draws,) of form and distance at one place: the form from common trials, the distance in closed form, k = 2."""
-    model = build(scenario.task())
-    names = {c.type: (i, c.name) for i, c in enumerate(model.characteristics)}
-    gradient = model.gradient()[names["distance"][0]]
-    others = [model.term(i) for i in model.influences if i.input.effect != FIELD]
-    influence = next(i for i in model.influences if i.input.effect == FIELD)
-    rest = sum(float(((gradient @ t.gain) ** 2).sum()) * float(t.law.u) ** 2 for t in others)
-    lanes = _per_lane(gradient @ model.operator, model.along_normal(influence), influence.codes)
-    u = np.sqrt(scales**2 @ (lanes**2).sum(axis=0) * INFLATION**2 + rest)
-    trials = _FormTrials(model, influence, others, names["cylindricity"][1], scenario.settings.seed)
-    parts = np.array_split(scales, max(1, len(scales) // 25))
-    return np.concatenate([trials.expanded(p) for p in parts]), 2 * u
+    """U at the five places for many consistent machines, both redraw rules of the reading that is shown."""
+    drawn = np.array([draw_deviations(seed) for seed in range(1, draws + 1)])
+    readings = [replace(SHOWN_READING, redraw=redraw) for redraw in REDRAWS]
+    found = matrix(scenario, drawn, readings, progress=progress or (lambda text, share: None))
+    return [Ranking(f.reading.redraw, tuple(scenario.places), f.form, f.distance) for f in found]
 
 
 def field_scenario(scenario: Scenario, redraw: str, deviations: Array | None = None) -> Scenario:
     """The scenario with a correlated field in place of interpolated draws.
 
     redraw "touch": every touch has its own draw with the interpolated standard deviation; "run": one Gaussian field per
-    measurement. deviations (52, 3) um: scales of the t-law, those of the scenario unless given; their u is taken.
+    measurement. deviations: d (52, 3) um as standard deviations, those of the machine that is shown unless given.
     """
-    scale = field_scales(scenario) if deviations is None else deviations * 1e-3
-    one = CorrelatedField(nodes=NODES, deviation=scale * INFLATION, length=LENGTH)
+    kind = of_role("residual field").name
+    d = draw_deviations(SHOWN) if deviations is None else deviations
+    one = CorrelatedField(nodes=NODES, deviation=d * 1e-3, length=LENGTH)
     machine = scenario.machine
-    effects = tuple(one if e.name == FIELD else e for e in machine.effects)
-    known = Input(
-        one.name,
-        "",
-        "values",
-        MultivariateNormal(one.covariance()),
-        redraw,
-        "Tables 1 and 2; 44 of 52 nodes drawn",
-    )
-    inputs = tuple(known if i.effect == FIELD else i for i in machine.inputs)
+    effects = tuple(one if e.name == kind else e for e in machine.effects)
+    law = MultivariateNormal(one.covariance())
+    known = Input(one.name, "", "values", law, redraw, "Tables 1 and 2; 44 of 52 nodes drawn")
+    inputs = tuple(known if i.effect == kind else i for i in machine.inputs)
     return replace(scenario, machine=replace(machine, effects=effects, inputs=inputs))
 
 
@@ -153,11 +117,17 @@ def goal(scenario: Scenario) -> Goal:
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The pose found for one reading of the field, and the objective (mm) at the paper's five places."""
+    """The pose found for one reading of the field, and the objective (mm) at the paper's five places, on the machine that is shown.
+
+    better: share of other machines on which this pose, found for another, still beats the best of the five; saved: median of what it saves
+    there, as a share of U.
+    """
 
     redraw: str
     found: Placed
     places: dict[str, float]
+    better: float
+    saved: float
 
 
 def optimum(
@@ -175,16 +145,28 @@ def optimum(
         changed, fixture=free_fixture(), goal=goal(scenario), evaluations=evaluations, scanned=scanned, trials=trials, seed=seed,
         progress=progress,
     )  # fmt: skip
-    six = np.array([six_of(p) for p in scenario.places.values()])
+    six = np.array([*(six_of(p) for p in scenario.places.values()), found.best.pose])
     values = found.objective.values(six)
-    return Optimum(redraw, found, {n: float(v) for n, v in zip(scenario.places, values)})
+    others = np.array([_values(scenario, redraw, draw_deviations(k), six) for k in range(1, OTHERS + 1)])
+    saved = 1 - others[:, -1] / others[:, :-1].min(axis=1)
+    named = {n: float(v) for n, v in zip(scenario.places, values)}
+    return Optimum(redraw, found, named, float((saved > 0).mean()), float(np.median(saved)))
+
+
+def _values(scenario: Scenario, redraw: str, deviations: Array, six: Array) -> Array:
+    """The objective (m,) mm at poses (m, 6) on a machine with d (52, 3) um."""
+    return Uncertain.of(field_scenario(scenario, redraw, deviations), goal(scenario)).values(six)
 
 
 @dataclass(frozen=True)
 class NodeReduction:
-    """For one number of nodes: how much worse (share) the place chosen with them is than the one chosen with all 52."""
+    """For one number of nodes: how much worse (share) the place chosen with them is than the one chosen with all 52.
+
+    picked: "random" (another subset for every machine), "columns" (whole columns, at random) or "optimised" (one subset for all).
+    """
 
     nodes: int
+    picked: str
     median: float
     worst: float  # exceeded in 5 % of the draws
     right: float  # share of draws in which the loss is below 2 %
@@ -195,32 +177,39 @@ def reduction(
 ) -> list[NodeReduction]:
     """How few reference points still give the right place: distance of the faces, interpolated standard deviations.
 
-    For every draw of a consistent machine and every number of nodes a random subset is kept (evenly drawn, so that the
-    same subsets need not be good ones), the best of `poses` even poses is chosen with it and judged with all nodes.
+    The best of `poses` even poses is chosen with the nodes that are kept, and judged with all of them. Optimised subsets are found on other
+    machines than those on which they are judged: whose nodes matter must be known before a node is measured.
     """
     report = progress or (lambda text, share: None)
     gains, kernel = _touch_gains(field_scenario(scenario, "touch"), poses, seed)
     rng = np.random.default_rng([seed, 52])
-    fields = [draw_deviations(s) * 1e-3 * INFLATION for s in range(1, draws + 1)]
-    truth = np.array([_variance(gains, kernel, f, np.arange(len(NODES))) for f in fields])
+    fields = np.array([draw_deviations(s) * 1e-3 for s in range(1, draws + 1)])
+    truth = _variances(gains, kernel, fields, np.arange(len(NODES)))
+    best = optimised(gains, kernel, seed, report)
     out = []
     for count in SUBSETS:
         report(f"{count} nodes", SUBSETS.index(count) / len(SUBSETS))
-        loss = []
-        for field, full in zip(fields, truth):
-            kept = np.sort(rng.permutation(len(NODES))[:count])
-            chosen = int(_variance(gains, kernel, field, kept).argmin())
-            loss.append(np.sqrt(full[chosen] / full.min()) - 1)
-        values = np.array(loss)
-        out.append(
-            NodeReduction(
-                count,
-                float(np.median(values)),
-                float(np.quantile(values, 0.95)),
-                float((values < 0.02).mean()),
-            )
-        )
-    return out
+        at_random = [np.sort(rng.permutation(len(NODES))[:count]) for _ in fields]
+        columns = [
+            np.concatenate([4 * c + np.arange(4) for c in rng.permutation(13)[: count // 4]]) for _ in fields
+        ]
+        picked = {"random": at_random, "optimised": [best[count]] * len(fields)}
+        if count % 4 == 0:
+            picked["columns"] = columns
+        for how, subsets in picked.items():
+            loss = np.array([_loss(gains, kernel, *one) for one in zip(fields, truth, subsets)])
+            out.append(_reduced(count, how, loss))
+    return [r for r in out if r.nodes < len(NODES) or r.picked == "random"]
+
+
+def _loss(gains: Array, kernel: Array, field: Array, full: Array, kept: Ints) -> float:
+    chosen = int(_variances(gains, kernel, field[None], kept)[0].argmin())
+    return float(np.sqrt(full[chosen] / full.min()) - 1)
+
+
+def _reduced(count: int, how: str, loss: Array) -> NodeReduction:
+    worst = float(np.quantile(loss, 0.95))
+    return NodeReduction(count, how, float(np.median(loss)), worst, float((loss < 0.02).mean()))
 
 
 def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Array]:
@@ -242,8 +231,31 @@ def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Arra
     return gains, np.exp(-squared / (2 * LENGTH**2))
 
 
-def _variance(gains: Array, kernel: Array, deviation: Array, kept: Ints) -> Array:
-    """(poses,): variance of the distance with standard deviations (52, 3) known at the kept nodes only."""
+def _variances(gains: Array, kernel: Array, deviations: Array, kept: Ints) -> Array:
+    """(M, poses): variance of the distance with standard deviations (M, 52, 3) known at the kept nodes only."""
     near = kernel[:, :, kept]
-    local = near @ deviation[kept] / near.sum(axis=2, keepdims=True)
-    return np.asarray((gains * local**2).sum(axis=(1, 2)))
+    share = near / near.sum(axis=2, keepdims=True)
+    local = np.tensordot(share, deviations[:, kept], axes=(2, 1))  # (poses, n, M, 3)
+    return np.asarray(np.einsum("pni,pnmi->mp", gains, local**2, optimize=True))
+
+
+def optimised(gains: Array, kernel: Array, seed: int, report: Progress) -> dict[int, Ints]:
+    """Number of nodes -> subset, by taking away one node after another: always the one whose loss makes the chosen place worse by least, in the
+    mean over TRAINED machines.
+    """
+    fields = np.array([draw_deviations(1000 * seed + s) * 1e-3 for s in range(TRAINED)])
+    some = np.linspace(0, len(kernel) - 1, TRAIN_POSES).astype(int)
+    gains, kernel = gains[some], kernel[some]
+    full = _variances(gains, kernel, fields, np.arange(len(NODES)))
+    kept, out = np.arange(len(NODES)), {len(NODES): np.arange(len(NODES))}
+    while len(kept) > min(SUBSETS):
+        report(f"subsets of {len(kept)} nodes", 1 - len(kept) / len(NODES))
+        losses = [_mean_loss(gains, kernel, fields, full, np.delete(kept, i)) for i in range(len(kept))]
+        kept = np.delete(kept, int(np.argmin(losses)))
+        out[len(kept)] = kept
+    return out
+
+
+def _mean_loss(gains: Array, kernel: Array, fields: Array, full: Array, kept: Ints) -> float:
+    chosen = _variances(gains, kernel, fields, kept).argmin(axis=1)
+    return float(np.mean(np.sqrt(full[np.arange(len(full)), chosen] / full.min(axis=1)) - 1))

@@ -63,11 +63,19 @@ def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, A
                 "pose": pose_json(o.found.best.pose),
                 "value": o.found.best.value,
                 "places": o.places,
+                "better_on_others": o.better,
+                "saved_on_others": o.saved,
             }
             for o in optima
         ],
         "nodes": [
-            {"nodes": r.nodes, "loss_median": r.median, "loss_95": r.worst, "right_place": r.right}
+            {
+                "nodes": r.nodes,
+                "picked": r.picked,
+                "loss_median": r.median,
+                "loss_95": r.worst,
+                "right_place": r.right,
+            }
             for r in reductions
         ],
     }

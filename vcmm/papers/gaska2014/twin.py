@@ -1,91 +1,54 @@
 """Twin of Gaska et al. 2014: a compressor body at five places of a Leitz PMM 12106.
 
-Int. J. Adv. Manuf. Technol. 73 (2014) 497-507. Typed in from the paper: the nodes (Table 1), eight rows of standard
-deviations (Table 2), the results (Table 3). Everything else the paper leaves unpublished is drawn, and the range over
-many draws that agree with its published maxima and means is shown beside one draw. No agreement is claimed: the paper
-does not say that Table 3's U is an output of its model.
+Int. J. Adv. Manuf. Technol. 73 (2014) 497-507. Typed in from the paper: the nodes (Table 1), eight rows of standard deviations (Table 2),
+the results (Table 3). Everything else the paper leaves unpublished is drawn.
+
+    1  LaserTracer, five stations, 14 approaches of 52 nodes: what d is, and what of it the instrument makes    tracer.found_by
+    2  the model of sections 4 and 5, read sixteen ways, over many machines, beside Table 3                      readings.matrix
+    3  one machine from the middle of them: form and distance at five places                                     places
+    4  maps of the simulated reproduction error (Fig. 7)                                                         maps.field_map
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import product
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from vcmm.core.inputs import Input
-from vcmm.core.laws import MultivariateNormal, StudentT
+from vcmm.calibrating.machine_file import bare_text
 from vcmm.core.run import Array
-from vcmm.evaluation.linear import LinearModel
-from vcmm.evaluation.montecarlo import Term
+from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
-from vcmm.evaluation.streams import copy_code, draw
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.files.recording_writer import recording_texts
+from vcmm.gps.decision import undecided
 from vcmm.measuring.scenario import Scenario
-from vcmm.response.influence import Influence
-
-COLUMNS = (
-    (150, 50), (150, 325), (150, 600), (310, 460), (310, 190), (475, 50), (475, 325), (475, 600),
-    (640, 460), (640, 190), (800, 50), (800, 325), (800, 600),
-)  # fmt: skip
-HEIGHTS = (50, 200, 350, 500)
-NODES = np.array([(x, y, z) for x, y in COLUMNS for z in HEIGHTS], dtype=float)  # Table 1
-PUBLISHED: Mapping[int, tuple[float, float, float]] = {  # Table 2: node -> d(X), d(Y), d(Z) in um
-    17: (0.63, 0.66, 0.65), 18: (0.20, 0.23, 0.89), 19: (0.23, 0.53, 1.27), 20: (0.25, 0.43, 0.46),
-    21: (2.12, 1.69, 0.97), 22: (1.01, 0.73, 0.58), 23: (1.18, 0.70, 0.61), 24: (1.29, 0.92, 0.21),
-}  # fmt: skip
-LARGEST, MEAN = (2.6, 1.8, 1.5), (0.9, 0.8, 0.7)  # section 3, um
-SMALLEST = 0.20  # um, the smallest published
-NU = 13  # 14 approaches less one
-PAPER_FORM_U = {"1": 0.6, "2": 0.8, "3": 0.5, "4": 0.9, "5": 0.5}  # Table 3, um
-PAPER_DISTANCE_U = {"1": 0.4, "2": 0.5, "3": 0.4, "4": 0.6, "5": 0.3}
-FIELD = "residual_field"
-REDRAWS = ("run", "touch")
-CAPTION = (
-    "Form: by the paper's recipe, coverage not shown. paper: U of Table 3, not stated to be the output of its model.\n"
-    "44 of 52 nodes, part, places, plan, probe and tolerances are drawn; the range is over machines that all agree\n"
-    "with the published maxima and means. No agreement is claimed."
+from vcmm.papers.gaska2014.nodes import SHOWN, draw_deviations
+from vcmm.papers.gaska2014.readings import (
+    PAPER_DISTANCE_U,
+    PAPER_FORM_U,
+    SHOWN_READING,
+    ReadingResult,
+    matrix,
+    rank,
 )
+from vcmm.papers.gaska2014.tracer import READINGS as LENGTHS
+from vcmm.papers.gaska2014.tracer import Approached, bare, found_by, read, untold
 
-
-def draw_deviations(seed: int) -> Array:
-    """(52, 3) um: the published rows, and draws for the others that meet the published maxima and means.
-
-    Per direction: gamma-shaped draws between 0.20 um and the maximum, one node at the maximum, then moved towards the
-    ends until the mean over all 52 nodes is the published one (rounded to 0.01 um as in the paper).
-    """
-    rng = np.random.default_rng([seed, 20140425])
-    free = np.array([i for i in range(len(NODES)) if i + 1 not in PUBLISHED])
-    out = np.zeros((len(NODES), 3))
-    for number, row in PUBLISHED.items():
-        out[number - 1] = row
-    for axis in range(3):
-        low, high = SMALLEST, LARGEST[axis]
-        shape = rng.gamma(3.0, 1.0, len(free))
-        share = (shape - shape.min()) / np.ptp(shape)  # 0..1: the largest draw is the node at the maximum
-        wanted = MEAN[axis] * len(NODES) - out[:, axis].sum()
-        out[free, axis] = low + (high - low) * share ** _power(
-            share, (wanted / len(free) - low) / (high - low)
-        )
-    return np.round(out, 2)
-
-
-def _power(share: Array, mean: float) -> float:
-    """Exponent that brings the mean of share^p to `mean` (the ends 0 and 1 stay)."""
-    low, high = 0.05, 20.0
-    for _ in range(60):
-        middle = np.sqrt(low * high)
-        low, high = (middle, high) if (share**middle).mean() > mean else (low, middle)
-    return float(np.sqrt(low * high))
+RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"
+HYSTERESIS = (0.0, 0.5, 1.0)  # share of the variance of the approaches
+CLOSE_RUNS = 4  # machines followed by the LaserTracer for each
+Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
 class Row:
-    """One place: form and distance results for one redraw rule, and the range of U over consistent draws (mm)."""
+    """One place: form and distance on the machine that is shown, and the central 95 % of U over the machines (mm)."""
 
     place: str
-    redraw: str
     form: CharacteristicResult
     distance: CharacteristicResult
     form_range: tuple[float, float]
@@ -93,135 +56,184 @@ class Row:
     result: UncertaintyResult
 
 
-def with_field(scenario: Scenario, redraw: str, deviations: Array | None = None) -> Scenario:
-    """The scenario with the residual field redrawn per `redraw`, and other standard deviations (52, 3) um if given."""
+@dataclass(frozen=True)
+class Followed:
+    """The title procedure for one share of hysteresis and one reading of eq. 1, over several machines.
 
-    def changed(one: Input) -> Input:
-        if one.effect != FIELD:
-            return one
-        scale = one.scale if deviations is None else deviations.ravel() * 1e-3
-        return replace(one, redraw=redraw, scale=scale)
+    residual: rms of eq. 2, um.   found, single: rms of d as found and of one approach as derived, over the true one.
+    instrument: smallest, median, largest share of the instrument in d, um.   small: instrument's share of the variance of the d below
+    0.3 um.   rejected: share of chi-squared tests below 0.05.   quiet: probability that ten nodes reject nothing, as in the paper.
+    """
 
-    inputs = tuple(changed(i) for i in scenario.machine.inputs)
-    return replace(scenario, machine=replace(scenario.machine, inputs=inputs))
+    hysteresis: float
+    lengths: str
+    residual: float
+    found: float
+    single: float
+    instrument: tuple[float, float, float]
+    small: float
+    rejected: float
+    quiet: float
 
 
-def field_scales(scenario: Scenario) -> Array:
-    """(52, 3) mm: the scale of the t-law at each node."""
-    one = next(i for i in scenario.machine.inputs if i.effect == FIELD)
-    assert one.scale is not None
-    return one.scale.reshape(-1, 3)
+@dataclass(frozen=True, eq=False)
+class GaskaTwin:
+    """rows: five places of the machine that is shown. matrix: every reading. ranks: of that machine's mean U, from 1, form and distance.
+
+    shares: of the machines in which each place is best, by form and by distance.
+    """
+
+    draws: int
+    rows: tuple[Row, ...]
+    matrix: tuple[ReadingResult, ...]
+    followed: tuple[Followed, ...]
+    ranks: tuple[int, int]
+    shares: dict[str, tuple[float, float]]
+
+
+def machines(draws: int) -> Array:
+    """(draws, 52, 3) um."""
+    return np.array([draw_deviations(seed) for seed in range(1, draws + 1)])
 
 
 def run(
     scenario: Scenario,
     draws: int = 200,
     trials: int | None = None,
-    progress: Callable[[str, float], None] | None = None,
-) -> list[Row]:
-    """All places, both redraw rules. draws: machines consistent with the published figures, for the ranges."""
-    report = progress or (lambda text, share: None)
+    progress: Progress = lambda text, share: None,
+) -> GaskaTwin:
+    """All of it. draws: machines consistent with the published figures."""
+    drawn = machines(draws)
+    progress("LaserTracer", 0.0)
+    followed = tuple(follow(drawn[:CLOSE_RUNS], *one) for one in product(HYSTERESIS, LENGTHS))
+    also = np.concatenate(
+        [drawn, draw_deviations(SHOWN)[None]]
+    )  # whatever the number of draws, the machine that is shown comes last
+    every = matrix(scenario, also, progress=lambda text, share: progress(text, 0.1 + 0.4 * share))
+    whole = next(f for f in every if f.reading == SHOWN_READING)
+    ranks = rank(whole.form, draws), rank(whole.distance, draws)
+    found = [f.first(draws) for f in every]
+    shown = whole.first(draws)
+    rows = places(scenario, shown, trials, lambda text, share: progress(text, 0.5 + 0.5 * share))
+    shares = {
+        name: (
+            float((shown.form.argmin(axis=1) == k).mean()),
+            float((shown.distance.argmin(axis=1) == k).mean()),
+        )
+        for k, name in enumerate(scenario.places)
+    }
+    return GaskaTwin(draws, tuple(rows), tuple(found), followed, ranks, shares)
+
+
+def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
+    """The LaserTracer on machines with d (M, 52, 3) um."""
+    found = [found_by(Approached(d * 1e-3, hysteresis, lengths), k) for k, d in enumerate(drawn)]
+    true = (drawn * 1e-3) ** 2
+
+    def ratio(name: str) -> float:
+        return float(np.sqrt(np.mean([getattr(f, name) ** 2 for f in found]) / true.mean()))
+
+    own = np.array([f.instrument for f in found])
+    d = np.array([f.d for f in found])
+    low, middle, high = (float(v) * 1e3 for v in np.quantile(own, [0, 0.5, 1]))
+    few = d < 0.3e-3
+    return Followed(
+        hysteresis, lengths, float(np.sqrt(np.mean([f.u**2 for f in found]))) * 1e3, ratio("d"), ratio("single"), (low, middle, high),
+        float((own[few] ** 2).sum() / (d[few] ** 2).sum()), float(np.mean([f.rejected() for f in found])),
+        float(np.mean([untold(f) for f in found])),
+    )  # fmt: skip
+
+
+def places(scenario: Scenario, over: ReadingResult, trials: int | None, progress: Progress) -> list[Row]:
+    """Form by the paper's recipe and distance at every place, with the range of U over the machines."""
     settings = replace(scenario.settings, trials=trials or scenario.settings.trials, certify=50)
-    fields = [draw_deviations(seed) for seed in range(1, draws + 1)]
-    rows: list[Row] = []
-    total = len(scenario.places) * len(REDRAWS)
-    for place, pose in scenario.places.items():
-        for redraw in REDRAWS:
-            report(f"place {place}, field per {redraw}", len(rows) / total)
-            task = with_field(scenario, redraw).at(pose).task()
-            result = evaluate(task, settings)
-            form, distance = (
-                next(c for c in result.characteristics if c.type == t) for t in ("cylindricity", "distance")
+    rows = []
+    for k, (name, pose) in enumerate(scenario.places.items()):
+        progress(f"place {name}", k / len(scenario.places))
+        result = evaluate(scenario.at(pose).task(), settings, read=False)
+        form, distance = (
+            next(c for c in result.characteristics if c.type == t) for t in ("cylindricity", "distance")
+        )
+        rows.append(
+            Row(
+                name,
+                by_recipe(form, settings.rule),
+                distance,
+                span_of(over.form[:, k]),
+                span_of(over.distance[:, k]),
+                result,
             )
-            form_range, distance_range = _ranges(result.model, fields, form, distance, settings.seed)
-            rows.append(
-                Row(
-                    place=place,
-                    redraw=redraw,
-                    form=by_recipe(form),
-                    distance=distance,
-                    form_range=form_range,
-                    distance_range=distance_range,
-                    result=result,
-                )
-            )
+        )
     return rows
 
 
-def by_recipe(form: CharacteristicResult) -> CharacteristicResult:
+def span_of(u: Array) -> tuple[float, float]:
+    """The central 95 %."""
+    low, high = np.quantile(u, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def by_recipe(form: CharacteristicResult, rule: str) -> CharacteristicResult:
     """As the paper takes it: U is half of where 95 % of the indicated values lie, whatever they say of the true one."""
     assert form.summary is not None
     low, high = form.summary.interval(form.p, form.interval_kind)
     u = form.summary.u
-    return replace(form, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u)
+    return replace(
+        form, value=form.indicated, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u, coverage_shown=False,
+        why_not_shown=RECIPE, decision=undecided(rule, RECIPE), true_value=None,
+    )  # fmt: skip
 
 
-RANGE_TRIALS = 2000
+def in_detail(row: Row, rule: str) -> UncertaintyResult:
+    """The result of a place with what its form says of the true one, which parts are drawn for."""
+    found = [
+        c if c.true_value or not c.extreme else at_indication(c, c.indicated, rule)
+        for c in row.result.characteristics
+    ]
+    return replace(row.result, characteristics=tuple(found))
 
 
-def _ranges(
-    model: LinearModel,
-    fields: list[Array],
-    form: CharacteristicResult,
-    distance: CharacteristicResult,
-    seed: int,
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Smallest and largest U over the draws. The standard t-draws are common to all draws of the field: only the
-    deviations differ. U of the distance = k u with k of the shown draw; U of the form from 2000 trials each.
+def tracer_files() -> dict[str, str]:
+    """File name -> text: the lengths of the LaserTracer on the machine that is shown, half of whose scatter is hysteresis, for
+    `vcmm calibrate tracer.toml --machine cmm.toml --nodes`.
     """
-    index = {c.name: i for i, c in enumerate(model.characteristics)}
-    gradient = model.gradient()[index[distance.name]]
-    others = [model.term(i) for i in model.influences if i.input.effect != FIELD]
-    influence = next(i for i in model.influences if i.input.effect == FIELD)
-    rest = sum(float(((gradient @ t.gain) ** 2).sum()) * t.law.u**2 for t in others)
-    per_lane = _per_lane(gradient @ model.operator, model.along_normal(influence), influence.codes)
-    form_trials = _FormTrials(model, influence, others, form.name, seed)
-    scales = np.array([deviations.ravel() * 1e-3 for deviations in fields])
-    variance = scales**2 @ (per_lane**2).sum(axis=0) * StudentT(1.0, NU).u ** 2 + rest
-    u_distance = distance.k * np.sqrt(variance)
-    u_form = np.concatenate(
-        [form_trials.expanded(part) for part in np.array_split(scales, max(1, len(scales) // 25))]
-    )
-    return (float(u_form.min()), float(u_form.max())), (float(u_distance.min()), float(u_distance.max()))
+    seen = read(Approached(draw_deviations(SHOWN) * 1e-3), np.random.default_rng(SHOWN))
+    return {**recording_texts(seen, "tracer", "cmm.toml"), "cmm.toml": bare_text(bare())}
 
 
-def _per_lane(weights: Array, along: Array, codes: npt.NDArray[np.intp]) -> Array:
-    """(copies, k): change of one output per draw, for weights (n,) of the touches and their responses (n, k)."""
-    out = np.zeros((int(codes.max()) + 1, along.shape[1]))
-    np.add.at(out, codes, weights[:, None] * along)
-    return out
+def order(values: Sequence[float]) -> str:
+    """Places from the smallest U, such as "5 3 1 2 4"."""
+    return " ".join(str(k + 1) for k in np.argsort(values, kind="stable"))
 
 
-class _FormTrials:
-    """Trials of the bore's form whose standard draws are kept, so that 200 fields cost 200 small products."""
+def figures(result: GaskaTwin) -> dict[str, Any]:
+    """Body of the JSON document."""
+    from vcmm.tables.evaluated import characteristic_json
 
-    def __init__(
-        self, model: LinearModel, influence: Influence, others: list[Term], name: str, seed: int
-    ) -> None:
-        feature = next(c for c in model.characteristics if c.name == name).of[0]
-        block, rows = model.blocks[feature], model.task.touches.rows[feature]
-        residuals = slice(block.stop - block.residuals, block.stop)
-        self.operator = model.operator[residuals][:, rows]
-        along = model.along_normal(influence)[rows]
-        self.used = [np.flatnonzero(touch) for touch in along]
-        self.draws = []  # per touch: (nodes that act on it, trials) standard draws times their response
-        for row, touch, used in zip(rows, along, self.used):
-            code = copy_code(influence.copies[influence.codes[row]])
-            lanes = np.array([(k, code) for k in used], dtype=np.uint32)
-            z = draw(seed, influence.input.id, lanes, StudentT(1.0, NU), 0, RANGE_TRIALS)
-            self.draws.append(touch[used, None] * z.T)
-        self.base = np.tile(model.q0[residuals, None], (1, RANGE_TRIALS))
-        for term in others:
-            assert not isinstance(
-                term.law, MultivariateNormal
-            )  # its draws are standard normals times a factor
-            self.base += term.gain[residuals] @ draw(seed, term.name, term.lanes, term.law, 0, RANGE_TRIALS).T
+    return {
+        "draws": result.draws,
+        "machine": {"draw": SHOWN, "rank_form": result.ranks[0], "rank_distance": result.ranks[1], "reading": SHOWN_READING.words},
+        "rows": [
+            {
+                "place": row.place, "redraw": SHOWN_READING.redraw,
+                "form": characteristic_json(row.form), "form_U_range_mm": list(row.form_range),
+                "paper_form_U_mm": PAPER_FORM_U[row.place] * 1e-3, "form_best_share": result.shares[row.place][0],
+                "distance": characteristic_json(row.distance), "distance_U_range_mm": list(row.distance_range),
+                "paper_distance_U_mm": PAPER_DISTANCE_U[row.place] * 1e-3, "distance_best_share": result.shares[row.place][1],
+            }
+            for row in result.rows
+        ],
+        "readings": [_reading_json(one) for one in result.matrix],
+        "tracer": [asdict(one) for one in result.followed],
+    }  # fmt: skip
 
-    def expanded(self, scales: Array) -> Array:
-        """Half the 95 % interval of the form (m,) mm, for m sets of standard deviations (m, 3 nodes)."""
-        touches = np.stack([scales[:, used] @ z for used, z in zip(self.used, self.draws)])
-        residuals = self.operator @ touches.reshape(len(self.used), -1)
-        residuals = residuals.reshape(touches.shape) + self.base[:, None, :]
-        form = residuals.max(axis=0) - residuals.min(axis=0)
-        low, high = np.quantile(form, [0.025, 0.975], axis=1)
-        return np.asarray(high - low) / 2
+
+def _reading_json(one: ReadingResult) -> dict[str, Any]:
+    hits, ratio, spread = one.hits(), one.ratio(), one.spread()
+    return {
+        **asdict(one.reading),
+        "form_U_mm": np.median(one.form, axis=0).tolist(), "distance_U_mm": np.median(one.distance, axis=0).tolist(),
+        "form_U_ranges_mm": [list(span_of(u)) for u in one.form.T], "distance_U_ranges_mm": [list(span_of(u)) for u in one.distance.T],
+        "hits_form": hits[0], "hits_distance": hits[1], "hits_p": one.hits_p(), "ratio": ratio[0], "ratio_above_1_share": ratio[1],
+        "spread_p_form": spread[0], "spread_p_distance": spread[1], "contradicted_by": list(one.against()),
+    }  # fmt: skip

@@ -9,10 +9,11 @@ import pytest
 
 import vcmm
 from tests.build import scenario
-from vcmm.core.errors import DataError, UsageError
+from vcmm.core.blocks import Folder, ShardDone, Shards, Share, Sharing, blocks_of
+from vcmm.core.errors import DataError
 from vcmm.evaluation import sampling
-from vcmm.evaluation.blocks import Folder, ShardDone, Shards, Share, Sharing, blocks_of, packed, unpacked
 from vcmm.evaluation.summary import Accumulator
+from vcmm.evaluation.tallies import packed, unpacked
 
 TRIALS = 40_000
 
@@ -48,14 +49,6 @@ class Counting:
                 raise KeyboardInterrupt
             self.items.append(items[i])
             yield i, work(payload, items[i])
-
-
-def test_blocks_of_a_job():
-    assert blocks_of(20, 8) == [(0, 8), (8, 8), (16, 4)]
-    assert blocks_of(3, 8) == [(0, 3)]
-    assert Share(2, 2).taken(blocks_of(20, 8)) == [(8, 8)]
-    with pytest.raises(UsageError, match="write 1/3 to 3/3"):
-        Share(4, 3)
 
 
 def test_a_tally_survives_json_to_the_last_bit():
@@ -124,7 +117,7 @@ def test_shards_put_together_give_the_same(whole, of):
 
 def test_shards_that_lack_or_differ(whole):
     first, second = shards(TRIALS, 2)
-    with pytest.raises(DataError, match="no shard holds the trials from 8192 on"):
+    with pytest.raises(DataError, match="no shard holds the block from 8192 on"):
         vcmm.uncertainty(scenario(), trials=TRIALS, sharing=Sharing(store=Shards(first.key, first.blocks)))
     with pytest.raises(DataError, match="of another job"):
         vcmm.uncertainty(

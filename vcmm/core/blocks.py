@@ -1,0 +1,180 @@
+"""A long job in blocks that anybody may do: who does them, what is kept of them, and which part is wanted.
+
+A block is (first, count) of whatever is counted; its result is plain JSON values that depend on the job alone. So it does not
+matter who did which block, in which order, or how often the work was taken up again: finished blocks are kept under the key
+of their job, and a job that was interrupted goes on where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from vcmm import __version__
+from vcmm.core.crew import Crew, alone
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.whole_files import write_files
+
+Block = tuple[int, int]  # the first, and how many
+Work = Callable[[Any, Any], Any]  # (payload, item) -> JSON values
+
+
+class ShardDone(Exception):
+    """The blocks of one shard are done: key of the job, and its blocks. No error: there is no result yet."""
+
+    def __init__(self, key: str, blocks: Mapping[Block, Any]) -> None:
+        super().__init__(key)
+        self.key, self.blocks = key, blocks
+
+
+@dataclass(frozen=True)
+class Share:
+    """Shard `number` of `of`: every of-th block."""
+
+    number: int
+    of: int
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.number <= self.of:
+            raise UsageError(
+                f"there is no shard {self.number}/{self.of}; write 1/{self.of} to {self.of}/{self.of}"
+            )
+
+    def taken(self, blocks: Sequence[Block]) -> list[Block]:
+        return list(blocks[self.number - 1 :: self.of])
+
+
+class Store(Protocol):
+    """Finished blocks of a job."""
+
+    def read(self, key: str) -> Iterator[tuple[Block, Any]]: ...
+
+    def write(self, key: str, block: Block, result: Any) -> None: ...
+
+    def done(self, key: str) -> None: ...
+
+
+@dataclass(frozen=True)
+class Nowhere:
+    """Keeps nothing: jobs that are quickly done again."""
+
+    def read(self, key: str) -> Iterator[tuple[Block, Any]]:
+        return iter(())
+
+    def write(self, key: str, block: Block, result: Any) -> None: ...
+
+    def done(self, key: str) -> None: ...
+
+
+@dataclass(frozen=True)
+class Folder:
+    """One file per block below `path`/key, each written whole; gone when the job is done."""
+
+    path: Path
+
+    def read(self, key: str) -> Iterator[tuple[Block, Any]]:
+        for file in sorted((self.path / key).glob("*.json")):
+            with suppress(ValueError, OSError):  # a file that somebody else has spoilt is done again
+                first, count = map(int, file.stem.split("-"))
+                yield (first, count), json.loads(file.read_text(encoding="utf-8"))
+
+    def write(self, key: str, block: Block, result: Any) -> None:
+        write_files(self.path / key, {f"{block[0]}-{block[1]}.json": json.dumps(result)})
+
+    def done(self, key: str) -> None:
+        shutil.rmtree(self.path / key, ignore_errors=True)
+
+
+@dataclass(frozen=True)
+class Shards:
+    """The blocks of all shards of a job, as read from their files. Nothing is done anew."""
+
+    key: str
+    blocks: Mapping[Block, Any]
+
+    def read(self, key: str) -> Iterator[tuple[Block, Any]]:
+        if key != self.key:
+            raise DataError(
+                "the shards are of another job than these files now give; let all shards run on the same files and version"
+            )
+        return iter(self.blocks.items())
+
+    def write(self, key: str, block: Block, result: Any) -> None:
+        raise DataError(f"no shard holds the block from {block[0]} on; name the files of all shards")
+
+    def done(self, key: str) -> None: ...
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """Who works (crew), what is kept of it (store), and which part is wanted (share; None for all)."""
+
+    crew: Crew = alone
+    store: Store = field(default_factory=Nowhere)
+    share: Share | None = None
+
+    def finished(
+        self, key: str, work: Work, payload: Any, items: Mapping[Block, Any]
+    ) -> Iterator[tuple[Block, Any]]:
+        """(block, result) as they come, those that were kept first. Raises ShardDone at the end where a share is wanted.
+
+        items: block -> what `work` is given for it; the result must survive JSON.
+        """
+        wanted = self.share.taken(list(items)) if self.share else list(items)
+        left, part = dict.fromkeys(wanted), dict[Block, Any]()
+        for block, result in self.store.read(key):
+            if block in left:
+                del left[block]
+                yield block, self._noted(part, block, result)
+        todo = list(left)
+        if todo and isinstance(self.store, Shards):
+            self.store.write(key, todo[0], None)
+        for i, result in self.crew(work, payload, [items[b] for b in todo]):
+            self.store.write(key, todo[i], result)
+            yield todo[i], self._noted(part, todo[i], result)
+        self.store.done(key)
+        if self.share:
+            raise ShardDone(key, part)
+
+    def _noted(self, part: dict[Block, Any], block: Block, result: Any) -> Any:
+        """A share is handed over as a whole; else nothing is held here."""
+        if self.share:
+            part[block] = result
+        return result
+
+    def all_of(
+        self,
+        key: str,
+        work: Work,
+        payload: Any,
+        items: Sequence[Any],
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> list[Any]:
+        """The results of all items in their order; every item is a block by itself."""
+        every = {(i, 1): item for i, item in enumerate(items)}
+        count = len(self.share.taken(list(every))) if self.share else len(every)
+        found: dict[Block, Any] = {}
+        for block, result in self.finished(key, work, payload, every):
+            found[block] = result
+            progress(len(found) / count)
+        return [found[block] for block in every]
+
+
+def blocks_of(total: int, size: int) -> list[Block]:
+    """(first, count) of all blocks; only the last may be shorter than `size`."""
+    return [(first, min(size, total - first)) for first in range(0, total, size)]
+
+
+def key_of(verb: str, options: Mapping[str, Any], files: Iterable[Path]) -> str:
+    """Of a job: version, verb, options, names and bytes of all files that it reads."""
+    asked = json.dumps(dict(sorted(options.items())), default=str)
+    digest = hashlib.sha256(f"{__version__}\n{verb}\n{asked}".encode())
+    for file in dict.fromkeys(files):
+        digest.update(f"\n{file.name}\n".encode() + file.read_bytes())
+    return f"{verb}-{digest.hexdigest()[:32]}"

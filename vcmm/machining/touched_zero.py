@@ -1,0 +1,138 @@
+"""What a program itself probes: how far its path follows when a touch reads further, and what the machine errs by at each touch.
+
+A probe answers where ball and surface meet. With an error e of the tip there (actual - commanded) the axes then read
+
+    d = -(e . n) / (a . n)
+
+further along the way a of the probing move, n the outward normal of the surface. What the program makes of it (a work offset, a
+tool length, a mean of two touches, a turned frame) is not looked up in its text: the program is read again with each touch reading
+STEP further, and once more with the zeros of the set-up shifted, and the moves are compared. So
+
+    error of a cut = e(cut) + sum over touches of  weight x d        weight = d path / d reading
+
+and the zero of the set-up counts only along the axes on which the program still rests on it. Hand check: e the same everywhere
+and one touch of a face in -X, a = +X: d = -e_x, weight 1, nothing is left along X.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.machining.scenario import CutScenario
+from vcmm.motion.tool_centre import leads
+from vcmm.nc.interpret import read_for
+from vcmm.nc.moves import Move, Program
+from vcmm.nc.setup import Setup, turns_with
+from vcmm.nc.touching import ProbeContact
+
+STEP = 1e-3  # mm by which readings and zeros are varied
+ROUNDING = 1e-6  # of a weight: what differences of positions of 1e3 mm leave, 1e-13 relative, over STEP
+SHARES = (0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TouchedZero:
+    """K touches of a program of m moves.
+
+    weight (m, 2, 3, K): mm by which start and end of each move lie further per mm that a touch reads further. held (m, 3): whether
+    the zero of the set-up still counts along X, Y, Z. centre (K, 3): of the ball at each touch, mm. reads (K, 3): what 1 mm of
+    error of the tip along X, Y, Z takes off the reading.
+    """
+
+    touches: tuple[ProbeContact, ...]
+    weight: Array
+    held: np.typing.NDArray[np.bool_]
+    centre: Array
+
+    @property
+    def reads(self) -> Array:
+        way, normal = (np.array([getattr(t, name) for t in self.touches]) for name in ("along", "normal"))
+        return np.asarray(normal / np.einsum("ki,ki->k", way, normal)[:, None])
+
+    def at(self, move: np.typing.NDArray[np.intp], share: Array) -> Array:
+        """Weights (n, 3, K) at fractions (n,) of the moves (n,)."""
+        first, last = self.weight[move, 0], self.weight[move, 1]
+        return np.asarray(first + share[:, None, None] * (last - first))
+
+
+def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZero | None:
+    """What the program rests on of what it probed; None where it probes nothing. Raises ModelLimit for what is not modelled."""
+    if not program.touches:
+        return None
+    _check(scenario, program)
+    setup, count = scenario.setup, len(program.touches)
+
+    def differences(changed: Setup) -> Array:
+        again = read_for("cut", text, scenario.dialect, changed, name=str(scenario.program))
+        return _moved(program, again, str(scenario.program))
+
+    steps = [tuple(STEP * (i == k) for i in range(k + 1)) for k in range(count)]
+    weight = np.stack([differences(replace(setup, read_out=s)) for s in steps], axis=-1)
+    shifts = np.stack([differences(_shifted(setup, i)) for i in range(3)], axis=-1)
+    held = _held(program, shifts[:, 1], str(scenario.program))
+    radius = [_ball(setup, t) for t in program.touches]
+    centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
+        [0.0, 0.0, 1.0]
+    )
+    return TouchedZero(program.touches, weight, held, centre)
+
+
+def _ball(setup: Setup, touch: ProbeContact) -> float:
+    tool = setup.tools.get(touch.tool)
+    return 0.0 if tool is None else (tool.diameter or 0.0) / 2.0
+
+
+def _shifted(setup: Setup, axis: int) -> Setup:
+    """All zeros of the set-up STEP further along an axis; what is touched stays where it is."""
+    by = tuple(STEP * (i == axis) for i in range(3))
+    names = {"G54", *setup.offsets}
+    old = {name: setup.offsets.get(name, (0.0, 0.0, 0.0)) for name in names}
+    return replace(setup, offsets={n: (p[0] + by[0], p[1] + by[1], p[2] + by[2]) for n, p in old.items()})
+
+
+def _moved(program: Program, again: Program, name: str) -> Array:
+    """(m, 2, 3) start and end of every move of `again` less those of `program`, per STEP; arcs go with their centres."""
+    kinds = [[(m.kind, m.source.line) for m in p.moves] for p in (program, again)]
+    if kinds[0] != kinds[1] or len(program.touches) != len(again.touches):
+        raise ModelLimit(
+            f"{name}: line {program.touches[0].line} probes, and the program goes another way when the probe reads {STEP * 1e3:g} um further; only "
+            "programs that shift with what they probe are simulated"
+        )
+    one, two = (np.array([_ends(m) for m in p.moves]) for p in (program, again))
+    out = (two - one) / STEP
+    out[np.abs(out) < ROUNDING] = 0.0
+    return np.asarray(out)
+
+
+def _ends(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    return (move.start, move.end) if move.centre is None else (move.centre, move.centre)
+
+
+def _held(program: Program, shift: Array, name: str) -> np.typing.NDArray[np.bool_]:
+    """Whether each axis of each move goes with the zero of the set-up (m, 3); shift (m, 3, 3): d end / d zero."""
+    whole = np.abs(shift - np.eye(3)) < ROUNDING
+    none = np.abs(shift) < ROUNDING
+    held = whole[:, range(3), range(3)]
+    fine = (whole | none).all(axis=(1, 2)) | ~np.array([m.rewritable for m in program.moves])
+    if not fine.all():
+        line = program.moves[int(np.argmin(fine))].source.line
+        raise ModelLimit(
+            f"{name}: line {line} rests in part on the zero of the set-up and in part on what was probed; set each axis by the one or the other"
+        )
+    return np.asarray(held)
+
+
+def _check(scenario: CutScenario, program: Program) -> None:
+    """What is not simulated of programs that probe."""
+    name, line = scenario.program, program.touches[0].line
+    turned = next((t for t in program.touches if any(t.rotary)), None)
+    if turns_with(scenario.setup, program):
+        raise ModelLimit(f"{name}: line {line} probes on a lathe; only mills that probe are simulated")
+    if turned is not None or leads(program.moves) or any(any(m.rotary_end) for m in program.moves):
+        raise ModelLimit(
+            f"{name}: line {line} probes, and the program turns rotary axes; only programs with the rotary axes at zero are simulated then"
+        )
