@@ -32,8 +32,9 @@
   };
   // What has nothing to say must not stand between the pointer and what has: plotly draws it into its picking buffer all the same.
   const silence = live => {
-    const traces = Object.values(live._fullLayout?.scene?._scene?.traces ?? {});
-    for (const trace of traces.filter(t => t.data?.hoverinfo === "skip")) for (const part of Object.values(trace)) if (part?.drawPick) part.drawPick = () => {};
+    const scene = live._fullLayout?.scene?._scene, mute = () => {};
+    for (const trace of Object.values(scene?.traces ?? {})) if (trace.data?.hoverinfo === "skip") for (const part of Object.values(trace)) if (part?.drawPick) part.drawPick = mute;
+    scene?.glplot?.update?.({}); // or the buffer keeps what it has
   };
   window.vcmmScenes = {load, ready, silence, options: {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"]}};
   const turned = (eye, around, up) => {
