@@ -40,7 +40,7 @@ FINE, LEAST = (
 
 
 @dataclass(frozen=True, eq=False)
-class Face:
+class SurfaceFace:
     """A face: its number in the file, kind, place, frame (rows u, v, axis), sizes in mm and rad, reach (u0, u1, v0, v1).
 
     sizes: cylinder (radius), cone (radius at the place, half angle), sphere (radius), torus (ring, tube).
@@ -92,7 +92,7 @@ def _name(text: Part21) -> str:
     return words[-1].strip() if words else text.path.stem
 
 
-def _faces(text: Part21) -> tuple[list[Face], Counter[str]]:
+def _faces(text: Part21) -> tuple[list[SurfaceFace], Counter[str]]:
     """Faces with a surface that vcmm has, lengths in mm; how many others there are by kind of surface."""
     try:
         from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -110,7 +110,7 @@ def _faces(text: Part21) -> tuple[list[Face], Counter[str]]:
     ):
         raise DataError(f"{text.path}:1: Open CASCADE finds no shape in this file")
     explorer = TopExp_Explorer(reader.OneShape(), TopAbs_FACE)
-    found: list[Face] = []
+    found: list[SurfaceFace] = []
     left, kinds = Counter[str](), []
     while explorer.More():
         shape = TopoDS.Face(explorer.Current())
@@ -125,7 +125,7 @@ def _faces(text: Part21) -> tuple[list[Face], Counter[str]]:
     return _numbered(text, found, kinds), left
 
 
-def _numbered(text: Part21, found: list[Face], kinds: list[str]) -> list[Face]:
+def _numbered(text: Part21, found: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
     """Faces with their numbers in the file: Open CASCADE keeps the order of the shells. Numbers below 0 where it did not.
 
     Checked by the kind of every surface, and by the radii of all round ones.
@@ -152,7 +152,7 @@ def _surface(text: Part21, face: int) -> tuple[str, float]:
     return name, float(values[2]) if len(values) > 2 and isinstance(values[2], float) else 0.0
 
 
-def _face(number: int, name: str, surface: Any, reversed_: bool) -> Face:
+def _face(number: int, name: str, surface: Any, reversed_: bool) -> SurfaceFace:
     kind = KINDS[name]
     shape = getattr(surface, name.removeprefix("GeomAbs_"))()
     position = shape.Position()
@@ -175,7 +175,7 @@ def _face(number: int, name: str, surface: Any, reversed_: bool) -> Face:
     )
     place = np.array([p.X(), p.Y(), p.Z()])
     inside = kind != "plane" and inwards
-    return Face(number, kind, place, frame=frame, sizes=sizes, reach=reach, inside=inside)
+    return SurfaceFace(number, kind, place, frame=frame, sizes=sizes, reach=reach, inside=inside)
 
 
 def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | None:
@@ -213,11 +213,11 @@ def _far_apart(places: Array) -> Array:
     return places[chosen]
 
 
-def _add_features(drawn: DrawnPart, faces: Iterable[Face]) -> tuple[dict[int, str], dict[str, float]]:
+def _add_features(drawn: DrawnPart, faces: Iterable[SurfaceFace]) -> tuple[dict[int, str], dict[str, float]]:
     """Features into `drawn`, one for all faces of one round surface: names by number of the face, and how far round in rad those
     go that do not go all around.
     """
-    groups: list[list[Face]] = []
+    groups: list[list[SurfaceFace]] = []
     for face in faces:
         group = next((g for g in groups if _same(g[0], face)), None)
         if group is None:
@@ -242,13 +242,13 @@ def _add_features(drawn: DrawnPart, faces: Iterable[Face]) -> tuple[dict[int, st
     return names, part_of
 
 
-def _on(face: Face, touches: Array) -> Array:
+def _on(face: SurfaceFace, touches: Array) -> Array:
     """Places and outward normals (n, 6) of touches in u and v."""
     places = face.place + touches @ face.frame[:2]
     return np.hstack([places, np.broadcast_to(face.axis, places.shape)])
 
 
-def _same(a: Face, b: Face) -> bool:
+def _same(a: SurfaceFace, b: SurfaceFace) -> bool:
     """Whether two faces are of one round surface and touch or overlap along its axis."""
     if (
         a.kind != b.kind
@@ -272,7 +272,7 @@ def _same(a: Face, b: Face) -> bool:
     return low < a.reach[3] + SAME and high > a.reach[2] - SAME
 
 
-def _joined(group: list[Face]) -> Face:
+def _joined(group: list[SurfaceFace]) -> SurfaceFace:
     """One face for all: the angles together, from the lowest to the highest place along the axis."""
     first = group[0]
     if len(group) == 1:
@@ -286,7 +286,7 @@ def _joined(group: list[Face]) -> Face:
     return replace(first, reach=(first.reach[0], first.reach[0] + turn, *along))
 
 
-def _table(face: Face) -> dict[str, Any]:
+def _table(face: SurfaceFace) -> dict[str, Any]:
     """The table of part/1."""
     side = {"inside": True} if face.inside else {}
     if face.kind == "plane":
@@ -305,7 +305,7 @@ def _table(face: Face) -> dict[str, Any]:
     return _cone(face) | side
 
 
-def _cone(face: Face) -> dict[str, Any]:
+def _cone(face: SurfaceFace) -> dict[str, Any]:
     """A cone from its narrow end: Open CASCADE counts v along the slope, from the reference radius."""
     radius, half = face.sizes
     ends = sorted((radius + v * math.sin(half), v * math.cos(half)) for v in face.reach[2:])
