@@ -102,12 +102,24 @@ def test_hovering_a_touch_reads_it(unplugged: Any, reports: Path) -> None:
         seen.page.wait_for_timeout(500)
         places = live.evaluate(PLACES)
         assert len(places) > 10
-        for place in places[:: max(1, len(places) // 12)]:
-            seen.page.mouse.move(place["x"] - 4, place["y"] - 4)
-            seen.page.mouse.move(place["x"], place["y"])
-            said = live.locator(".hovertext text").first.text_content(timeout=10_000)
+        for place in places[:: max(1, len(places) // 6)]:
             near = [p for p in places if math.hypot(p["x"] - place["x"], p["y"] - place["y"]) < 25.0]
-            assert any(re.sub(r"<br>|\s+", "", p["text"]) == re.sub(r"\s+", "", said) for p in near)
+            wanted = {re.sub(r"<br>|\s+", "", p["text"]) for p in near}
+            assert hovered(seen, live, place, wanted) in wanted
+
+
+def hovered(seen: Watched, live: Any, place: dict[str, float], wanted: set[str]) -> str:
+    """What is read at a place, without blanks: one of `wanted`, or the last thing read within 100 tries (software rendering is slow)."""
+    said = ""
+    for _ in range(100):
+        seen.page.mouse.move(place["x"] - 3, place["y"] - 3)
+        seen.page.mouse.move(place["x"], place["y"])
+        seen.page.wait_for_timeout(200)
+        labels = live.locator(".hovertext text").all_text_contents()
+        said = re.sub(r"\s+", "", labels[0]) if labels else said
+        if said in wanted:
+            break
+    return said
 
 
 def test_print_has_a_page_for_every_characteristic_and_two_more(unplugged: Any, reports: Path) -> None:

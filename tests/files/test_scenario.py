@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import tomllib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,9 @@ from tests.plate import PLATE, edited, line_of
 from vcmm.core.errors import DataError
 from vcmm.files.scenario import load_scenario
 from vcmm.files.schemas import MODELS, json_schema
+from vcmm.library import path as shipped
+
+SHIPPED = shipped("plate").parent
 
 
 def _split(folder: Path) -> Path:
@@ -176,6 +181,37 @@ def test_json_schema_is_whole(kind):
         ref.startswith("#/$defs/") and ref.removeprefix("#/$defs/") in schema["$defs"] for ref in found
     )
     assert "$defs" not in json.dumps(schema["properties"]).replace("#/$defs/", "")
+
+
+@pytest.mark.parametrize("file", sorted(p.relative_to(SHIPPED) for p in SHIPPED.rglob("*.toml")), ids=str)
+def test_shipped_files_are_valid_by_their_schema(file):
+    data = tomllib.loads((SHIPPED / file).read_text(encoding="utf-8"))
+    found = validator(data["vcmm"].partition("/")[0]).iter_errors(data)
+    assert [f"{list(e.absolute_path)}: {e.message}" for e in found] == []
+
+
+@pytest.mark.parametrize(
+    ("edit", "at"),
+    [
+        ({"vcmm": "scenario/2"}, ["vcmm"]),
+        ({"plan": None}, []),
+        ({"nmae": "x"}, []),
+        ({"pose": {"shift": 3}}, ["pose"]),
+    ],
+)
+def test_a_schema_refuses_what_the_reader_refuses(edit, at):
+    data = tomllib.loads((SHIPPED / "plate.toml").read_text(encoding="utf-8")) | edit
+    found = list(validator("scenario").iter_errors({k: v for k, v in data.items() if v is not None}))
+    assert found
+    assert list(found[0].absolute_path)[: len(at)] == at
+
+
+@cache
+def validator(kind):
+    jsonschema = pytest.importorskip(
+        "jsonschema", reason="jsonschema comes with nbformat: pip install vcmm[notebook]"
+    )
+    return jsonschema.Draft202012Validator(json_schema(kind))
 
 
 def test_json_schema_knows_effects_and_features():

@@ -16,7 +16,7 @@ from vcmm import __version__
 from vcmm.core.errors import UsageError, VcmmError, choose_from
 
 VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
-    "demo": "Virtually measure a part on a published machine and say how well (start here).",
+    "demo": "Virtually measure a ring gauge, then a part on a published machine, and say how well (start here).",
     "new": "Write a commented scenario that you can edit.",
     "check": "Check a machine, scenario or set-up file: all problems at once, each with file, line and fix.",
     "field": "Volumetric error map: tip errors, maxima, body diagonals.",
@@ -35,7 +35,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
-    "convert": "Make vcmm files of a QIF, DMIS or DCC file: part and plan, machine, quantities.",
+    "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file: part and plan, machine, quantities.",
     "view": "A machine or a measuring task in a window, or as a picture.",
     "serve": "A task as a live page on this machine: knobs, and U, decision and budget moving with them.",
     "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",

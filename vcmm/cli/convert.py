@@ -1,4 +1,4 @@
-"""vcmm convert: files of other systems (QIF, DMIS, DCC) made into vcmm files."""
+"""vcmm convert: files of other systems (STEP, QIF, DMIS, DCC) made into vcmm files."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ def convert_command(
 ) -> int:
     """Make vcmm files of a file of another system: a part with plan, a machine with errors, quantities of a certificate.
 
-    QIF 3.0 (features, characteristics, measured points, 21 errors of a machine), DMIS (features, tolerances, touches), DCC
+    STEP (planes, cylinders, cones, spheres, tori; tolerances of AP242; needs vcmm[step]), QIF 3.0 (features, characteristics, measured points, 21 errors of a machine), DMIS (features, tolerances, touches), DCC
     (quantities). What the file does not say is assumed and said; what vcmm has no word for is left out and said.
 
     Parameters
     ----------
     file
-        The file: .qif, .dmi, .dmis, .xml (DCC).
+        The file: .step, .stp, .qif, .dmi, .dmis, .xml (DCC).
     machine
         Machine file (machine/1) of the scenario; without it a machine with a certificate stands in.
     out

@@ -1,4 +1,4 @@
-"""vcmm demo: the Gaska 2014 twin; the others are in vcmm.cli.twins."""
+"""vcmm demo: a ring gauge, then the Gaska 2014 twin; the others are in vcmm.cli.twins."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def demo_command(
     trials: int = 20_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
-    """Virtually measure a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
+    """Virtually measure a ring gauge, then a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
 
     The other twins mill a part virtually: abbe_milling (spline slots, arms of the rotations), marin2004 (chain, warm-up,
     rewritten program), test_piece (which error shows in which feature). worn_cmm diagnoses a log with concealed faults, xcz_lathe
@@ -45,38 +45,43 @@ def demo_command(
 
 
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
+    from vcmm import api
     from vcmm.console.documents import document, json_text, print_json
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say, show_table
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
+    from vcmm.pages.first import first_blocks, sentences
     from vcmm.papers.gaska2014 import twin as gaska2014
     from vcmm.papers.gaska2014.page import places_table, tables, twin_page
+    from vcmm.tables.evaluated import characteristic_json
     from vcmm.tables.table import csv_text
 
     folder = output_folder(out)
-    source = path("gaska2014")
-    scenario = load_scenario(source)
+    source, ring = path("gaska2014"), path("ring_gauge")
+    scenario, plain = load_scenario(source), load_scenario(ring)
     with progress() as report:
+        first = api.uncertainty(plain, progress=report)
         result = gaska2014.run(scenario, draws, trials, report)
-    body = gaska2014.figures(result)
-    content = document("vcmm.demo/1", body, seed=scenario.settings.seed, files=[source])
+    body = {"first": characteristic_json(first.characteristics[0]), **gaska2014.figures(result)}
+    content = document("vcmm.demo/1", body, seed=scenario.settings.seed, files=[ring, source])
     texts = {
         "demo.json": json_text(content),
         "demo.csv": csv_text(places_table(result)),
-        "report.html": twin_page(scenario, result),
+        "report.html": twin_page(scenario, result, first_blocks(plain, first)),
         **gaska2014.tracer_files(),
     }
     write_files(folder, texts)
     if json:
         print_json(content)
         return 0
+    print("\n".join(sentences(plain, first.characteristics[0])) + "\n")
     for table in tables(result):
         show_table(table)
     say(f"wrote {folder}/{', '.join(texts)}")
     me = _command()
     print(
-        f"Next:\n  open {folder}/report.html\n  {me} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {me} new plate\n  {me} uncertainty plate.toml --out plate-report"
+        f"Next:\n  open {folder}/report.html\n  {me} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {me} new ring_gauge\n  {me} uncertainty ring_gauge.toml --out ring_gauge-report"
     )
     return 0
 

@@ -189,6 +189,7 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
+    from vcmm.placing.advice import advice
     from vcmm.placing.placement import place
     from vcmm.placing.result import place_json
 
@@ -197,7 +198,7 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
         placed = place(loaded, progress=report, **options)
     content = document(
         "vcmm.place/1",
-        place_json(placed),
+        place_json(placed) | {"advice": advice(placed)},
         seed=placed.seed,
         files=sources(scenario),
         warnings=placed.warnings,
@@ -212,8 +213,9 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
 
 
 def show(placed: Any) -> None:
-    """Poses compared, why, certificate and flatness."""
+    """Poses compared, why, certificate and flatness, advice."""
     from vcmm.console.terminal import say, show_table
+    from vcmm.placing.advice import advice
     from vcmm.placing.words import pose_text
     from vcmm.tables.placed import compared_poses, how_sure, why
 
@@ -221,6 +223,7 @@ def show(placed: Any) -> None:
         show_table(table)
     if placed.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(placed.region.convenient)}")
+    print("\n".join(["advice:", *advice(placed)]))
     for warning in placed.warnings:
         say(f"note: {warning}")
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 
 def schema_command(
-    kind: Literal["machine", "scenario", "part", "plan", "recording", "setup"] = "scenario",
+    kind: Literal["machine", "scenario", "part", "plan", "recording", "setup", "design"] = "scenario",
     *,
     out: Path | None = None,
 ) -> int:

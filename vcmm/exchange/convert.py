@@ -11,12 +11,20 @@ from vcmm.core.text import csv_of
 from vcmm.exchange.drawn import DrawnPart, mm, part_toml
 from vcmm.exchange.scenario_text import features_of, machine_toml, scenario_toml, target_csv, target_file
 
-KINDS = {".qif": "QIF", ".dmi": "DMIS", ".dmis": "DMIS", ".dms": "DMIS", ".xml": "DCC"}
+KINDS = {
+    ".qif": "QIF",
+    ".dmi": "DMIS",
+    ".dmis": "DMIS",
+    ".dms": "DMIS",
+    ".xml": "DCC",
+    ".step": "STEP",
+    ".stp": "STEP",
+}
 
 
 @dataclass(frozen=True)
 class Converted:
-    """kind: QIF part, QIF machine, DMIS, DCC. texts: by file name. notes: what was assumed or left out. check: the file to check."""
+    """kind: STEP, QIF part, QIF machine, DMIS, DCC. texts: by file name. notes: what was assumed or left out. check: the file to check."""
 
     kind: str
     texts: dict[str, str]
@@ -41,12 +49,16 @@ def convert(path: str | Path, around: Beside = Beside()) -> Converted:
     """
     kind = KINDS.get(Path(path).suffix.lower())
     if kind is None:
-        known = "QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml)"
+        known = "STEP (.step, .stp), QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml)"
         raise DataError(
             f'{path}: files named "{Path(path).suffix or "without ending"}" are not converted; {known} are'
         )
     if kind == "DCC":
         return _certificate(path)
+    if kind == "STEP":
+        from vcmm.exchange.step import read_step
+
+        return _part("STEP", read_step(path), around)
     if kind == "DMIS":
         from vcmm.exchange.dmis import read_dmis
 

@@ -15,6 +15,10 @@ ASSUMED = 20.0  # mm, side or length of a feature whose extent neither the file 
 DIGITS = 12  # significant digits of a length in mm: 1e-9 mm at a metre
 
 
+class NotHere(Exception):
+    """A characteristic that part/1 has no words for; the text says which part of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class DrawnPart:
     """features, characteristics: the tables of part/1. points: measured, by feature (n, 3) mm. targets: touches of a

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.core.errors import DataError
-from vcmm.exchange.drawn import DrawnPart, deg, mm
+from vcmm.exchange.drawn import DrawnPart, NotHere, deg, mm
 from vcmm.exchange.qif import Qif
 from vcmm.exchange.xml import Node
 
@@ -29,10 +29,6 @@ SIZES = {
 BETWEEN = {"DistanceBetween": "distance", "AngleBetween": "angle"}
 MATERIAL = {"MAXIMUM": "M", "LEAST": "L"}
 UNMODIFIED = ("", "NONE", "REGARDLESS")
-
-
-class NotHere(Exception):
-    """A characteristic that part/1 has no words for; the text says which part of it."""
 
 
 @dataclass(frozen=True, eq=False)

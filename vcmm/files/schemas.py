@@ -9,6 +9,8 @@ from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects import ALL
 from vcmm.files.columns import REDRAW
+from vcmm.files.cut_scenario import CutFile
+from vcmm.files.design import DesignFile
 from vcmm.files.effects import may_be_left_out
 from vcmm.files.environment import EnvironmentTable
 from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
@@ -27,6 +29,7 @@ MODELS: dict[str, type[Table]] = {
     "plan": PlanFile,
     "recording": RecordingFile,
     "setup": SetupFile,
+    "design": DesignFile,
 }
 Schema = dict[str, Any]
 
@@ -40,6 +43,7 @@ def json_schema(kind: str) -> Schema:
     schema["properties"]["vcmm"] = {"const": f"{kind}/1"}
     schema["required"] = ["vcmm", *(k for k in schema.get("required", []) if k != "vcmm")]
     if kind == "scenario":
+        _also_cuts(schema, definitions)
         sections: dict[str, type[Table]] = {
             "machine": MachineFile, "part": PartFile, "plan": PlanFile, "environment": EnvironmentTable, "job": JobTable,
         }  # fmt: skip
@@ -50,6 +54,13 @@ def json_schema(kind: str) -> Schema:
             schema["properties"][key] = {"anyOf": [{"type": "string", "description": "file name"}, inside]}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"vcmm {kind}/1"}
     return schema | head | {"$defs": dict(sorted(definitions.items()))}
+
+
+def _also_cuts(schema: Schema, definitions: Schema) -> None:
+    """A scenario measures ([plan]) or cuts ([cut]); each brings keys of its own."""
+    schema["properties"] = _of(CutFile, definitions)["properties"] | schema["properties"]
+    schema["required"] = [k for k in schema["required"] if k not in ("plan", "machine")]
+    schema["anyOf"] = [{"required": ["machine", "plan"]}, {"required": ["cut"]}]
 
 
 def _of(model: type[Table], definitions: Schema) -> Schema:

@@ -10,6 +10,7 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.measuring.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
+from vcmm.placing.advice import advice
 from vcmm.placing.result import Placed
 from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
 from vcmm.tables.placed import compared_poses
@@ -26,6 +27,7 @@ def place_page(placed: Placed) -> str:
         r.heading("Poses compared"),
         html(compared_poses(placed), emphasise=(0,)),
     ]
+    blocks += [r.heading("Advice"), *map(r.paragraph, advice(placed))]
     blocks += [r.note(w, "warning") for w in placed.warnings]
     blocks += [r.heading("How sure"), sure_table(placed)]
     blocks += [r.heading("Over the table"), *maps(placed)]
@@ -76,7 +78,7 @@ def maps(placed: Placed) -> list[str]:
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     x, y = chart.shown(0)[1], chart.shown(1)[1]
     marks = [("found", *_at(placed, placed.best.pose))]
-    if placed.present is not None:
+    if placed.present is not None and _in_the_map(placed, placed.present.pose):
         marks.append(("present", *_at(placed, placed.present.pose)))
     labels: Any = {"x_label": WORDS[chart.names[0]], "y_label": WORDS[chart.names[1]]}
     whole = r.heat_map(
@@ -87,6 +89,12 @@ def maps(placed: Placed) -> list[str]:
         np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
     )  # fmt: skip
     return [r.columns(whole, flat)]
+
+
+def _in_the_map(placed: Placed, six: np.ndarray) -> bool:
+    """Whether a pose agrees with the pose found in all freedoms but the two of the map, so that its colour there is true."""
+    others = [i for i, name in enumerate(DOFS) if name not in placed.map.names[:2]]
+    return bool(np.allclose(six[others], placed.best.pose[others], rtol=0, atol=1e-6))
 
 
 def _at(placed: Placed, six: np.ndarray) -> tuple[float, float]:
@@ -121,6 +129,7 @@ def budgets(placed: Placed) -> list[str]:
         after = next(c for c in placed.after.characteristics if c.name == name)
         kept = [line for line in lines if max(line[1], line[2]) > 1e-3 * before.u][:8]
         kept.sort(key=lambda line: -line[1])
+        longest = max((u * scale for _, *both in kept for u in both), default=0.0)
         charts = []
         for k, (title, c) in enumerate((("present", before), ("found", after))):
             found_u = [(n, (present, best)[k]) for n, present, best in kept]
@@ -131,6 +140,7 @@ def budgets(placed: Placed) -> list[str]:
                     unit=word.replace("u", "µ", 1),
                     title=f"{name}: {title}, U = {c.expanded * scale:.3g}",
                     total=c.u * scale,
+                    longest=longest,
                 )
             )
         out.append(r.columns(*charts))

@@ -107,8 +107,12 @@ def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
 
 def characteristic_blocks(c: CharacteristicResult) -> list[str]:
     """Decision zones, distribution, budget bars and table."""
+    return [*characteristic_charts(c), budget_table(c)]
+
+
+def characteristic_charts(c: CharacteristicResult) -> list[str]:
+    """Decision zones, distribution and budget bars side by side; nothing where there is none of them."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
-    blocks = []
     charts = [_zones(c, word, scale), _histogram(c, word, scale)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
@@ -121,9 +125,7 @@ def characteristic_blocks(c: CharacteristicResult) -> list[str]:
             )
         )
     shown = [x for x in charts if x]
-    blocks += [r.columns(*shown)] if shown else []
-    blocks.append(budget_table(c))
-    return blocks
+    return [r.columns(*shown)] if shown else []
 
 
 def _zones(c: CharacteristicResult, word: str, scale: float) -> str:

@@ -48,10 +48,12 @@ def bars(
     total: float | None = None,
     share: Share = "square",
     width: int = svg.HALF,
+    longest: float = 0.0,
 ) -> str:
     """One bar per (name, value), with the value and its share in per cent (see `shares`).
 
     Lengths are proportional to the value; negative values grow to the left of a zero line (tornado). Order is kept.
+    longest: a value that must fit too, so that charts side by side have one scale.
     """
     values = [float(v) for _, v in items]
     parts = shares(values, total, share)
@@ -60,7 +62,7 @@ def bars(
     right = width - (max(widest(percents, svg.SIZE), 62.0) + 14 if shown else 0)
     left = min(widest([name for name, _ in items], svg.SIZE) + 14, 0.46 * width)
     end = right - widest([*numbers, unit], svg.SIZE) - 14
-    scale = _scale(values, left, end)
+    scale = _scale([*values, longest], left, end)
     out = [svg.text(right, 12, unit, "muted", "end", 11.5)]
     if shown:
         out.append(svg.text(width, 12, "share of u²" if share == "square" else "share", "muted", "end", 11.5))

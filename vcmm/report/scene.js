@@ -19,15 +19,22 @@
     if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, coloured(v)]));
     return value;
   };
+  // Ellipsoids come as one ball, and for each its centre and the root of its covariance, row by row.
+  const grown = trace => {
+    const {centres, roots} = trace.meta, ball = trace.x.map((x, n) => [x, trace.y[n], trace.z[n]]), many = ball.length;
+    const place = a => centres.flatMap((c, e) => ball.map(p => c[a] + roots[e][3 * a] * p[0] + roots[e][3 * a + 1] * p[1] + roots[e][3 * a + 2] * p[2]));
+    const faces = own => centres.flatMap((_, e) => own.map(v => v + e * many));
+    return {...trace, x: place(0), y: place(1), z: place(2), i: faces(trace.i), j: faces(trace.j), k: faces(trace.k), hovertext: trace.hovertext.flatMap(t => Array(many).fill(t))};
+  };
   const ready = given => {
     const figure = coloured(given);
-    for (const trace of figure.data) if (trace.meta) trace.hovertext = trace.hovertext.flatMap(text => Array(trace.meta).fill(text));
-    return figure;
+    return {...figure, data: figure.data.map(trace => trace.meta ? grown(trace) : trace)};
   };
   // What has nothing to say must not stand between the pointer and what has: plotly draws it into its picking buffer all the same.
   const silence = live => {
-    const traces = Object.values(live._fullLayout?.scene?._scene?.traces ?? {});
-    for (const trace of traces.filter(t => t.data?.hoverinfo === "skip")) for (const part of Object.values(trace)) if (part?.drawPick) part.drawPick = () => {};
+    const scene = live._fullLayout?.scene?._scene, mute = () => {};
+    for (const trace of Object.values(scene?.traces ?? {})) if (trace.data?.hoverinfo === "skip") for (const part of Object.values(trace)) if (part?.drawPick) part.drawPick = mute;
+    scene?.glplot?.update?.({}); // or the buffer keeps what it has
   };
   window.vcmmScenes = {load, ready, silence, options: {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"]}};
   const turned = (eye, around, up) => {

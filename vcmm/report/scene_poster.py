@@ -30,6 +30,7 @@ from vcmm.report.scene_mesh import normals
 from vcmm.report.scene_traces import arrow_ends, ellipsoid_arrays, reach
 
 DPI = 110
+COLOURS = 128
 LIGHT = np.array([0.35, -0.55, 0.76])  # from where the still picture is lit, unit length within 1 %
 
 
@@ -59,7 +60,17 @@ def poster(
     axes.set_box_aspect(np.maximum(high - low, 0.04 * half), zoom=1.25)
     out = io.BytesIO()
     figure.savefig(out, format="png", transparent=True)
-    return base64.b64encode(out.getvalue()).decode("ascii")
+    return base64.b64encode(_with_fewer_colours(out)).decode("ascii")
+
+
+def _with_fewer_colours(picture: io.BytesIO) -> bytes:
+    """The PNG with a palette of COLOURS: a third of its size."""
+    from PIL import Image
+
+    out = io.BytesIO()
+    with Image.open(picture) as full:
+        full.quantize(COLOURS, method=Image.Quantize.FASTOCTREE).save(out, format="png", optimize=True)
+    return out.getvalue()
 
 
 def _faces(items: Sequence[Item], scale: Bands | None) -> tuple[Array, Array]:

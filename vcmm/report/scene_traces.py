@@ -220,21 +220,22 @@ def _lengths(item: Arrows, at: Array, drawn: Array) -> list[str]:
 
 
 def _ellipsoids(item: Ellipsoids) -> list[Trace]:
-    """All ellipsoids as one mesh, a sphere by the square root of each covariance, and their centres.
+    """All ellipsoids as one mesh, and their centres.
 
-    `meta` says how many vertices share a text; `scene.js` deals the texts out, so that they stand in the page once.
+    The mesh is one ball; `meta` has the centres and, row by row, the roots of the covariances that make ellipsoids of it in
+    `scene.js`: a tenth of the numbers. A text of `hovertext` belongs to a whole ellipsoid.
     """
     centres, covariances = ellipsoid_arrays(item)
     ball, faces = sphere_mesh(np.zeros(3), 1.0, n=FINE if len(centres) <= MANY else COARSE)
     value, vector = np.linalg.eigh(covariances)
-    root = vector * np.sqrt(value.clip(0))[:, None, :]
-    vertices = centres[:, None, :] + item.scale * np.einsum("vj,nij->nvi", ball, root)
-    number = np.arange(len(centres))[:, None, None] * len(ball)
+    roots = item.scale * vector * np.sqrt(value.clip(0))[:, None, :]
     said = _said(item.hover, len(centres), "ellipsoids") or [_axes(v) for v in np.sqrt(value.clip(0))]
-    solid = _solid(
-        vertices.reshape(-1, 3), (faces[None] + number).reshape(-1, 3), item.colour, 0.45, item.name
-    )
-    solid |= {"flatshading": False, "hovertext": said, "hoverinfo": "text", "meta": len(ball)}
+    solid = _solid(ball, faces, item.colour, 0.45, item.name)
+    meta = {
+        "centres": _short(centres),
+        "roots": _short(roots.reshape(-1, 9)),
+    }
+    solid |= {"flatshading": False, "hovertext": said, "hoverinfo": "text", "meta": meta}
     return [solid, _points(Points(centres, item.colour, 2.0))]
 
 
@@ -277,3 +278,7 @@ def _role(colour: str) -> str:
 def _xyz(points: Array) -> list[list[float | None]]:
     """Columns with few digits; NaN is None, a gap."""
     return [[None if v != v else float(f"{v:.{DIGITS}g}") for v in points[:, k].tolist()] for k in range(3)]
+
+
+def _short(rows: Array) -> list[list[float]]:
+    return [[float(f"{v:.{DIGITS}g}") for v in row] for row in rows.tolist()]

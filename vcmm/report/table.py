@@ -10,6 +10,7 @@ from vcmm.core.errors import DataError
 from vcmm.report.text import DASH, escape, number
 
 MISSING = f'<span class="missing" title="not available">{DASH}</span>'
+DENSE = 10  # columns from which on they stand closer
 _NOT_A_VALUE = {DASH, "nan", "inf", "-inf", "+inf", "none"}
 
 
@@ -58,9 +59,10 @@ def table(
     head = "".join(_head(name, _align(i, numeric)) for i, name in enumerate(columns)) if any(columns) else ""
     body = "".join(_row(row, numeric, i in emphasise) for i, row in enumerate(rows))
     last = f"<tfoot>{''.join(_row(row, numeric, False) for row in foot)}</tfoot>" if foot else ""
+    dense = ' class="dense"' if len(columns) >= DENSE else ""
     name = f"<caption>{escape(caption)}</caption>" if caption else ""
     top = f"<thead><tr>{head}</tr></thead>" if head else ""
-    return f'<div class="scroll"><table>{name}{top}<tbody>{body}</tbody>{last}</table></div>'
+    return f'<div class="scroll"><table{dense}>{name}{top}<tbody>{body}</tbody>{last}</table></div>'
 
 
 def _check(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

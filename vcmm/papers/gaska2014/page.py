@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -203,9 +203,14 @@ def span(ends: tuple[float, float]) -> str:
     return f"{ends[0] * 1e3:.2f} … {ends[1] * 1e3:.2f}"
 
 
-def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
-    """One self-contained HTML file."""
-    blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
+def twin_page(scenario: Scenario, result: GaskaTwin, first: Sequence[str] = ()) -> str:
+    """One self-contained HTML file. first: blocks of one plain part, which stand before the published one."""
+    blocks = (
+        [r.heading("First: one part on one machine"), *first, r.heading("A published part at five places")]
+        if first
+        else []
+    )
+    blocks += [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     for one in tables(result):
         blocks += [*titled_html(one), r.paragraph(one.caption)]
     blocks += [r.heading("U of every reading"), *charts(result)]
@@ -218,7 +223,8 @@ def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
         r.table(["paper", "here"], [[cell.replace("`", "") for cell in row] for row in STEPS]),
     ]
     footer = f"vcmm {__version__}, seed {scenario.settings.seed}. Error = indicated - true."
-    return r.page("Gąska 2014, virtually measured", blocks, subtitle=scenario.machine.name, footer=footer)
+    title = "Measured virtually: how well" if first else "Gąska 2014, virtually measured"
+    return r.page(title, blocks, subtitle="" if first else scenario.machine.name, footer=footer)
 
 
 HEIGHT = 125.0  # mm, between the two lower layers of nodes

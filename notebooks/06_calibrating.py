@@ -9,7 +9,7 @@
 # ---
 
 # %% [markdown]
-# # From recordings to a machine file to uncertainty
+# # 6. Calibrating: from recordings to a machine file to uncertainty
 #
 # A bridge CMM that has never been calibrated. A LaserTracer stood at six places and followed the tip through the volume; where it
 # stood is known to a few hundredths of a millimetre, its dead paths not at all. `vcmm new traced_cmm` copies the files.

@@ -9,7 +9,7 @@
 # ---
 
 # %% [markdown]
-# # A plate with a bore: from a scenario file to a decision
+# # 2. Reading a budget: a plate with a bore, from a scenario file to a decision
 #
 # The same job as `vcmm uncertainty plate.toml`, in Python. Error = indicated - true.
 
@@ -42,6 +42,17 @@ for c in result.characteristics:
 # %%
 for line in result.characteristics[0].budget[:4]:
     print(f"{line.input:32s} {line.redraw:8s} {line.u * 1e3:6.3f} um {line.share:6.1%}")
+result.budget.plot()
+
+# %% [markdown]
+# The lines are a sum of squares, and so is u: GUM 5.1.2. What is missing from 100 % is what inputs do only together.
+
+# %%
+diameter = result.characteristics[0]
+assert abs(sum(line.share for line in diameter.budget) + diameter.interaction_share - 1.0) < 1e-6
+print(
+    f"u = {sum(line.u**2 for line in diameter.budget) ** 0.5 * 1e3:.4f} um by the lines, {diameter.u * 1e3:.4f} um as stated"
+)
 
 # %% [markdown]
 # What if the probe scattered twice as much? A machine is a frozen value: change a copy.

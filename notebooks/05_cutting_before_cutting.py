@@ -9,7 +9,7 @@
 # ---
 
 # %% [markdown]
-# # A shaft from the lathe, before it is turned
+# # 5. Cutting before cutting: a shaft from the lathe, before it is turned
 #
 # The scenario of `vcmm new turned_shaft`: ball end, journal, taper and seat. Which source owns which diameter, and what does a
 # Z slide that leans against the spindle do?
@@ -32,6 +32,9 @@ for c in result.uncertainty.characteristics[:4]:
     print(
         f"{c.name:18s} {(c.value - c.nominal) * 1e3:+6.2f} um  U {c.expanded * 1e3:5.2f} um  {owner:8s} {said}"
     )
+
+# %%
+result.plot()
 
 # %% [markdown]
 # By hand: a Z slide out of parallel with the spindle by 15 urad makes a cylinder 2 x 15e-6 = 0.3 um of diameter thicker per

@@ -9,7 +9,7 @@
 # ---
 
 # %% [markdown]
-# # Where to put the part
+# # 4. Placing a part
 #
 # The same job as `vcmm place plate.toml`, in Python: the pose, among those that the fixture allows, with the smallest
 # uncertainty of what matters.
@@ -51,6 +51,7 @@ print(
     f"gain {sure.gain * 1e3:.4f} um, standard error {sure.u_gain * 1e3:.4f} um; confirmed: {sure.confirmed}"
 )
 print(found.certificate.text)
+found.plot()
 
 # %% [markdown]
 # Why? The influence that shrinks.
@@ -69,6 +70,14 @@ for line in sorted(after.budget, key=lambda line: -abs(line.u**2 - old[line.inpu
 # %%
 moved = scenario.at(pose_of(found.best.pose))
 print(six_of(moved.pose)[:3], vcmm.measure(moved).values[1])
+
+# %% [markdown]
+# And what to do?
+
+# %%
+from vcmm.placing.advice import advice
+
+print("\n".join(advice(found)))
 
 # %%
 assert found.best.value <= found.present.value
