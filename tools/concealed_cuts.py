@@ -192,12 +192,12 @@ class Counted:
 
     @property
     def right(self) -> bool:
-        """The right name first; of what the catalogue lacks: told as unknown, or as not explained, and no name found."""
+        """The right name first; of what the catalogue lacks: told as not explained, and no name found."""
         if not self.effect:
             return self.silent
         names = EFFECTS[self.effect].names
         if names == ("",):
-            return self.unknown or self.verdict in ("unexplained", "partly explained")
+            return self.verdict == "unexplained"  # whatever is named then is a candidate and no finding
         return bool(self.answers) and self.answers[0].split("[")[0] in names
 
     @property
