@@ -14,6 +14,7 @@ import numpy as np
 from vcmm.core.pose import Array
 from vcmm.part.part import Feature, normal, surface_point
 
+DAMPING = 1e-8  # what a motion costs beside the largest departure, of 1: with it the answer is one, and no longer by more than 1e-7
 LAWSON = 200  # rounds of reweighting (C. L. Lawson 1961): the largest departure then errs by less than 1e-4 of itself
 SAME = 1e-6
 
@@ -53,7 +54,8 @@ def free_motions(datums: Iterable[Feature], centre: Array, scale: float) -> Arra
 def largest_left(departures: Array, moved: Array, minimax: bool) -> Array:
     """(...): largest |departure| of k places after the best free motion.
 
-    departures (..., k, r) mm: r components per place; moved (k, r, f): their change per free motion.
+    departures (..., k, r) mm: r components per place; moved (k, r, f): their change per free motion. minimax: by exchange of the
+    places that count where they have one component (a profile), by reweighting where they have several (a pattern).
     """
     k, r, f = moved.shape
     if f == 0:
@@ -61,12 +63,33 @@ def largest_left(departures: Array, moved: Array, minimax: bool) -> Array:
     flat = departures.reshape(*departures.shape[:-2], k * r)
     basis, sizes, _ = np.linalg.svd(moved.reshape(k * r, f), full_matrices=False)
     basis = basis[:, sizes > SAME]  # motions that move none of the places are no motions of theirs
-    best = _largest(flat - (flat @ basis) @ basis.T, k, r)
-    return _lawson(flat, basis, (k, r), best) if minimax and basis.shape[1] else best
+    left = flat - (flat @ basis) @ basis.T
+    best = _largest(left, k, r)
+    if not minimax or not basis.shape[1]:
+        return best
+    return np.minimum(best, _exchanged(left, basis)) if r == 1 else _lawson(flat, basis, (k, r), best)
 
 
 def _largest(left: Array, k: int, r: int) -> Array:
     return np.asarray(np.linalg.norm(left.reshape(*left.shape[:-1], k, r), axis=-1).max(axis=-1))
+
+
+def _exchanged(left: Array, basis: Array) -> Array:
+    """(...): smallest largest |departure| over motions along `basis` (k, f), whose columns are of length 1 and square to each other.
+
+    left (..., k): what least squares leave, so that their largest is at most sqrt(k) times too large and scales them.
+    """
+    from vcmm.fit._nearest_kernels import minimax_steps
+
+    k, f = basis.shape
+    d = left.reshape(-1, k)
+    d = d / np.maximum(np.abs(d).max(axis=-1, keepdims=True), 1e-300)
+    jac, metric = (np.tile(a, (len(d), 1, 1)) for a in (basis.T, DAMPING * np.eye(f)))
+    step, level, weight = np.zeros((len(d), f)), np.zeros(len(d)), np.zeros((len(d), k))
+    minimax_steps(jac, d, True, metric, np.full(len(d), 1e-12), step, level, weight)
+    moved = step.reshape(*left.shape[:-1], f) @ basis.T
+    scale = np.abs(left).max(axis=-1, keepdims=True)
+    return np.asarray(np.abs(left + scale * moved).max(axis=-1))
 
 
 def _lawson(flat: Array, matrix: Array, shape: tuple[int, int], best: Array) -> Array:
