@@ -27,6 +27,12 @@ def test_frame(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out) == json.loads(json_text(content)) == content
 
 
+def test_a_file_that_is_named_twice_is_an_input_once(tmp_path):
+    file = tmp_path / "machine.toml"
+    file.write_text("x = 1\n")
+    assert [i["file"] for i in document("vcmm.x/1", {}, files=[file, file])["inputs"]] == [str(file)]
+
+
 def test_what_is_not_finite_never_reaches_a_file():
     with pytest.raises(ValueError, match="JSON"):
         json_text({"x": math.nan})

@@ -22,14 +22,14 @@ def document(
     files: Sequence[Path] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The frame of every JSON document; a number that is not finite becomes null with a warning."""
+    """The frame of every JSON document, each file once; a number that is not finite becomes null with a warning."""
     notes = list(warnings)
     clean = _finite(body, "", notes)
     head = {
         "schema": schema,
         "version": __version__,
         "seed": seed,
-        "inputs": [_hashed(p) for p in files],
+        "inputs": [_hashed(p) for p in dict.fromkeys(files)],
         "warnings": notes,
     }
     return head | clean

@@ -48,6 +48,7 @@ class Sampler:
     def summaries(self, needed: Sequence[int]) -> dict[int, Summary]:
         """Distribution of the chosen characteristics."""
         exact = self.settings.engine == "exact"
+        self.progress("exact trials" if exact else "Monte Carlo", 0.0)
         if self.settings.digits and not exact:
             return {i: self._adaptive(i) for i in needed}
         size = EXACT_BLOCK if exact else WORK_BLOCK

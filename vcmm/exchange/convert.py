@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import csv_of
@@ -81,10 +82,14 @@ def _qif(path: str | Path, around: Beside) -> Converted:
 
 
 def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
+    understood = [c for c in whole.characteristics if c["name"] not in around.without]
+    silent = _unmeasured(whole, understood)
+    told = [f"{c['name']}: {why}; left out, it stands in part.toml as a comment" for c, why in silent]
     drawn = replace(
         whole,
-        characteristics=[c for c in whole.characteristics if c["name"] not in around.without],
-        notes=[*whole.notes, *(f"{name}: {why}; left out" for name, why in around.without.items())],
+        characteristics=[c for c in understood if c["name"] not in {s["name"] for s, _ in silent}],
+        silent=silent,
+        notes=[*whole.notes, *(f"{name}: {why}; left out" for name, why in around.without.items()), *told],
     )
     texts = {
         "part.toml": part_toml(drawn),
@@ -98,7 +103,6 @@ def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
     if drawn.points:
         texts["points.csv"] = _points_csv(drawn)
         said = "points.csv holds what was measured: vcmm evaluate scenario.toml --points points.csv"
-        notes += _unmeasured(drawn)
         notes.append(
             said if drawn.tip_radius is None else f"{said} --tip-centres (tip of {mm(2 * drawn.tip_radius)})"
         )
@@ -109,16 +113,12 @@ def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
     return Converted(kind, texts, tuple(notes), counts, "scenario.toml")
 
 
-def _unmeasured(drawn: DrawnPart) -> list[str]:
-    """What `evaluate` will miss: characteristics of features without points."""
-    out = []
-    for c in drawn.characteristics:
-        bare = [n for n in features_of(c) if n not in drawn.points]
-        if bare:
-            out.append(
-                f"{c['name']}: {bare[0]} has no measured points; delete this characteristic before vcmm evaluate"
-            )
-    return out
+def _unmeasured(
+    drawn: DrawnPart, characteristics: Sequence[dict[str, Any]]
+) -> list[tuple[dict[str, Any], str]]:
+    """Characteristics of features without points, and which: `evaluate` could not tell them. Where no points are known, none."""
+    found = [(c, next((n for n in features_of(c) if n not in drawn.points), "")) for c in characteristics]
+    return [(c, f"{bare} has no measured points") for c, bare in found if bare and drawn.points]
 
 
 def _points_csv(drawn: DrawnPart) -> str:

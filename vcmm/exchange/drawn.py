@@ -23,7 +23,8 @@ class NotHere(Exception):
 class DrawnPart:
     """features, characteristics: the tables of part/1. points: measured, by feature (n, 3) mm. targets: touches of a
     measuring program by feature, (n, 6): place in mm and outward normal. tip_radius mm: the measured points are centres of
-    such a tip (None: on the surface). notes: what was assumed or left out, with its line.
+    such a tip (None: on the surface). notes: what was assumed or left out, with its line. silent: characteristics that stand in the
+    file as a comment, each with its reason.
     """
 
     source: str
@@ -34,6 +35,7 @@ class DrawnPart:
     targets: dict[str, Array] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     tip_radius: float | None = None
+    silent: Sequence[tuple[dict[str, Any], str]] = ()
 
     def free_name(self, wanted: str) -> str:
         """A name for a characteristic that no other one has."""
@@ -80,8 +82,14 @@ def part_toml(drawn: DrawnPart) -> str:
     ]
     lines += features_toml(drawn, "features")
     for c in drawn.characteristics:
-        lines += ["", "[[characteristics]]", *(f"{k} = {toml_value(v)}" for k, v in c.items())]
+        lines += ["", *_characteristic_toml(c)]
+    for c, why in drawn.silent:
+        lines += ["", f"# {comment(why)}:", *(f"# {line}" for line in _characteristic_toml(c))]
     return "\n".join(lines) + "\n"
+
+
+def _characteristic_toml(table: Mapping[str, Any]) -> list[str]:
+    return ["[[characteristics]]", *(f"{k} = {toml_value(v)}" for k, v in table.items())]
 
 
 def features_toml(drawn: DrawnPart, head: str) -> list[str]:

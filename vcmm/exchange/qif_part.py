@@ -7,6 +7,7 @@ from pathlib import Path
 from vcmm.core.errors import DataError
 from vcmm.exchange.drawn import DrawnPart
 from vcmm.exchange.qif import Qif, read_qif
+from vcmm.exchange.qif_criterion import take_criteria
 from vcmm.exchange.qif_features import add_features
 from vcmm.exchange.qif_points import MeasuredSet, of_features
 from vcmm.exchange.qif_tolerances import add_characteristics
@@ -29,7 +30,7 @@ def read_qif_part(path: str | Path) -> DrawnPart:
         raise DataError(
             f"{qif.root.at}: this document holds no features; vcmm makes a part of features with nominals"
         )
-    add_characteristics(qif, drawn, names)
+    take_criteria(qif, drawn, add_characteristics(qif, drawn, names))
     return drawn
 
 

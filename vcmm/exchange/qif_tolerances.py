@@ -28,6 +28,7 @@ SIZES = {
 }  # diameters per value
 BETWEEN = {"DistanceBetween": "distance", "AngleBetween": "angle"}
 MATERIAL = {"MAXIMUM": "M", "LEAST": "L"}
+NO_NAMES = ("", "NONE", "N/A", "NO NAME", "UNNAMED")
 UNMODIFIED = ("", "NONE", "REGARDLESS")
 
 
@@ -55,6 +56,8 @@ def add_characteristics(qif: Qif, drawn: DrawnPart, names: Mapping[str, str]) ->
             drawn.notes.append(f"{item.at}: {item.name.removesuffix(SUFFIX)} {name}: {why}; left out")
             continue
         drawn.characteristics.append({"name": name, **table})
+        if label and label.strip("-_ .").upper() in NO_NAMES:
+            drawn.notes.append(f'{item.at}: the file calls a {table["type"]} "{label}"; give it a name')
         out[item.attributes.get("id", "")] = name
     return out
 

@@ -25,6 +25,8 @@ def _gain(placed: Placed) -> str:
         return "The present pose cannot be used: put the part where it was found best."
     if sure is not None and not sure.confirmed:
         return f"{gain:.1%}, not confirmed by independent trials: leave the part where it is."
+    if sure is not None and sure.present:
+        gain = sure.gain / sure.present  # of other draws and all laws; that of the search is an approximation
     if gain < SMALL:
         return f"{gain:.1%}: leave the part where it is; U stated with two digits would hardly change."
     return f"{gain:.1%}: worth moving the part, if the move costs less than that."

@@ -99,6 +99,9 @@ def why(placed: Placed, most: int = 4) -> ResultTable[InfluenceChange]:
     return ResultTable(title, WHY, rows)
 
 
+APART = "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws), so the two differ by more than ±"
+
+
 def how_sure(placed: Placed) -> ResultTable[Any]:
     """Certificate and flatness, and the gain out of sample where it was confirmed."""
     rows = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
@@ -106,6 +109,7 @@ def how_sure(placed: Placed) -> ResultTable[Any]:
     if sure is not None:
         text = f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials"
         rows.insert(0, ["gain, out of sample", text])
+        rows.insert(1, ["", APART])
     return listing("how sure, how flat", ["", ""], rows, words=(0, 1))
 
 
