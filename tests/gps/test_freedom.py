@@ -29,6 +29,15 @@ def test_the_largest_departure_of_a_profile_is_smallest(f):
     assert np.all(found < largest_left(departures[..., None], moved[:, None], False))
 
 
+def test_blocks_of_rows_change_nothing(monkeypatch):
+    rng = np.random.default_rng(7)
+    moved, departures = rng.normal(size=(12, 1, 3)), rng.normal(size=(5, 4, 12, 1))
+    whole = largest_left(departures, moved, True)
+    monkeypatch.setattr("vcmm.fit.exchange.NUMBERS", 3 * 12 * 3)
+    assert whole.shape == (5, 4)
+    assert np.array_equal(largest_left(departures, moved, True), whole)
+
+
 def test_a_shift_leaves_half_the_range():
     departures = np.array([[0.0, 0.001, 0.004], [0.002, 0.002, 0.002], [0.0, 0.0, 0.0]])
     found = largest_left(departures[..., None], np.ones((3, 1, 1)), True)

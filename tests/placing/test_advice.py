@@ -14,7 +14,9 @@ from vcmm.placing.advice import advice
 def placed(gain: float | None, confirmed: bool | None = True) -> Made:
     made = worded()
     made.gain = gain
-    made.confirmation = None if confirmed is None else Made(confirmed=confirmed)
+    made.confirmation = (
+        None if confirmed is None else Made(confirmed=confirmed, present=2.0, gain=2.0 * (gain or 0.0))
+    )
     made.map = Made(names=("x", "turn_z"), x=np.linspace(0.0, 130.0, 5), y=np.linspace(0.0, 3.0, 4))
     return made
 
@@ -31,6 +33,13 @@ def placed(gain: float | None, confirmed: bool | None = True) -> Made:
 )
 def test_move_or_leave(gain: float | None, confirmed: bool | None, says: str) -> None:
     assert advice(placed(gain, confirmed))[0].startswith(says)  # type: ignore[arg-type]
+
+
+def test_a_confirmed_gain_is_that_of_the_independent_trials() -> None:
+    """Searched 0.3 %, confirmed 0.01 of 2: 0.5 %."""
+    made = placed(0.003)
+    made.confirmation = Made(confirmed=True, present=2.0, gain=0.01)
+    assert advice(made)[0].startswith("0.5%: leave")  # type: ignore[arg-type]
 
 
 def test_room_and_what_stays() -> None:

@@ -28,6 +28,8 @@ FAR = (
     10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
 )
 TOUCH = 1e-11  # of the extent: a point so near to the level touches
+FLAT = 1e-8  # what a motion costs beside the largest departure, of 1: with it the answer is one, and no longer by more than 1e-7
+NUMBERS = 2_000_000  # in a block of rows, 16 MB
 Ints = NDArray[np.intp]
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -135,6 +137,28 @@ def settle(problem: ContactProblem, data: Array, start: State) -> Settled:
         weight[on] = found.weight
         damping[on] = np.where(gained, np.maximum(damping[on] / 8.0, least[on]), 8.0 * damping[on])
     return _settled(problem, data, state, lost, done)
+
+
+def least_largest(left: Array, basis: Array) -> Array:
+    """(...): smallest largest |departure| over motions along `basis` (k, f), whose columns are of length 1 and square to each other.
+
+    left (..., k): what least squares leave, so that their largest is at most sqrt(k) times too large and scales them.
+    """
+    from vcmm.fit._nearest_kernels import minimax_steps
+
+    k, f = basis.shape
+    flat, many = left.reshape(-1, k), max(NUMBERS // (k * f), 1)
+    scale = np.maximum(np.abs(flat).max(axis=-1, keepdims=True), 1e-300)
+    step = np.zeros((len(flat), f))
+    for at in range(0, len(flat), many):
+        d = flat[at : at + many] / scale[at : at + many]
+        n = len(d)
+        jac, metric = (np.tile(a, (n, 1, 1)) for a in (basis.T, FLAT * np.eye(f)))
+        found, level, weight = np.zeros((n, f)), np.zeros(n), np.zeros((n, k))
+        minimax_steps(jac, d, True, metric, np.full(n, 1e-12), found, level, weight)
+        step[at : at + many] = found
+    moved = flat + scale * (step @ basis.T)
+    return np.asarray(np.abs(moved).max(axis=-1).reshape(left.shape[:-1]))
 
 
 def _radius(problem: ContactProblem, at: Local, state: State) -> Array:

@@ -12,9 +12,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from vcmm.core.pose import Array
+from vcmm.fit.exchange import least_largest
 from vcmm.part.part import Feature, normal, surface_point
 
-DAMPING = 1e-8  # what a motion costs beside the largest departure, of 1: with it the answer is one, and no longer by more than 1e-7
 LAWSON = 200  # rounds of reweighting (C. L. Lawson 1961): the largest departure then errs by less than 1e-4 of itself
 SAME = 1e-6
 
@@ -67,29 +67,11 @@ def largest_left(departures: Array, moved: Array, minimax: bool) -> Array:
     best = _largest(left, k, r)
     if not minimax or not basis.shape[1]:
         return best
-    return np.minimum(best, _exchanged(left, basis)) if r == 1 else _lawson(flat, basis, (k, r), best)
+    return np.minimum(best, least_largest(left, basis)) if r == 1 else _lawson(flat, basis, (k, r), best)
 
 
 def _largest(left: Array, k: int, r: int) -> Array:
     return np.asarray(np.linalg.norm(left.reshape(*left.shape[:-1], k, r), axis=-1).max(axis=-1))
-
-
-def _exchanged(left: Array, basis: Array) -> Array:
-    """(...): smallest largest |departure| over motions along `basis` (k, f), whose columns are of length 1 and square to each other.
-
-    left (..., k): what least squares leave, so that their largest is at most sqrt(k) times too large and scales them.
-    """
-    from vcmm.fit._nearest_kernels import minimax_steps
-
-    k, f = basis.shape
-    d = left.reshape(-1, k)
-    d = d / np.maximum(np.abs(d).max(axis=-1, keepdims=True), 1e-300)
-    jac, metric = (np.tile(a, (len(d), 1, 1)) for a in (basis.T, DAMPING * np.eye(f)))
-    step, level, weight = np.zeros((len(d), f)), np.zeros(len(d)), np.zeros((len(d), k))
-    minimax_steps(jac, d, True, metric, np.full(len(d), 1e-12), step, level, weight)
-    moved = step.reshape(*left.shape[:-1], f) @ basis.T
-    scale = np.abs(left).max(axis=-1, keepdims=True)
-    return np.asarray(np.abs(left + scale * moved).max(axis=-1))
 
 
 def _lawson(flat: Array, matrix: Array, shape: tuple[int, int], best: Array) -> Array:
