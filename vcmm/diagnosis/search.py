@@ -24,6 +24,7 @@ from vcmm.diagnosis.select import (
     among,
     cleaned,
     fitted_again,
+    joint,
     numbers,
     select,
     worth,
@@ -163,9 +164,11 @@ def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dicti
     own = replace(setting, found=found)
     near = max(rivals, key=lambda s: worth(s, own))
     debt = owed(near, setting)
-    if debt <= setting.threshold:
+    if max(debt, owed(joint((), setting), setting)) <= setting.threshold:
         return near, found
     plain = select(own)
+    if debt <= setting.threshold:
+        return (plain if _one_row_alone(near, own, plain, own) else near), found
     answers = [(near, own)]
     free = excused(setting)
     if debt > free:
@@ -176,8 +179,8 @@ def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dicti
 
 
 def _one_row_alone(state: Selection, setting: Setting, plain: Selection, own: Setting) -> bool:
-    """Does an answer name what a plain one does not, and is it worth no more but for one row?"""
-    if {t.family.id for t in state.terms} <= {t.family.id for t in plain.terms}:
+    """Does an answer name more than a plain one, and is it worth no more but for one row?"""
+    if not {t.family.id for t in plain.terms} < {t.family.id for t in state.terms}:
         return False
     lead = worth_of_all_rows(state, setting) - worth_of_all_rows(plain, own)
     return lead <= one_row_speaks(state, setting, plain)
