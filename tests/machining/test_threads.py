@@ -49,6 +49,15 @@ def test_the_scatter_of_a_pass_is_in_the_diameter_and_not_in_the_pitch(tmp_path)
     assert thread.pitch_U_um == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_tool_that_bends_and_rapids_out_of_the_groove(tmp_path):
+    """No force is computed of a thread; the ways out of it run where it was cut, although it is left out of the bar."""
+    bends = lathe.effect("tool_deflection", compliance="0.05 um/N")
+    setup = lathe.SETUP + lathe.BAR
+    result = cut(vcmm.load_cut(plain(tmp_path, LONG + bends, program=THREAD, setup=setup)), trials=1000)
+    assert result.threads[0].diameter_um == pytest.approx(0.0, abs=1e-6)
+    assert result.blank.collisions == ()
+
+
 def test_the_last_of_the_passes_is_the_thread(tmp_path):
     moves = set_up(vcmm.load_cut(plain(tmp_path, program=THREAD))).program.moves
     assert [moves[k].start[0] * 2 for k in last_passes(moves)] == pytest.approx([38.8])

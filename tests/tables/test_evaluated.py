@@ -112,3 +112,13 @@ def test_how_it_was_computed():
         ["bore", "closed form", "20,000", "not checked"],
     ]
     assert [row[-1] for row in on_page(table).rows] == [Cell("not shown", kind="warning"), "yes"]
+
+
+def test_the_largest_lines_come_first_and_stay_where_U_has_no_end():
+    """A line of the form between the points is added last; U is infinite where the points bound nothing."""
+    form = replace(LINE, input="form[top].between points", u=0.9e-4, share=0.24)
+    endless = result(
+        budget=(LINE, *[REST] * 5, form), extreme=True, half_width=2e-4, interval=(2e-4, math.inf)
+    )
+    told = in_terminal(evaluated.largest([endless])).rows
+    assert [row[1] for row in told] == ["scatter.value", "form[top].between points"]

@@ -68,11 +68,11 @@ def test_a_cut_part():
 
 
 def test_a_choice_of_machines():
-    loaded = {m: SimpleNamespace(machine=SimpleNamespace(name=m.upper())) for m in ("a", "b", "c")}
-    best = {"a": outcome(None), "b": outcome(None)}
-    best["b"].best = at(1.2e-3)
-    chosen = SimpleNamespace(placed=best, order=("a", "b"), refused={"c": "too small"})
-    table = placed.ranking(loaded, chosen)
+    found = {
+        m: {"name": m.upper(), "words": ["10.5 0 0", f"{v} um"], "value": v}
+        for m, v in (("c", None), ("b", 1.2e-3), ("a", 0.8e-3))
+    }
+    table = placed.ranking(["a", "b"], found)
     rows = in_terminal(table).rows
     assert [r[-1] for r in rows] == ["+0.0%", "+50.0%", "–"]
     assert rows[2][2] == "cannot take the part"

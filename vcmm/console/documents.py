@@ -39,11 +39,17 @@ def _finite(value: Any, where: str, notes: list[str]) -> Any:
     if isinstance(value, dict):
         return {k: _finite(v, f"{where}.{k}".lstrip("."), notes) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(v, f"{where}[{i}]", notes) for i, v in enumerate(value)]
+        return [_finite(v, f"{where}[{_named(v, i)}]", notes) for i, v in enumerate(value)]
     if isinstance(value, float) and not math.isfinite(value):
         notes.append(f"{where} is {value}")
         return None
     return value
+
+
+def _named(value: Any, number: int) -> str:
+    """How an entry of a list is told apart: by its name where it has one."""
+    name = value.get("name") if isinstance(value, dict) else None
+    return name if isinstance(name, str) and name else str(number)
 
 
 def _hashed(path: Path) -> dict[str, str]:

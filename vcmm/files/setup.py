@@ -122,7 +122,7 @@ def load_setup(path: str | Path) -> Setup:
         known = [str(n) for n in tools]
         text = f"tool {model.set_with} is not in the set-up.{choose_from(str(model.set_with), known) if known else ''}"
         problems.add(("set_with",), f"{text} A probe is a tool too: add its length")
-    surfaces = () if model is None else _surfaces(model, problems)
+    surfaces = () if model is None or problems.found else _surfaces(model, problems)
     log = None
     if model is not None and model.temperature_log is not None:
         table, near = model.temperature_log, Path(path).parent

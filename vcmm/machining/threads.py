@@ -9,7 +9,7 @@ of the spindle at each of them:
                 (ISO 965-1:2013, virtual pitch diameter)
 
 e = error of the tool, z along the axis of the spindle, x from it to the tool. The form of the flanks is that of the insert and is
-left out; the spindle is taken to be in step with Z, as far as the program and the errors of the machine say.
+left out, and so is the force of threading; the spindle is taken to be in step with Z, as far as the program and the errors of the machine say.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vcmm.evaluation.montecarlo import covariance
 from vcmm.machining.contact_path import logged_states, of_one_pass
 from vcmm.machining.process import PreparedCut, by_axis
 from vcmm.machining.states import later_in_batch, states_at
-from vcmm.machining.tool_errors import ToolSide
+from vcmm.machining.tool_errors import FORCES, ToolSide
 from vcmm.machining.turning import turned_by
 from vcmm.nc.moves import Move
 
@@ -123,6 +123,12 @@ def _uncertainty(side: ToolSide, operator: Array) -> Array:
     return np.sqrt(np.diag(covariance(terms))) if terms else np.zeros(len(operator))
 
 
+def _forces(job: PreparedCut, time: Array) -> dict[str, Array]:
+    """Forces (n,) N at times (n,): those that were logged. None are computed of a thread, so that nothing bends by them."""
+    logged = {n: np.interp(time, log.time, log.value) for n, log in job.scenario.force_log.items()}
+    return {name: np.zeros(len(time)) for name in FORCES} | logged
+
+
 def _side(job: PreparedCut, move: Ints, share: Array) -> ToolSide:
     """The machine at fractions (n,) of moves (n,), the spindle at ANGLES places in turn; then the rows of setting."""
     moves = [job.program.moves[i] for i in move.tolist()]
@@ -143,6 +149,7 @@ def _side(job: PreparedCut, move: Ints, share: Array) -> ToolSide:
     )  # of the insert only the place counts, not its radius
     columns = by_axis("n{}", out) | by_axis("nose_{}", out)
     columns |= by_axis("part_{}_mm", turned_by(tips, turn) - job.pose.shift)
+    columns |= _forces(job, states.column("time_s"))
     columns |= {name: np.full(n, value) for name, value in job.scenario.constants.items()}
     states = logged_states(job, states.with_columns(columns))
     names = {"touch": np.arange(n).astype(str), "feature": np.full(n, "thread")}

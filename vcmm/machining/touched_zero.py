@@ -121,7 +121,8 @@ def _held(program: Program, shift: Array, name: str) -> np.typing.NDArray[np.boo
     if not fine.all():
         line = program.moves[int(np.argmin(fine))].source.line
         raise ModelLimit(
-            f"{name}: line {line} rests in part on the zero of the set-up and in part on what was probed; set each axis by the one or the other"
+            f"{name}: line {line} goes with the zero of the set-up and with what was probed as well, as where a typed number is added to a reading that counts from the "
+            "old zero (#5061, $AA_MW); correct the old zero instead (#5221=#5221+..., $P_UIFR[1,X,TR]=$P_UIFR[1,X,TR]+...), or count from the machine ($AA_MM)"
         )
     return np.asarray(held)
 

@@ -136,6 +136,8 @@ def _cutting_moves(program: Program, tools: dict[int, Tool], first: int) -> tupl
             continue
         if m.kind == "thread":
             threads.append(m.source.line)
+        elif m.kind == "rapid" and i and program.moves[i - 1].kind == "thread":
+            continue  # out of a groove that is not cut into the surface
         elif m.tool in tools:
             kept.append(i)
         elif m.kind in ("line", "arc"):

@@ -21,6 +21,12 @@ def touch(r: Recorder, end: Point, tool: Tool, expected: Point | None = None) ->
     expected: the programmed point at which it answers where no surface is stated on this way; None: it goes on to the end.
     """
     r.free("a probing move is programmed")
+    if tool.number and tool.shape not in ("probe", "ball"):
+        what = f"of {tool.diameter:g} mm" if tool.diameter else "without a diameter"
+        r.remark(
+            f'tool {tool.number} probes, which is no probe (shape = "probe") but {tool.shape} {what}: it touches like a ball of that diameter',
+            kind=f"probes {tool.number}",
+        )
     tip, radius, target = r.tip(), ball_radius(tool), r.world.apply(end)
     centre = (0.0, 0.0, radius if tool.shape in ("probe", "ball") else 0.0)
     met = first_contact(r.setup.surfaces, tip, target, radius, centre)
@@ -70,7 +76,8 @@ def read_surface(
     )
     if not met:
         r.fault(
-            "the probe stands behind the surface that it is to touch; check where it starts and the expected position"
+            f"the probe stands behind the surface that it is to touch, or its ball of {2.0 * ball_radius(tool):g} mm does not fit: check where it starts and "
+            "the expected position or size"
         )
     measured = r.p[axis] + sense * radius
     r.straight(start, False)

@@ -269,12 +269,15 @@ BUDGET: tuple[Column[BudgetRow], ...] = (
 
 
 def budget_rows(c: CharacteristicResult) -> list[BudgetRow]:
-    return [BudgetRow(c, line, i == 0) for i, line in enumerate(c.budget)]
+    """The lines, the largest first."""
+    lines = sorted(c.budget, key=lambda line: -line.u)
+    return [BudgetRow(c, line, i == 0) for i, line in enumerate(lines)]
 
 
 def more_than_rounding(row: BudgetRow) -> bool:
-    """The first line, and all that are more than 10^-4 of U."""
-    return row.first or row.line.u > 1e-4 * row.of.expanded
+    """The first line, and all that are more than 10^-4 of U; of 2 u where U has no end."""
+    whole = row.of.expanded if math.isfinite(row.of.expanded) else 2.0 * row.of.u
+    return row.first or row.line.u > 1e-4 * whole
 
 
 def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> ResultTable[BudgetRow]:

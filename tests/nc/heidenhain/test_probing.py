@@ -40,6 +40,16 @@ def test_a_datum_in_one_axis():
     assert found.moves[-1].end[2] == pytest.approx(-200.0)
 
 
+def test_words_out_of_range_are_said():
+    cycle = "TCH PROBE 419 DATUM ~\n Q263=+0 ~\n Q264=+0 ~\n Q261=+0 ~\n Q272={} ~\n Q267={} ~\n Q305={}"
+    with pytest.raises(DataError, match=r"Q272 = 4 must be 1, 2 or 3"):
+        interpret(program(cycle.format(4, -1, 0)), "heidenhain", SETUP)
+    with pytest.raises(DataError, match=r"Q267 = 0 must be -1 or \+1"):
+        interpret(program(cycle.format(3, 0, 0)), "heidenhain", SETUP)
+    with pytest.raises(DataError, match=r"writes preset 7 \(Q305\)"):
+        interpret(program(cycle.format(3, -1, 7)), "heidenhain", SETUP)
+
+
 def test_what_is_missing_is_said():
     with pytest.raises(DataError, match="419 needs Q264"):
         interpret(program("TCH PROBE 419 DATUM IN ONE AXIS ~\n Q263=+0 ~\n Q272=1"), "heidenhain", SETUP)

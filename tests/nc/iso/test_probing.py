@@ -52,6 +52,12 @@ def test_without_surfaces_the_set_up_is_asked_for_them():
         interpret(HEAD + "G31 X-40. F100.\nM30", "fanuc", Setup(tools={9: PROBE}))
 
 
+def test_a_cutter_that_probes_is_told():
+    mill = Setup(offsets=SETUP.offsets, tools={9: Tool(9, length=120.0, diameter=6.0)}, surfaces=BOX)
+    found = interpret(HEAD + "G31 X-40. F100.\nM30", "fanuc", mill)
+    assert "tool 9 probes, which is no probe" in found.warnings[-1].text
+
+
 def test_the_motion_before_stays_in_force():
     found = interpret(HEAD + "G0 X-60.\nG31 X-40. F100.\nX-65.\nM30", "fanuc", SETUP)
     assert (found.moves[-1].kind, found.moves[-1].end[0]) == ("rapid", 35.0)

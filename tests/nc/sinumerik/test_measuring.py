@@ -31,6 +31,11 @@ def test_the_program_shifts_its_zero_by_what_it_reads():
     ]
 
 
+def test_the_zero_is_read_as_it_stands():
+    found = interpret(HEAD + "$P_UIFR[1,X,TR]=$P_UIFR[1,X,TR]+0.5\nG0 X0\nM30", "sinumerik", SETUP)
+    assert found.moves[-1].end[0] == 100.5
+
+
 def test_a_way_that_meets_nothing_goes_to_its_end():
     found = interpret(HEAD + "MEAS=1 G1 X-100 F100\nM30", "sinumerik", SETUP)
     assert found.moves[-1].end[0] == 0.0

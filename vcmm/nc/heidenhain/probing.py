@@ -64,14 +64,23 @@ class KlartextProbing:
         r.feed = kept
         return found
 
+    def _check(self, q: dict[str, float], column: int) -> None:
+        """What 419 cannot do without, and what its words may be."""
+        missing = next((name for name in NEEDED if name not in q), None)
+        if missing:
+            self.recorder.fault(f"TCH PROBE 419 needs {missing}; add it", column)
+        for name, allowed, means in (
+            ("Q272", (1.0, 2.0, 3.0), "1, 2 or 3, the axis along which it measures"),
+            ("Q267", (-1.0, 1.0), "-1 or +1, the way to the surface"),
+        ):
+            if q[name] not in allowed:
+                self.recorder.fault(f"TCH PROBE 419: {name} = {q[name]:g} must be {means}", column)
+
     def datum(self, q: dict[str, float], column: int) -> None:
         """419. What is found reads Q333 in preset Q305 (0: the one in force, 1 to 6: G54 to G59 of the set-up)."""
         r = self.recorder
-        missing = next((name for name in NEEDED if name not in q), None)
-        axis, number = round(q.get("Q272", 0.0)) - 1, round(q.get("Q305", 0.0))
-        if missing or not 0 <= axis <= 2 or not 0 <= number <= 6:
-            what = f"{missing}" if missing else f"Q272 = {axis + 1} (1 to 3) and Q305 = {number} (0 to 6)"
-            r.fault(f"TCH PROBE 419 needs {what}; correct it", column)
+        self._check(q, column)
+        axis, number = round(q["Q272"]) - 1, round(q.get("Q305", 0.0))
         mm = {name: value * r.unit for name, value in q.items()}
         if "Q260" in mm:
             r.straight(at(r.p, 2, mm["Q260"]), True)
@@ -79,6 +88,12 @@ class KlartextProbing:
         found = self.touched((mm["Q263"], mm["Q264"], mm["Q261"]), axis, 1.0 if q["Q267"] > 0 else -1.0)
         if "Q260" in mm:
             r.straight(at(r.p, 2, mm["Q260"]), True)
+        if number > 6:
+            r.assume(
+                f"preset {number}", "not written: the set-up has 1 to 6, which are G54 to G59",
+                f"TCH PROBE 419 writes preset {number} (Q305), which the set-up has not; 1 to 6 are G54 to G59 there, 0 is the one in force",
+            )  # fmt: skip
+            return
         name = r.offset if number == 0 else f"G{53 + number}"
         r.offsets[name] = corrected_zero(r, axis, found, mm.get("Q333", 0.0))
         r.refresh()

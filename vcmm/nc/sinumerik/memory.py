@@ -161,6 +161,8 @@ class SinumerikMemory:
         axis = AXES.find(str(index[-1]).upper()) if index else -1
         if axis >= 0 and name in ("$P_EP", "$AA_IW", "$AA_IM", "$P_EPM"):
             return (r.q if name == "$AA_IM" else r.p)[axis] / r.unit
+        if name == "$P_UIFR" and len(index) == 3 and index[2] in ("TR", "FI", "RT"):
+            return self.offset_read(round(index[0]), str(index[1]).upper(), str(index[2]))
         if r.skip is not None and axis >= 0 and name in ("$AA_MW", "$AA_MM"):
             return (r.skip if name == "$AA_MW" else r.skip_axes)[axis] / r.unit
         if r.skip is not None and name == "$AC_MEA":
@@ -240,6 +242,15 @@ class SinumerikMemory:
             r.offsets[name] = (point[0], point[1], point[2])
         r.refresh()
         return True
+
+    def offset_read(self, number: int, axis: str, part: str) -> float:
+        """$P_UIFR[1,X,TR]: G54 and so on of the set-up, as the program has left it; in the unit of the program, turns in degrees."""
+        r, name = self.recorder, f"G{53 + number}" if 1 <= number <= 4 else f"G{500 + number}"
+        if part == "RT":
+            return math.degrees(r.rotations.get(name, 0.0)) if axis == "Z" else 0.0
+        if part == "FI" or axis not in AXES:
+            return 0.0
+        return r.offsets.get(name, ORIGIN)[AXES.index(axis)] / r.unit
 
     def _whole_offset(self, name: str, value: AffineMap) -> bool:
         """A work offset as a frame: shift, and turn about Z; others are not modelled."""
