@@ -199,7 +199,7 @@ def test_a_file_with_rotary_errors_is_recalibrated(tmp_path):
     """
     _, _, found = found_on(TABLE, "C")
     first = stored(found, tmp_path)
-    lost = '\n[[effects]]\neffect = "backlash"\naxis = "C"\ngap = "0.005 um"\n'  # 5 urad
+    lost = '\n[[effects]]\neffect = "backlash"\naxis = "C"\ngap = "5 urad"\n'
     (tmp_path / "machine.toml").write_text((tmp_path / "machine.toml").read_text() + lost)
     known = load_machine(tmp_path / "machine.toml")
     rng = np.random.default_rng(8)

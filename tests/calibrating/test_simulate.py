@@ -191,6 +191,24 @@ def test_every_instrument_has_a_set_up(plan, capsys):
     assert np.isfinite(document["all"]["volume_um"])
 
 
+def test_the_bare_machine_keeps_the_dynamics(tmp_path):
+    """Those of the plan's machine, else of the measured one: X of the second file does not count, C of it does."""
+    moving = 'travel = ["0 mm", "600 mm"]\ndynamics = { speed = "30 m/min", acceleration = "3 m/s^2", jerk = "50 m/s^3", gain = "40 1/s", feed_forward = 0.9 }'
+    turning = 'travel = ["0 deg", "360 deg"]\ndynamics = { speed = "20 rpm", acceleration = "10 rad/s^2" }'
+    planned = TRUTH.replace('travel = ["0 mm", "600 mm"]', moving)
+    (tmp_path / "planned.toml").write_text(planned)
+    measured = planned.replace("30 m/min", "60 m/min").replace('travel = ["0 deg", "360 deg"]', turning)
+    (tmp_path / "truth.toml").write_text(measured)
+    (tmp_path / "plan.toml").write_text(PLAN.replace("truth.toml", "planned.toml"))
+    simulate(tmp_path, "read")
+    axes = load_machine(tmp_path / "read" / "machine" / "bare.toml").axes
+    assert dict(axes["X"].dynamics) == pytest.approx(
+        {"speed": 500.0, "acceleration": 3e3, "jerk": 5e4, "gain": 40.0, "feed_forward": 0.9}
+    )
+    assert dict(axes["C"].dynamics) == pytest.approx({"speed": 20 * 2 * np.pi / 60, "acceleration": 10.0})
+    assert not axes["Y"].dynamics
+
+
 def test_the_bare_machine_repeats_as_the_true_one(tmp_path, capsys):
     """Repeatability is no error of geometry. And what a rotary axis is asked for is an angle."""
     (tmp_path / "truth.toml").write_text(TRUTH + '[repeatability]\nlaw = "t"\nscale = "0.7 um"\ndof = 6\n')

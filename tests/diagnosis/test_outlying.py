@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
 
-from vcmm.diagnosis.outlying import heavy_loss
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.evidence import dictionary
+from vcmm.diagnosis.outlying import heavy_loss, one_row_speaks
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.select import Setting, Term, joint
+from vcmm.evaluation.gaussian import whitener
 
 
 def test_rows_of_one_size_are_their_own_scale():
@@ -26,3 +34,20 @@ def test_the_unit_of_the_rows_only_moves_the_zero():
     """Rows 1000 times as large cost dof ln 1000 more, whatever they are: differences between answers stay."""
     rows = np.array([0.3, -1.1, 0.7, -0.2, 25.0])
     assert heavy_loss(1e3 * rows, 4) - heavy_loss(rows, 4) == pytest.approx(4 * np.log(1e3))
+
+
+def test_the_row_that_speaks_most_is_told_at_the_scales_of_both_answers():
+    """Rows 3, 1, -1, 1; a name of the first alone takes all of it. v = s^2:
+
+    without it 45 / (2 v + 9) + 15 / (2 v + 1) = 4 has v = 4.5, the first row costs ln(4.5) / 2 + 5/2 ln 2 = 2.4849;
+    with it 15 / (2 v + 1) = 4 has v = 1.375, the first row costs ln(1.375) / 2 = 0.1592, which is 2.3257 less;
+    any other row costs 1.0154 and 0.9346, 0.0808 less.
+    """
+    rows, first = np.array([3.0, 1.0, -1.0, 1.0]), np.array([[1.0], [0.0], [0.0], [0.0]])
+    white = whitener(np.ones(4), np.zeros((4, 0)), np.zeros((4, 0)))
+    family = Family("first", {}, (Option(None, first, np.ones(1), ("k",), 0.0),))
+    setting = Setting(
+        dictionary([family], white), white, rows, np.inf, 0.0, Refiner(cast(Problem, None), white)
+    )
+    name = joint((Term(family, family.options[0], first, 1000.0),), setting)
+    assert one_row_speaks(name, setting, joint((), setting)) == pytest.approx(2.3257, abs=1e-4)

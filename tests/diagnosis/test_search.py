@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
 
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import dictionary
+from vcmm.diagnosis.outlying import worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.search import further, named
@@ -65,3 +67,23 @@ def test_a_mistake_of_the_table_is_a_name_that_pays_like_any_other():
     assert further(curve, curve) == 1
     assert further((), (*curve, *curve)) == -1
     assert further((), ()) == 0
+
+
+def test_one_bad_reading_is_no_name_and_a_name_of_several_readings_stays():
+    """The first reading is 12 standard deviations off, and a signal that dies away over a row takes it for its own: about it the row
+    is no outlier, and by the law of heavy tails that is worth 3 nats more than the name has to pay. Four such readings are worth
+    more without any one of them: named, though they are outliers about nothing, where each counts as 3 standard deviations.
+    """
+    rows = NOISE.copy()
+    rows[0] = -12.0
+    dying = np.exp(-np.arange(ROWS) / 0.5)[:, None]
+    setting = replace(setting_of(rows, first_reading=dying), threshold=6.0)
+    about, none = cleaned(setting), select(setting)
+    answer = select(about)
+    assert (names_of(answer), names_of(none)) == (["first_reading"], [])
+    assert worth_of_all_rows(answer, about) > worth_of_all_rows(none, setting) + 3.0
+    assert names_of(named(setting, None)[0]) == []
+    four = (np.arange(ROWS) < 4).astype(float)[:, None]
+    setting = replace(setting_of(NOISE - 12.0 * four[:, 0], first_readings=four), threshold=16.0)
+    assert names_of(select(setting)) == []
+    assert names_of(named(setting, None)[0]) == ["first_readings"]

@@ -51,6 +51,32 @@ def test_laws_in_canonical_units(keys, u_um):
     assert _law(**keys).u == pytest.approx(u_um * 1e-3, rel=1e-12)
 
 
+def test_along_a_rotary_axis_a_length_is_an_angle():
+    """5 urad of C are 5e-6 rad; a file with "5 um" there once acted as 5 mrad."""
+    play = build_effect({"effect": "backlash", "axis": "C", "gap": "5 urad"})
+    assert play.gap == pytest.approx(5e-6, rel=1e-12)
+    keys = {"effect": "backlash", "axis": "C", "parameter": "gap"}
+    assert build_input({**keys, "u": "1 arcsec"}, (play,)).law.u == pytest.approx(
+        math.pi / 648_000, rel=1e-12
+    )
+    loop = build_effect({"effect": "hysteresis", "axis": "A1", "amplitude": "1 urad", "distance": "0.5 deg"})
+    assert loop.distance == pytest.approx(math.pi / 360, rel=1e-12)
+    wound = build_effect(
+        {"effect": "lost_motion_loaded", "axis": "C", "g0": "1 urad", "g_load": "0.2 urad/kg"}
+    )
+    assert wound.g_load == pytest.approx(0.2e-6, rel=1e-12)
+    offset = build_effect(
+        {"effect": "rotary_location", "component": "X0C", "offset": "5 um"}
+    )  # a length, even so
+    assert offset.offset == pytest.approx(5e-3, rel=1e-12)
+    with pytest.raises(UsageError, match=r'gap = "5 um" is not an angle.*"0.5 urad"'):
+        build_effect({"effect": "backlash", "axis": "C", "gap": "5 um"})
+    with pytest.raises(UsageError, match=r'gap = "5 urad" is not a length.*"0.5 um"'):
+        build_effect({"effect": "backlash", "axis": "X", "gap": "5 urad"})
+    with pytest.raises(UsageError, match="is not an angle"):
+        build_input({**keys, "u": "1 um"}, (play,))
+
+
 def test_few_degrees_of_freedom_are_accepted_with_infinite_u():
     assert _law(law="t", scale="0.7 um", dof=2).u == math.inf
     assert _law(law="t", scale="0.7 um", dof=1).u == math.inf

@@ -218,11 +218,11 @@ def test_the_three_tests_of_a_reading_by_hand():
     one = ReadingResult(SHOWN_READING, steps, steps / 2 + 1e-9, *sd)
     assert one.hits() == (5, 5)
     assert one.ratio()[0] == pytest.approx(2.0, abs=0.01)
-    assert min(one.spread()) > 0.5
+    assert min(one.spread) > 0.5
     assert one.against() == ()
     far = replace(one, form=steps / 10, form_sd=10 * sd[0])
     assert far.hits()[0] == 0
-    assert far.spread()[0] < 0.01
+    assert far.spread[0] < 0.01
     assert far.ratio()[1] == 0.0
     assert far.against() == ("U", "ratio", "spread")
 

@@ -16,6 +16,7 @@ from vcmm.core.axes import is_location
 from vcmm.core.effect import place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis
 from vcmm.core.laws import MultivariateNormal, Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -116,7 +117,7 @@ def _reversal(found: Calibration, curve: Curve) -> str:
 
 
 def bare_text(machine: Machine) -> str:
-    """A machine file without errors: structure, travels, where rotary axes are and errors were measured."""
+    """A machine file without errors: structure, travels, dynamics, where rotary axes are and errors were measured."""
     lines = ['vcmm = "machine/1"', f'name = "{machine.name}"', f'kind = "{machine.kind}"']
     lines.append(f'structure = "{machine.chain.structure}"')
     for letter, axis in machine.axes.items():
@@ -131,7 +132,16 @@ def bare_text(machine: Machine) -> str:
                 texts = [f'"{c:.10g} mm"' for c in place]
                 lines.append(f"{key} = [{', '.join(texts)}]")
         lines += [f'error_frame = "{axis.error_frame}"'] if axis.error_frame != "moving" else []
+        lines += [f"dynamics = {{ {_dynamics_text(axis)} }}"] if axis.dynamics else []
     return "\n".join(lines) + "\n"
+
+
+def _dynamics_text(axis: Axis) -> str:
+    """Speed, acceleration, jerk, gain and feed-forward as they are read, such as speed = "500 mm/s"."""
+    length = "rad" if axis.rotary else "mm"
+    units = {"speed": f"{length}/s", "acceleration": f"{length}/s^2", "jerk": f"{length}/s^3", "gain": "1/s"}
+    texts = {k: f"{v:.10g}" if k not in units else f'"{v:.10g} {units[k]}"' for k, v in axis.dynamics.items()}
+    return ", ".join(f"{k} = {v}" for k, v in texts.items())
 
 
 def stated_repeatability(machine: Machine) -> str:

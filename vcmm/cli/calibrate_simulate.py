@@ -54,6 +54,14 @@ def _check_same(planned: Any, truth: Any, plan: Path, machine: Path) -> None:
             )
 
 
+def _with_dynamics(planned: Any, truth: Any) -> Any:
+    """The planned machine; an axis whose dynamics it does not state has those of the machine that is measured."""
+    from dataclasses import replace
+
+    axes = {a: replace(x, dynamics=x.dynamics or truth.axes[a].dynamics) for a, x in planned.axes.items()}
+    return replace(planned, axes=axes)
+
+
 def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
     """As `_written`, in a folder beside, whose files are moved once all of them stand."""
     from tempfile import TemporaryDirectory
@@ -85,7 +93,7 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
     drawn: dict[str, Any] = {}
     output = out / BARE
     output.parent.mkdir(parents=True, exist_ok=True)
-    write_text(output, bare_text(planned) + stated_repeatability(truth))
+    write_text(output, bare_text(_with_dynamics(planned, truth)) + stated_repeatability(truth))
     for name, recordings, _, certificate in setups:
         for recording in recordings:
             stem = re.sub(r"[^\w-]+", "_", recording.name).strip("_")

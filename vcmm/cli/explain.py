@@ -93,7 +93,7 @@ def _effect(effect: str, json: bool) -> int:
 
     from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import show_table
-    from vcmm.core.effect import key_fields, parameter_fields, place_fields
+    from vcmm.core.effect import key_fields, parameter_fields, place_fields, unit_at
     from vcmm.effects import find
     from vcmm.tables.table import listing
 
@@ -119,7 +119,11 @@ def _effect(effect: str, json: bool) -> int:
     print(
         f"sign      {link}\nsource    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
     )
-    rows = [["place", n, d] for n, d in places] + [["parameter", n, f"{u}: {d}"] for n, u, d in parameters]
+    turned = {u: unit_at(kind, u, axis="C") for _, u, _ in parameters}
+    units = {u: u if other == u else f"{u} ({other} of a rotary axis)" for u, other in turned.items()}
+    rows = [["place", n, d] for n, d in places] + [
+        ["parameter", n, f"{units[u]}: {d}"] for n, u, d in parameters
+    ]
     rows += [["key", f.name, "further key of the table"] for f in key_fields(kind)]
     show_table(listing("keys of the [[effects]] table", ["", "key", "meaning"], rows, words=(0, 1, 2)))
     return 0

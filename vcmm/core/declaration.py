@@ -151,6 +151,7 @@ class Declared:
     calibrated         one of the errors that a calibration finds and states anew: its only parameter
     made_by            what makes it in a file, where no [[effects]] table can state it
     random             drawn anew again and again: its value is never known
+    along_axis         its lengths lie along its `axis`, and are angles where that turns
     on_cut_part        a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
     over_volume        stated over workpiece axes, known with rotary axes at zero only
     of_qualification   what the qualification of a stylus may err by
@@ -177,6 +178,7 @@ class Declared:
     calibrated: ClassVar[bool] = False
     made_by: ClassVar[str] = ""
     random: ClassVar[bool] = False
+    along_axis: ClassVar[bool] = False
     on_cut_part: ClassVar[str] = ""
     over_volume: ClassVar[bool] = False
     of_qualification: ClassVar[bool] = False

@@ -29,12 +29,19 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.declaration import UM, URAD, Declared, Typical
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 from vcmm.core.units import parse_unit
 
 AXES = "XYZABC"
+OF_AN_ANGLE = {
+    "um": "urad",
+    "mm": "rad",
+    "nm": "nrad",
+    "um/kg": "urad/kg",
+}  # what a length is about an axis that turns
 FREE_LINKS = ("tip", "tool", "command", "reading")  # links that are no axis
 COLUMN = {letter: i for i, letter in enumerate("XYZABC")}  # EXj -> 0 ... ECj -> 5
 E = TypeVar("E", bound="Effect")
@@ -178,6 +185,21 @@ def parameter(effect: Effect, name: str) -> Field[Any]:
     if name not in known:
         raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, known)}")
     return known[name]
+
+
+def unit_at(kind: type[Effect] | Effect, unit: str, component: str = "", axis: str = "") -> str:
+    """The declared unit of a parameter at its place: "mm or rad" is settled by the component (EXX mm, EAX rad), a length along an
+    axis by whether that turns.
+    """
+    if unit == "mm or rad":
+        return "rad" if component[1:2] in tuple("ABC") else "mm"
+    return OF_AN_ANGLE.get(unit, unit) if kind.along_axis and is_rotary(axis) else unit
+
+
+def unit_of(effect: Effect, name: str) -> str:
+    """The unit of a parameter of this effect in files. Raises UsageError for an unknown parameter."""
+    unit = parameter(effect, name).metadata["unit"]
+    return unit_at(effect, unit, str(getattr(effect, "component", "")), str(getattr(effect, "axis", "")))
 
 
 def typical(effect: Effect, name: str) -> float:

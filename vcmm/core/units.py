@@ -53,6 +53,7 @@ DIMENSIONS: dict[str, Dimension] = {
     "mass": _dim(mass=1),
     "strain per mass": _dim(mass=-1),
     "length per mass": _dim(length=1, mass=-1),
+    "angle per mass": _dim(angle=1, mass=-1),
     "length per volume": _dim(length=-2),
     "curvature per temperature": _dim(length=-1, temperature=-1),
     "angle per acceleration": _dim(angle=1, length=-1, time=2),
@@ -66,7 +67,7 @@ EXAMPLES: dict[str, str] = {
     "angular acceleration": "10 rad/s^2", "angular jerk": "200 rad/s^3", "expansion": "8.0 um/(m K)", "curvature": "2 um/m^2",
     "angle per length": "3 urad/m", "length per temperature": "0.4 um/K", "length per time": "0.5 um/h",
     "force": "0.1 N", "compliance": "0.1 um/N", "mass": "20 kg",
-    "strain per mass": "0.05 um/(m kg)", "length per mass": "0.01 um/kg", "length per volume": "200 um/m^3",
+    "strain per mass": "0.05 um/(m kg)", "length per mass": "0.01 um/kg", "angle per mass": "0.1 urad/kg", "length per volume": "200 um/m^3",
     "curvature per temperature": "10 um/(m^2 K)",
     "angle per acceleration": "5 urad/(m/s^2)",
 }  # fmt: skip

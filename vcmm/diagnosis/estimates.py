@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.effect import Effect, basis, parameter
+from vcmm.core.effect import OF_AN_ANGLE, Effect, basis, parameter
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import linear_parameters
@@ -25,7 +25,6 @@ from vcmm.diagnosis.select import Selection
 DRAWS = 2000
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
 COVERED = ((1.0 - SECURE) / 2.0, (1.0 + SECURE) / 2.0)
-OF_AN_ANGLE = {"um": "urad", "mm": "rad", "nm": "nrad"}
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def estimates(
 def unit_of(effect: Effect, name: str) -> str:
     """The unit in which a parameter is shown; what is a length along a linear axis is an angle about one that turns."""
     shown = str(parameter(effect, name).metadata["show"])
-    return OF_AN_ANGLE.get(shown, shown) if turns_round(effect) else shown
+    return OF_AN_ANGLE.get(shown, shown) if effect.along_axis and turns_round(effect) else shown
 
 
 def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
@@ -161,7 +160,7 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
     term = selection.terms[i]
     effect = term.option.effect
     assert effect is not None
-    unit = parameter(effect, linear_parameters(effect)[0]).metadata["show"]
+    unit = unit_of(effect, linear_parameters(effect)[0])
     if any("@" in label for label in term.option.labels):
         rms = np.sqrt((values**2).mean(axis=1))
         return _estimate(float(np.median(rms)), float(rms.std()), rms, unit)

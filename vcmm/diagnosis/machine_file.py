@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields, unit_of
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import addable
@@ -25,7 +25,6 @@ from vcmm.diagnosis.improve import departure
 from vcmm.diagnosis.mistakes import Mistake
 from vcmm.diagnosis.repair import repaired_effects
 from vcmm.diagnosis.result import Answer
-from vcmm.files.effects import unit_of
 from vcmm.files.isg_writer import isg_text, with_values
 from vcmm.files.toml_edits import editable, move_names
 
@@ -141,7 +140,7 @@ def _positions(letter: str, values: Any) -> str:
 
 def _quantity(effect: Effect, spec: Any) -> str:
     """One text for a number or a row of them, a list of texts for a table."""
-    unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
+    unit = unit_of(effect, spec.name)
     numbers = np.asarray(getattr(effect, spec.name), dtype=float) / _factor(unit)
     end = f" {unit}" if unit not in ("", "1") else ""
     rows = numbers if numbers.ndim == 2 else np.ravel(numbers)[None]
@@ -160,7 +159,7 @@ def _plain(value: object) -> str:
 def input_toml(effect: Effect, one: Input, source: str) -> str:
     """One [[inputs]] table for a parameter of the effect: u for a number, a covariance for an array."""
     spec = next(f for f in parameter_fields(effect) if f.name == one.parameter)
-    unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
+    unit = unit_of(effect, spec.name)
     lines = ["[[inputs]]", f'effect = "{effect.name}"']
     for place in place_fields(effect):
         value = getattr(effect, place.name)

@@ -10,6 +10,10 @@ thought of, in which an outlier costs the logarithm of its size), with the scale
     loss = min over s of  dof ln s + dof / m * sum of (h + 1) / 2 ln(1 + (r / s)^2 / (h - 2))
 
 h - 2 in place of h, as s is the standard deviation (Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989) 881).
+
+One reading that stands out alone, where a name says much of it and little of the others (the first, of a lag of half a minute), is
+a bad reading or that name, and no row tells which: how far it stands out is no evidence. So a name that is found only because
+rows are taken as they are has to be worth it without the one row that speaks most for it.
 """
 
 from __future__ import annotations
@@ -29,19 +33,24 @@ HALVINGS = 60  # of it
 def heavy_loss(r: Array, dof: int) -> float:
     """Nats, up to a constant of the recording, that white residuals r (m,) cost at the best scale of the noise.
 
-    At the best scale the mean of (h + 1) x^2 / (h - 2 + x^2) is one, x = r / s: it falls with s, so it is halved. Rows that are
-    all zero, which no scale describes, cost -inf.
+    Rows that are all zero, which no scale describes, cost -inf.
+    """
+    return float(np.sum(heavy_losses(r, dof))) if r.any() else -np.inf
+
+
+def heavy_losses(r: Array, dof: int) -> Array:
+    """The same of every row (m,), not all of them zero.
+
+    At the best scale the mean of (h + 1) x^2 / (h - 2 + x^2) is one, x = r / s: it falls with s, so it is halved.
     """
     square = r**2
-    if not square.any():
-        return -np.inf
     high = float(np.log(square.mean() * (HEAVY + 1) / (HEAVY - 2))) / 2  # the largest: _pull is concave
     low = high - SPAN
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         low, high = (middle, high) if _pull(square / np.exp(2 * middle)) > 1 else (low, middle)
     far = np.log1p(square / np.exp(2 * high) / (HEAVY - 2))
-    return dof * (high + (HEAVY + 1) / 2 * float(np.mean(far)))
+    return np.asarray(dof / len(r) * (high + (HEAVY + 1) / 2 * far))
 
 
 def _pull(x: Array) -> float:
@@ -54,17 +63,30 @@ def worth_of_all_rows(state: Selection, setting: Setting) -> float:
     dof = setting.found.dof
     if state.fit is None:
         return -heavy_loss(setting.raw, dof)
-    signal = np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean
     fitted = 0.5 * dof * float(np.log(state.fit.sigma**2 * dof / (state.y @ state.y)))
-    return worth(state, setting) + fitted - heavy_loss(setting.raw - signal, dof)
+    return worth(state, setting) + fitted - heavy_loss(_left(state, setting), dof)
+
+
+def one_row_speaks(state: Selection, setting: Setting, plain: Selection) -> float:
+    """Nats of the row that speaks most for an answer and against a plain one, every row as it is."""
+    dof = setting.found.dof
+    rests = [_left(s, setting) for s in (plain, state)]
+    if not all(r.any() for r in rests):
+        return 0.0
+    before, after = (heavy_losses(r, dof) for r in rests)
+    return float(np.max(before - after))
+
+
+def _left(state: Selection, setting: Setting) -> Array:
+    """White rows (m,) less the terms, nothing pulled in."""
+    if state.fit is None:
+        return setting.raw
+    return np.asarray(setting.raw - np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean)
 
 
 def owed(state: Selection, setting: Setting) -> float:
     """Nats by which the rows that were pulled in cost more as they are, at the scale of the noise that the others show."""
-    if state.fit is None:
-        return _debt(setting.raw, state.y, setting.found.dof, setting.clip)
-    signal = np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean
-    return _debt(setting.raw - signal, state.rest, setting.found.dof, setting.clip)
+    return _debt(_left(state, setting), state.rest, setting.found.dof, setting.clip)
 
 
 def excused(setting: Setting) -> float:

@@ -14,7 +14,7 @@ from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import clipped, draws, upper_quantile
-from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
+from vcmm.diagnosis.outlying import excused, one_row_speaks, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.select import (
@@ -24,6 +24,7 @@ from vcmm.diagnosis.select import (
     among,
     cleaned,
     fitted_again,
+    joint,
     numbers,
     select,
     worth,
@@ -156,20 +157,33 @@ def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dicti
 
     Where rows were pulled in, the answer depends on what they were pulled in about: what a search finds that takes every row
     as it is, nothing, or, where they owe more than heavy tails of the noise excuse, no row at all. Then the answers are worth
-    what they say of all rows as they are. An answer to rows none of which was pulled in must leave no more than is excused.
+    what they say of all rows as they are. An answer to rows none of which was pulled in must leave no more than is excused; one
+    that names what is not found with rows pulled in about nothing must be worth it without the row that speaks most for it.
     """
     found, rivals = _at_best_values(setting)
     own = replace(setting, found=found)
     near = max(rivals, key=lambda s: worth(s, own))
     debt = owed(near, setting)
-    if debt <= setting.threshold:
+    if max(debt, owed(joint((), setting), setting)) <= setting.threshold:
         return near, found
-    answers = [(near, own), (select(own), own)]
+    plain = select(own)
+    if debt <= setting.threshold:
+        return (plain if _one_row_alone(near, own, plain, own) else near), found
+    answers = [(near, own)]
     free = excused(setting)
     if debt > free:
         answers += [(s, w) for s, w in _of_every_row(setting, earlier) if owed(s, w) <= free]
-    best, used = max(answers, key=lambda a: worth_of_all_rows(*a))
+    held = [(s, w) for s, w in answers if not _one_row_alone(s, w, plain, own)]
+    best, used = max([*held, (plain, own)], key=lambda a: worth_of_all_rows(*a))
     return best, used.found
+
+
+def _one_row_alone(state: Selection, setting: Setting, plain: Selection, own: Setting) -> bool:
+    """Does an answer name more than a plain one, and is it worth no more but for one row?"""
+    if not {t.family.id for t in plain.terms} < {t.family.id for t in state.terms}:
+        return False
+    lead = worth_of_all_rows(state, setting) - worth_of_all_rows(plain, own)
+    return lead <= one_row_speaks(state, setting, plain)
 
 
 def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Selection, Setting]]:

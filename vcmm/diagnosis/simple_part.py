@@ -5,7 +5,7 @@ A curve with a small bend wins over its straight part by evidence; a person stil
 
 from __future__ import annotations
 
-from vcmm.core.effect import parameter
+from vcmm.core.effect import parameter, unit_at
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import Family, Option, again
 from vcmm.diagnosis.constants import MOSTLY, NOTHING
@@ -44,7 +44,8 @@ def simple_part(
 
 def _text(share: float, family: Family, option: Option, size: float) -> str:
     assert option.effect is not None
-    unit = parameter(option.effect, option.labels[0]).metadata["show"]
+    show = parameter(option.effect, option.labels[0]).metadata["show"]
+    unit = unit_at(option.effect, show, axis=str(getattr(option.effect, "axis", "")))
     value = in_unit(size * float(option.unit[0]), unit)
     where = " ".join(family.where.values())
     return f"{100 * share:.0f} % of it is {family.name} {where}".rstrip() + f", {value:.3g} {unit}"

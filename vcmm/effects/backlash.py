@@ -15,6 +15,7 @@ class Backlash(Effect):
 
     name = "backlash"
     per = "axis"
+    along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)"
     role = "reversal gap"

@@ -22,6 +22,7 @@ class EncoderInterpolation(Effect):
 
     name = "encoder_interpolation"
     per = "axis"
+    along_axis = True
     aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
     cites = "Heydemann, Applied Optics 20 (1981) 3382: quadrature signals with offsets and unequal gains"
     special_case_of = ("map_interpolation",)

@@ -24,6 +24,7 @@ class EncoderHarmonics(Effect):
     name = "encoder_harmonics"
     family: ClassVar[str] = "encoder_interpolation"
     per = "axis"
+    along_axis = True
     aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
     cites = "Heydemann, Applied Optics 20 (1981) 3382; harmonics of the signals themselves add orders 3 and 4"
     over_raw_scale = True

@@ -18,6 +18,7 @@ class ScrewPitch(Effect):
 
     name = "screw_pitch"
     per = "axis"
+    along_axis = True
     aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
     cites = "ISO 230-2; cyclic error of a screw, period = lead"
     special_case_of = ("geometric_change", "map_interpolation")

@@ -26,6 +26,7 @@ class BacklashRamp(Effect):
     name = "backlash_ramp"
     family: ClassVar[str] = "backlash"
     per = "axis"
+    along_axis = True
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "ISO 230-2:2014, 2.16; friction that falls after a reversal: Armstrong et al., Automatica 30 (1994) 1083"
     prior = Prior(share=0.3)  # most recordings have no row on the ramp
@@ -70,6 +71,7 @@ class LoadedPlay(Effect):
     name = "lost_motion_loaded"
     family: ClassVar[str] = "lost_motion"
     per = "axis"
+    along_axis = True
     needs = ("sense_{axis}", "load_kg")
     cites = "lost motion = friction over stiffness of the drive, friction = coefficient x weight; ISO 230-2:2014, 2.16"
     prior = Prior(share=0.3)

@@ -128,9 +128,13 @@ def field_weights(
     if method == "columns-nearest":
         in_plane = _nearest_weights(plane, tip[:, :2])
     lateral = np.zeros((len(tip), len(nodes)))
+    curves: dict[bytes, Array] = {}  # columns with the same heights share one
     for j, column in enumerate(columns):
         _refuse_beyond(nodes[column], tip, in_plane[:, j] > 1e-12)
-        lateral[:, column] += in_plane[:, j, None] * _curve_weights(nodes[column, 2], tip[:, 2], curve)
+        levels = nodes[column, 2]
+        if (key := levels.tobytes()) not in curves:
+            curves[key] = _curve_weights(levels, tip[:, 2], curve)
+        lateral[:, column] += in_plane[:, j, None] * curves[key]
     return lateral, _nearest_weights(nodes, tip)
 
 

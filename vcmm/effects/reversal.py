@@ -19,6 +19,7 @@ from vcmm.core.run import Array, Run
 @dataclass(frozen=True, eq=False)
 class _Reversal(Effect):
     per = "axis"
+    along_axis = True
     axis: str = at("X", "linear or rotary axis")
 
     @property

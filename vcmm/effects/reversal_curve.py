@@ -26,6 +26,7 @@ class LostMotionCurve(Effect):
     name = "lost_motion_curve"
     family: ClassVar[str] = "lost_motion"
     per = "axis"
+    along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
     prior = Prior(share=0.1)  # a shape that is rarer than the other shape of its family
@@ -87,6 +88,7 @@ class LostMotionTable(Effect):
     name = "lost_motion_table"
     family: ClassVar[str] = "lost_motion"
     per = "axis"
+    along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
     role = "lost motion table"

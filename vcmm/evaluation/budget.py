@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.core.effect import parameter
+from vcmm.core.effect import parameter, unit_at
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
@@ -62,7 +62,7 @@ def unit_of(world: World, one: Input) -> str:
     unit = parameter(effect, one.parameter).metadata["show"]
     if unit == "mm or rad":
         return "urad" if str(getattr(effect, "component", "EXX"))[1] in "ABC" else "um"
-    return str(unit)
+    return unit_at(effect, unit, axis=str(getattr(effect, "axis", "")))
 
 
 def estimate(world: World, one: Input) -> float | None:

@@ -77,7 +77,7 @@ def read_xml(path: str | Path) -> Node:
         raise DataError(
             f"{path}:{error.lineno}: no well-formed XML ({expat.errors.messages[error.code]}); export the file again"
         ) from None
-    except LookupError as error:
+    except (LookupError, ValueError) as error:  # an encoding that nobody knows, or that expat does not read
         raise DataError(f"{path}:1: {brief(str(error))}; export the file in UTF-8") from None
     return builder.root.children[0]
 

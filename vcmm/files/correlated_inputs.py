@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter_fields, unit_of
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.units import channel_unit, parse_unit
 from vcmm.files.columns import REDRAW, check_channel
-from vcmm.files.effects import Found, noting, unit_of
+from vcmm.files.effects import Found, noting
 from vcmm.files.inputs import input_parameter, is_number, redraw_of
 from vcmm.files.problems import TableProblems
 
@@ -76,8 +76,7 @@ def _member(name: str, effects: Sequence[Effect], redraw: str, complete: bool) -
     spec = input_parameter(type(hit), {"parameter": word}, str(getattr(hit, "component", "")))
     if np.size(getattr(hit, spec.name)) != 1:
         raise UsageError(f'"{name}" is a table of numbers; only single numbers are correlated by name')
-    unit = unit_of(spec.metadata["unit"], str(getattr(hit, "component", "")))
-    return Input(effect, where, spec.name, Normal(1.0), redraw), unit
+    return Input(effect, where, spec.name, Normal(1.0), redraw), unit_of(hit, spec.name)
 
 
 def _covariance(table: dict[str, Any], units: Sequence[str]) -> MultivariateNormal:

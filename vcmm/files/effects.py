@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_rotary
-from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields, unit_at
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.core.units import dimension_of, quantity, shown, vector
@@ -82,7 +82,7 @@ def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> A
     other = {f.name: f for f in fields(kind) if f.name not in parameters and not f.metadata.get("internal")}
     name = kind.aliases.get(key, key)
     if name in parameters:
-        return _parameter_value(parameters[name], key, value, table)
+        return _parameter_value(kind, parameters[name], key, value, table)
     if key not in other:
         allowed = [*(n for n in other if n not in parameters), *kind.aliases, *parameters]
         raise UsageError(f'unknown key "{key}" of effect {kind.name}.{choose_from(key, allowed)}')
@@ -111,9 +111,12 @@ def _whole(key: str, value: Any, example: int) -> int:
     return value
 
 
-def _parameter_value(spec: Field[Any], key: str, value: Any, table: dict[str, Any]) -> Any:
-    check_matters(spec, str(table.get("component", "")), key)
-    unit = unit_of(spec.metadata["unit"], str(table.get("component", "")))
+def _parameter_value(
+    kind: type[Effect], spec: Field[Any], key: str, value: Any, table: dict[str, Any]
+) -> Any:
+    component = str(table.get("component", ""))
+    check_matters(spec, component, key)
+    unit = unit_at(kind, spec.metadata["unit"], component, str(table.get("axis", "")))
     dimension = dimension_of(unit)
     if not spec.metadata["shape"]:
         return quantity(value, dimension, key, f"0.5 {unit}")
@@ -136,13 +139,6 @@ def check_matters(spec: Field[Any], component: str, key: str) -> None:
     if only and axis_of(component) and component[0] not in only:
         allowed = ", ".join(f"{letter}{component[1:]}" for letter in only)
         raise UsageError(f'{key} does nothing for component = "{component}"; it goes with {allowed}')
-
-
-def unit_of(unit: str, component: str = "") -> str:
-    """The unit of a parameter; "mm or rad" is settled by the direction of the component (EXX mm, EAX rad)."""
-    if unit != "mm or rad":
-        return unit
-    return "rad" if len(component) > 1 and component[1] in "ABC" else "mm"
 
 
 def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields, unit_of
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import (
@@ -26,7 +26,7 @@ from vcmm.core.laws import (
 from vcmm.core.run import Array
 from vcmm.core.units import channel_unit, dimension_of, parse_unit, shown, vector
 from vcmm.files.columns import REDRAW, check_channel
-from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting, unit_of
+from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting
 from vcmm.files.problems import TableProblems, misspelt
 
 BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
@@ -94,13 +94,13 @@ def _effect_input(
         spec = input_parameter(kind, table, "" if target is None else str(getattr(target, "component", "")))
     if spec is None or target is None:
         return None
-    law, scale, component = None, None, str(getattr(target, "component", ""))
+    law, scale = None, None
     with noting(found, "law"):
         covariance = target.covariance()
         if covariance is not None:
             law = _own_law(kind, covariance, table)
         else:
-            law, scale = _law(table, unit_of(spec.metadata["unit"], component))
+            law, scale = _law(table, unit_of(target, spec.name))
         _check_size(law, scale, int(np.size(getattr(target, spec.name))), spec.name)
     if law is None:
         return None

@@ -17,7 +17,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError, Environment
 from vcmm.core.run import Array
-from vcmm.core.text import LARGEST, read_head, read_text
+from vcmm.core.text import LARGEST, is_file, read_head, read_text
 from vcmm.core.units import ABSOLUTE_ZERO
 from vcmm.files.columns import (
     LABELS,
@@ -70,7 +70,7 @@ def read_table(path: str | Path) -> Sheet:
     path = Path(path)
     if path.suffix.lower() == ".parquet":
         return _parquet(path)
-    if not path.is_file() or path.stat().st_size < LARGE:
+    if not is_file(path) or path.stat().st_size < LARGE:
         return read_csv(path)
     return _streamed(path)
 

@@ -25,7 +25,7 @@ from vcmm.inference.given import GivenPoints
 from vcmm.machining.contact_path import surface_at
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.job import finished_part
-from vcmm.machining.mismatch import Located, Observed, located
+from vcmm.machining.mismatch import LEAST_SCATTER, Located, Observed, located
 from vcmm.machining.preparation import set_up
 from vcmm.machining.process import PreparedCut
 from vcmm.machining.scenario import IDEAL, OTHER, CutScenario
@@ -99,7 +99,10 @@ def measured_cut(
     observed = _observed(world, deviation - predicted, known.covariance)
     found, scatter = located(observed, rigid=aligned, u_point=u_point)
     values = evaluate_all(task, fit_features(task, points))
-    spread = observed.covariance + scatter**2 * np.eye(len(points))
+    alone = (
+        scatter if scatter > LEAST_SCATTER or u_point is not None else 0.0
+    )  # of points that scatter less, none is seen
+    spread = observed.covariance + alone**2 * np.eye(len(points))
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
     row, gain = world.contacts.deepest(world.moved)
     size = np.linalg.norm(gain, axis=1)

@@ -251,7 +251,11 @@ def _directions(columns: Array) -> Array:
 def _whitened(
     points: Observed, every: Array, u_point: float | None
 ) -> tuple[Array, float, tuple[float, int] | None]:
-    """(W with W cov W^T = 1, scatter mm, (sum of squares, freedom) of what is left beside everything; None: scatter is given)."""
+    """(W with W cov W^T = 1, scatter mm, (sum of squares, freedom) of what is left beside everything).
+
+    None for the last where the scatter is given, and where less is left than C alone lets expect: then C is all there is, its size is
+    known, and a sum of squares that the least scatter makes small must not stand for it.
+    """
     values, vectors = np.linalg.eigh(points.covariance)
     values = np.maximum(values, 0.0)
 
@@ -268,11 +272,13 @@ def _whitened(
         return float(y @ y - ((q.T @ y) ** 2).sum()), len(y) - q.shape[1]
 
     low, high = np.log(LEAST_SCATTER), np.log(MOST_SCATTER)
-    if rest(np.exp(low))[0] > rest(np.exp(low))[1]:
-        for _ in range(40):  # the sum of squares falls with the scatter
-            middle = 0.5 * (low + high)
-            square, freedom = rest(np.exp(middle))
-            low, high = (middle, high) if square > freedom else (low, middle)
+    square, freedom = rest(LEAST_SCATTER)
+    if square <= freedom:
+        return white(LEAST_SCATTER), LEAST_SCATTER, None
+    for _ in range(40):  # the sum of squares falls with the scatter
+        middle = 0.5 * (low + high)
+        square, freedom = rest(np.exp(middle))
+        low, high = (middle, high) if square > freedom else (low, middle)
     scatter = float(np.exp(low))
     return white(scatter), scatter, rest(scatter)
 

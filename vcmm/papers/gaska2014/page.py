@@ -120,9 +120,9 @@ READ: tuple[Column[ReadingResult], ...] = (
     Column("b-spline, plane, d, per", lambda one: one.reading.words),
     Column("U form / um", lambda one: _over(one.form), NUMBER_TEXT),
     Column("U distance / um", lambda one: _over(one.distance), NUMBER_TEXT),
-    Column("hits (p)", lambda one: f"{sum(one.hits())} ({one.hits_p():.2f})", NUMBER_TEXT),
+    Column("hits (p)", lambda one: f"{sum(one.hits())} ({one.hits_p:.2f})", NUMBER_TEXT),
     Column("ratio (> 1)", lambda one: f"{one.ratio()[0]:.2f} ({one.ratio()[1]:.0%})", NUMBER_TEXT),
-    Column("p spread", lambda one: "{:.2f} {:.2f}".format(*one.spread()), NUMBER_TEXT),
+    Column("p spread", lambda one: "{:.2f} {:.2f}".format(*one.spread), NUMBER_TEXT),
     Column("against", _against),
 )
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
@@ -83,6 +84,7 @@ class ReadingResult:
         """Of the five U of the form and the five of the distance: how many lie, rounded, in the central 95 % of the machines."""
         return int(self._inside(PAPER_U)[:5].sum()), int(self._inside(PAPER_U)[5:].sum())
 
+    @cached_property
     def hits_p(self) -> float:
         """Share of the machines whose own ten U have no more hits than the paper's: one machine's U go up and down together."""
         ten = np.concatenate([self.form, self.distance], axis=1) * 1e3
@@ -98,23 +100,36 @@ class ReadingResult:
         ratio = self.form / self.distance
         return float(np.median(ratio.mean(axis=1))), float((ratio > 1).all(axis=1).mean())
 
+    @cached_property
     def spread(self) -> tuple[float, float]:
         """Two-sided p of the spread of the five results of form and of distance, over machines and draws of results."""
         return _spread_p(self.form_sd, PAPER_FORM, 1e-3), _spread_p(self.distance_sd, PAPER_DISTANCE, 1.0)
 
     def against(self) -> tuple[str, ...]:
         """Which tests contradict the reading at 5 %."""
-        out = ["U"] if self.hits_p() < 1 - SHOWN else []
+        out = ["U"] if self.hits_p < 1 - SHOWN else []
         out += ["ratio"] if self.ratio()[1] < 1 - SHOWN else []
-        return (*out, *(["spread"] if min(self.spread()) < (1 - SHOWN) / 2 else []))
+        return (*out, *(["spread"] if min(self.spread) < (1 - SHOWN) / 2 else []))
 
 
 def _spread_p(sd: Array, results: Sequence[float], unit: float) -> float:
     """Two-sided p of the standard deviation of five results (times unit mm), each normal about one value with sd (machines, 5)."""
-    rng = np.random.default_rng(20140505)
-    drawn = (sd[:, None] * rng.standard_normal((len(sd), RESULTS, sd.shape[1]))).std(axis=2, ddof=1)
-    below = float((drawn <= np.std(results, ddof=1) * unit).mean())
+    total, square = np.zeros((len(sd), RESULTS)), np.zeros((len(sd), RESULTS))
+    for one, z in zip(sd.T, _normals(*sd.shape)):
+        x = one[:, None] * z
+        total += x
+        square += x * x
+    count = sd.shape[1]
+    variance = (square - total**2 / count) / (count - 1)
+    below = float((variance <= (np.std(results, ddof=1) * unit) ** 2).mean())
     return min(1.0, 2 * min(below, 1 - below))
+
+
+@lru_cache(maxsize=2)
+def _normals(machines: int, count: int) -> Array:
+    """(count, machines, RESULTS) standard normals, the same for every reading."""
+    drawn = np.random.default_rng(20140505).standard_normal((machines, RESULTS, count))
+    return np.ascontiguousarray(drawn.transpose(2, 0, 1))
 
 
 def with_reading(scenario: Scenario, reading: Reading, deviations: Array) -> Scenario:
@@ -172,16 +187,16 @@ class _PlaceTrials:
             np.sqrt(np.einsum("mki,ki->m", scales**2, square) * StudentT(1.0, NU).u ** 2 + self.rest)
         )
 
-    def form(self, along: Array, scales: Array, redraw: str) -> tuple[Array, Array]:
+    def form(self, drawn: list[tuple[Ints, Array]], scales: Array) -> tuple[Array, Array]:
         """U, half of where 95 % of the simulated forms lie, and standard deviation (M,) mm, for scales (M, 52, 3) mm."""
-        drawn = self._drawn(along[self.rows].reshape(len(self.rows), -1), redraw)
-        parts = np.array_split(scales.reshape(len(scales), -1), max(1, len(scales) // 20))
+        parts = np.array_split(scales.reshape(len(scales), -1), max(1, len(scales) // 5))
         forms = np.concatenate([self._forms(part, drawn) for part in parts])
         low, high = np.quantile(forms, [LOW, HIGH], axis=1)
         return np.asarray(high - low) / 2, forms.std(axis=1)
 
-    def _drawn(self, along: Array, redraw: str) -> list[tuple[Ints, Array]]:
-        """Per touch (lanes that act on it, (lanes, trials) error along the normal for a scale of 1)."""
+    def drawn(self, along: Array, redraw: str) -> list[tuple[Ints, Array]]:
+        """Per touch of the bore (lanes that act on it, (lanes, trials) error along the normal for a scale of 1)."""
+        along = along[self.rows].reshape(len(self.rows), -1)
         rng = np.random.default_rng([self.seed, 2014])
         common = rng.standard_t(NU, (along.shape[1], self.trials)) if redraw == "run" else None
         out = []
@@ -193,7 +208,9 @@ class _PlaceTrials:
 
     def _forms(self, scales: Array, drawn: list[tuple[Ints, Array]]) -> Array:
         """(M, trials) mm."""
-        errors = np.stack([scales[:, mine] @ z for mine, z in drawn])
+        errors = np.empty((len(drawn), len(scales), self.trials))
+        for into, (mine, z) in zip(errors, drawn):
+            np.matmul(scales[:, mine], z, out=into)
         residuals = (self.operator @ errors.reshape(len(drawn), -1)).reshape(-1, *errors.shape[1:])
         residuals += self.base[:, None, :]
         return np.asarray(residuals.max(axis=0) - residuals.min(axis=0))
@@ -208,13 +225,18 @@ def matrix(
 ) -> list[ReadingResult]:
     """Every reading at every place for machines with d (M, 52, 3) um."""
     sums: dict[Reading, list[tuple[Array, Array, Array]]] = {one: [] for one in readings}
+    alike: dict[tuple[str, str, str], list[Reading]] = {}  # but for the amount, which only multiplies
+    for one in readings:
+        alike.setdefault((one.curve, one.plane, one.redraw), []).append(one)
     for k, (name, pose) in enumerate(scenario.places.items()):
         progress(f"readings at place {name}", k / len(scenario.places))
         place = _PlaceTrials(scenario.at(pose), trials)
-        for one in readings:
-            along, scales = place.along(one), deviations * 1e-3 * AMOUNTS[one.amount]
-            sd = place.distance(along, scales, one.redraw)
-            sums[one].append((*place.form(along, scales, one.redraw), sd))
+        for same in alike.values():
+            along, redraw = place.along(same[0]), same[0].redraw
+            drawn = place.drawn(along, redraw)
+            for one in same:
+                scales = deviations * 1e-3 * AMOUNTS[one.amount]
+                sums[one].append((*place.form(drawn, scales), place.distance(along, scales, redraw)))
     out = []
     for one, places in sums.items():
         form, form_sd, sd = (np.stack(v, axis=1) for v in zip(*places))

@@ -271,11 +271,11 @@ def figures(result: GaskaTwin) -> dict[str, Any]:
 
 
 def _reading_json(one: ReadingResult) -> dict[str, Any]:
-    hits, ratio, spread = one.hits(), one.ratio(), one.spread()
+    hits, ratio, spread = one.hits(), one.ratio(), one.spread
     return {
         **asdict(one.reading),
         "form_U_mm": np.median(one.form, axis=0).tolist(), "distance_U_mm": np.median(one.distance, axis=0).tolist(),
         "form_U_ranges_mm": [list(span_of(u)) for u in one.form.T], "distance_U_ranges_mm": [list(span_of(u)) for u in one.distance.T],
-        "hits_form": hits[0], "hits_distance": hits[1], "hits_p": one.hits_p(), "ratio": ratio[0], "ratio_above_1_share": ratio[1],
+        "hits_form": hits[0], "hits_distance": hits[1], "hits_p": one.hits_p, "ratio": ratio[0], "ratio_above_1_share": ratio[1],
         "spread_p_form": spread[0], "spread_p_distance": spread[1], "contradicted_by": list(one.against()),
     }  # fmt: skip
