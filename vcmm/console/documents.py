@@ -29,7 +29,7 @@ def document(
         "schema": schema,
         "version": __version__,
         "seed": seed,
-        "inputs": [_hashed(p) for p in dict.fromkeys(files)],
+        "inputs": [_hashed(p) for p in {p.absolute(): p for p in files}.values()],
         "warnings": notes,
     }
     return head | clean
