@@ -88,3 +88,14 @@ def test_points_without_scatter_of_their_own_are_not_held_to_the_least_one():
     for rest in rng.multivariate_normal(np.zeros(60), covariance, 40):
         found, scatter = located(replace(known, rest=rest, covariance=covariance))
         assert (found, scatter) == ((), LEAST_SCATTER)
+
+
+def test_a_significance_beyond_all_numbers_still_tells_which_is_more():
+    """chi-squared of 3: ln Q = ln sqrt(2 x / pi) - x / 2 for large x; at x = 5000 that is 4.032 - 2500."""
+    from vcmm.machining.mismatch import _p
+
+    rest = np.array([np.sqrt(5000.0), 0.0, 0.0, 0.0])
+    found = _p(np.eye(4), np.zeros((4, 0)), np.eye(4)[:, :3], rest, None)
+    assert found == pytest.approx(0.5 * np.log(2.0 * 5000.0 / np.pi) - 2500.0, abs=1e-3)
+    near = _p(np.eye(4), np.zeros((4, 0)), np.eye(4)[:, :3], rest / 2.0, None)
+    assert near == pytest.approx(0.5 * np.log(2.0 * 1250.0 / np.pi) - 625.0, abs=2e-3)

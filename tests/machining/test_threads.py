@@ -29,7 +29,7 @@ def test_a_long_scale_makes_a_long_thread(tmp_path):
     # 20 mm at 100 um/m: 2.0 um +- 2 x 0.2 um; a go gauge feels 2.0 / tan 30 deg = 3.46 um
     thread = one(tmp_path, LONG + KNOWN)
     assert (thread.lead_mm, thread.length_mm, thread.after_mm) == pytest.approx((1.5, 20.0, 20.0))
-    assert abs(thread.pitch_um) == pytest.approx(2.0, abs=1e-3)
+    assert thread.pitch_um == pytest.approx(2.0, abs=1e-3)  # towards -Z, and longer
     assert thread.pitch_U_um == pytest.approx(0.4, abs=1e-3)
     assert thread.gauge_um == pytest.approx(2.0 / math.tan(math.radians(30.0)), abs=2e-3)
     assert thread.diameter_um == pytest.approx(0.0, abs=1e-6)

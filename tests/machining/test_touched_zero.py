@@ -165,3 +165,17 @@ def test_surfaces_in_the_set_up_are_checked(tmp_path):
         files(tmp_path, setup=bad)
     with pytest.raises(DataError, match="needs the diameter of its ball"):
         files(tmp_path, setup=SETUP.replace('diameter = "6 mm"\n', ""))
+
+
+def test_a_zero_that_the_program_types_was_set_by_hand(tmp_path):
+    typed = PROBED.replace("#5221=#5221+#5061+53.\n", "").replace("T9 M6\n", "#5221=300.\nT9 M6\n")
+    assert moved(files(tmp_path, LONG, typed))[0] == pytest.approx(-5.8, abs=0.002)
+
+
+def test_a_touch_errs_as_at_its_moment_and_in_its_part(tmp_path):
+    """A drift of 3.6 um/h takes 0.001 um/s: between touch and cut of one part some 20 s pass, in the eleventh as in the first."""
+    drift = '[[effects]]\neffect = "linear_drift"\ndirection = "x"\nc = "3.6 um/h"\n'
+    eleventh = SCENARIO.replace('setup = "setup.toml"', 'setup = "setup.toml"\nbatch_part = 11')
+    first, later = moved(files(tmp_path, drift))[0], moved(files(tmp_path, drift, scenario=eleventh))[0]
+    assert 0.0 < abs(first) < 0.045
+    assert later == pytest.approx(first, abs=1e-6)

@@ -61,3 +61,10 @@ def test_the_nearest_side_of_a_box_counts_and_what_passes_it_meets_nothing():
     )
     assert first_contact(box, (-70.0, 0.0, 5.0), (70.0, 0.0, 5.0), 3.0, (0.0, 0.0, 3.0)) is None
     assert first_contact(box, (-70.0, 0.0, -8.0), (-60.0, 0.0, -8.0), 3.0) is None  # ends before it
+
+
+def test_a_ball_that_touches_already_is_in_contact():
+    boss = Round((0.0, 0.0, 0.0), 10.0, inside=False)
+    for start in (-13.0, -13.000000001, -12.9999999999):
+        tip, _, _ = first_contact([boss], (start, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0)
+        assert tip[0] == pytest.approx(-13.0, abs=1e-8)

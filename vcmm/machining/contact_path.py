@@ -21,7 +21,7 @@ from vcmm.cutting.envelope import CutSurface
 from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.machining.spindle_load import LOAD, measured_share, power_log
-from vcmm.machining.states import later_in_batch
+from vcmm.machining.states import later_in_batch, states_at
 from vcmm.machining.tool_errors import ToolSide
 from vcmm.machining.warming import warmed, warmed_when_set
 from vcmm.machining.zero_setting import ProbedRows, joined, setting_rows, ways_of_setting
@@ -158,9 +158,13 @@ def _with_touches(
         return run, setting, None
     move = job.sweep.move[rows.row]
     cut, count = len(move), len(touched.touches)
-    offset = touched.centre - np.array([np.add(t.tip, t.tool_offset) for t in touched.touches])
+    tips = np.array([t.tip for t in touched.touches])
+    states, _ = states_at(job.path, np.array(touched.moves, dtype=np.intp), np.ones(count), tips)
+    states = later_in_batch(states, job.path, job.scenario.batch_part, job.process.fed_in_part(job))
+    offset = states.offset + touched.centre - tips
     some = setting_rows(run, np.zeros(count, dtype=np.intp), offset, touched.centre, job.pose)
-    some = warmed(some, job.scenario.setup.log)  # as warm as when the program begins
+    then = {name: values for name, values in states.columns.items() if name in some.columns}
+    some = warmed(some.with_columns(then), job.scenario.setup.log)
     own = {"tool": np.array([str(t.tool) for t in touched.touches])}
     some = replace(
         some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}

@@ -11,6 +11,7 @@ others are asked again. p counts all that were asked (Bonferroni). Source: Rao, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -24,6 +25,7 @@ Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
 FALSE = 1e-3  # share of parts as predicted in which anything is said at all
 MOST = 6  # entries
+TINY, LEAST_P = 1e-300, 1e-290
 ALIKE = 1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
 LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
 ROOM = 8  # degrees of freedom that must be left beside all covariates
@@ -83,10 +85,10 @@ def located(
     taken = base
     for _ in range(MOST):
         tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in asked]
-        least = min(p for p, _ in tested)
-        if not least * len(asked) < FALSE:
+        least = min(p for p, _ in tested)  # logarithms: far beyond chance all p are 0
+        if not least + math.log(len(asked)) < math.log(FALSE):
             break
-        alike = [(p, c) for p, c in tested if p <= ALIKE * least]
+        alike = [(math.exp(p), c) for p, c in tested if p <= math.log(ALIKE) + least]
         p, best = alike[0]
         rivals = [c.name for _, c in alike[1:]]
         out.append(_entry(points, white, taken, best, p=min(p * len(asked), 1.0), rivals=rivals))
@@ -284,18 +286,26 @@ def _whitened(
 
 
 def _p(white: Array, taken: Array, columns: Array, rest: Array, left: tuple[float, int] | None) -> float:
-    """Significance of columns beside those already taken."""
-    from scipy import stats
+    """Logarithm of the significance of columns beside those already taken."""
+    from scipy import special, stats
 
     q = _beyond(white @ taken, white @ columns)
     m = q.shape[1]
     if not m:
-        return 1.0
+        return 0.0
     gain = float(((q.T @ (white @ rest)) ** 2).sum())
     if left is None:
-        return float(stats.chi2.sf(gain, m))
-    square, freedom = left
-    return float(stats.f.sf(gain / m / max(square / freedom, 1e-300), m, freedom))
+        p = float(stats.chi2.sf(gain, m))
+        tail = (m / 2 - 1) * math.log(max(gain, TINY) / 2) - gain / 2 - special.gammaln(m / 2)
+    else:
+        square, freedom = left
+        ratio = gain / m / max(square / freedom, TINY)
+        p, a, b = float(stats.f.sf(ratio, m, freedom)), freedom / 2, m / 2
+        y = freedom / (freedom + m * ratio)
+        tail = a * math.log(max(y, TINY)) + b * math.log1p(-min(y, 0.5)) - math.log(a) - special.betaln(a, b)
+    return (
+        math.log(p) if p > LEAST_P else float(tail)
+    )  # its leading term (Abramowitz, Stegun 6.5.32 and 26.5.4) where p is no number any more
 
 
 def _entry(

@@ -3,7 +3,7 @@
 The last pass makes the thread. At points along it the machine is asked as at any other cut (vcmm.machining.contact_path), over a turn
 of the spindle at each of them:
 
-    pitch       e_z(s) - e_z(0): cumulative deviation of a flank from where the first one calls for it
+    pitch       +-(e_z(s) - e_z(0)), + along the way of the tool: how much further a flank lies than the first one calls for
     diameter    2 e_x, mean over the length
     gauge       |pitch deviation| / tan(flank angle / 2), on the pitch diameter: what a nut or a go gauge feels of it; 1.732 for 60 deg
                 (ISO 965-1:2013, virtual pitch diameter)
@@ -40,7 +40,7 @@ SAME = 1e-6  # mm
 
 @dataclass(frozen=True)
 class CutThread:
-    """One thread. um unless named otherwise; U for k = 2. pitch: the largest cumulative deviation, `after` mm of thread."""
+    """One thread. um unless named otherwise; U for k = 2. pitch: the largest cumulative deviation, `after` mm of thread, + is longer."""
 
     line: int
     tool: int
@@ -100,6 +100,9 @@ def _one(job: PreparedCut, number: int) -> CutThread:
     operator = np.zeros((PLACES + 1, side.run.n, 3))
     operator[:PLACES, :n, 2] = mean - mean[:1]
     operator[PLACES, :n, 0] = 2.0 / n
+    operator[:PLACES] *= math.copysign(
+        1.0, move.end[2] - move.start[2]
+    )  # plus: longer, whichever way it is cut
     value = np.einsum("kni,ni->k", operator, side.errors())
     u = _uncertainty(side, operator)
     worst = int(np.argmax(np.abs(value[:PLACES]) + 2.0 * u[:PLACES]))

@@ -29,6 +29,7 @@ from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup, turns_with
 from vcmm.nc.touching import ProbeContact
 
+Bools = np.typing.NDArray[np.bool_]
 STEP = 1e-3  # mm by which readings and zeros are varied
 ROUNDING = 1e-6  # of a weight: what differences of positions of 1e3 mm leave, 1e-13 relative, over STEP
 SHARES = (0.0, 1.0)
@@ -36,7 +37,7 @@ SHARES = (0.0, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class TouchedZero:
-    """K touches of a program of m moves.
+    """K touches of a program of m moves; moves (K,): those that end in them.
 
     weight (m, 2, 3, K): mm by which start and end of each move lie further per mm that a touch reads further. held (m, 3): whether
     the zero of the set-up still counts along X, Y, Z. centre (K, 3): of the ball at each touch, mm. reads (K, 3): what 1 mm of
@@ -44,8 +45,9 @@ class TouchedZero:
     """
 
     touches: tuple[ProbeContact, ...]
+    moves: tuple[int, ...]
     weight: Array
-    held: np.typing.NDArray[np.bool_]
+    held: Bools
     centre: Array
 
     @property
@@ -73,12 +75,13 @@ def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZ
     steps = [tuple(STEP * (i == k) for i in range(k + 1)) for k in range(count)]
     weight = np.stack([differences(replace(setup, read_out=s)) for s in steps], axis=-1)
     shifts = np.stack([differences(_shifted(setup, i)) for i in range(3)], axis=-1)
-    held = _held(program, shifts[:, 1], str(scenario.program))
+    follows = (np.abs(weight) > ROUNDING).any(axis=(1, 3))
+    held = _held(program, shifts[:, 1], follows, str(scenario.program))
     radius = [_ball(setup, t) for t in program.touches]
     centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
         [0.0, 0.0, 1.0]
     )
-    return TouchedZero(program.touches, weight, held, centre)
+    return TouchedZero(program.touches, _moves_of(program), weight, held, centre)
 
 
 def _ball(setup: Setup, touch: ProbeContact) -> float:
@@ -112,11 +115,13 @@ def _ends(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, f
     return (move.start, move.end) if move.centre is None else (move.centre, move.centre)
 
 
-def _held(program: Program, shift: Array, name: str) -> np.typing.NDArray[np.bool_]:
-    """Whether each axis of each move goes with the zero of the set-up (m, 3); shift (m, 3, 3): d end / d zero."""
+def _held(program: Program, shift: Array, follows: Bools, name: str) -> Bools:
+    """Whether each axis of each move rests on a zero that was set by hand (m, 3): it goes with the zero of the set-up, shift (m, 3, 3) =
+    d end / d zero, or follows (m, 3) nothing that was probed, as where the program types its zero.
+    """
     whole = np.abs(shift - np.eye(3)) < ROUNDING
     none = np.abs(shift) < ROUNDING
-    held = whole[:, range(3), range(3)]
+    held = whole[:, range(3), range(3)] | ~follows
     fine = (whole | none).all(axis=(1, 2)) | ~np.array([m.rewritable for m in program.moves])
     if not fine.all():
         line = program.moves[int(np.argmin(fine))].source.line
@@ -125,6 +130,20 @@ def _held(program: Program, shift: Array, name: str) -> np.typing.NDArray[np.boo
             "old zero (#5061, $AA_MW); correct the old zero instead (#5221=#5221+..., $P_UIFR[1,X,TR]=$P_UIFR[1,X,TR]+...), or count from the machine ($AA_MM)"
         )
     return np.asarray(held)
+
+
+def _moves_of(program: Program) -> tuple[int, ...]:
+    """Number of the move that ends in each touch."""
+    found, at = [], 0
+    for t in program.touches:
+        at = next(
+            k
+            for k, m in enumerate(program.moves[at:], at)
+            if m.source.line == t.line and np.allclose(m.end, t.tip, rtol=0.0, atol=1e-9)
+        )
+        found.append(at)
+        at += 1
+    return tuple(found)
 
 
 def _check(scenario: CutScenario, program: Program) -> None:

@@ -28,7 +28,7 @@ def touch(r: Recorder, end: Point, tool: Tool, expected: Point | None = None) ->
             kind=f"probes {tool.number}",
         )
     tip, radius, target = r.tip(), ball_radius(tool), r.world.apply(end)
-    centre = (0.0, 0.0, radius if tool.shape in ("probe", "ball") else 0.0)
+    centre = (0.0, 0.0, radius)  # over the tip, which is the lowest point
     met = first_contact(r.setup.surfaces, tip, target, radius, centre)
     if met is None and expected is not None:
         met = stopped_at(tip, r.world.apply(expected), target)

@@ -71,7 +71,10 @@ class Round:
             return None
         b, c = x * along[0] + y * along[1], x * x + y * y - reach * reach
         root = b * b - a * c
-        if root < 0.0 or (c > 2.0 * reach * BEHIND) is self.inside:
+        beyond = (
+            c > 2.0 * reach * BEHIND if self.inside else c < -2.0 * reach * BEHIND
+        )  # starts in the material
+        if root < 0.0 or beyond:
             return None
         way = (-b + (math.sqrt(root) if self.inside else -math.sqrt(root))) / a
         if way < -BEHIND:

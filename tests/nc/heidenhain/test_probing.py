@@ -57,3 +57,16 @@ def test_what_is_missing_is_said():
         interpret(program("TCH PROBE 0.0 REF. PLANE Q5"), "heidenhain", SETUP)
     with pytest.raises(DataError, match="known are 0 and 419"):
         interpret(program("TCH PROBE 421 MEASURE HOLE"), "heidenhain", SETUP)
+
+
+def test_another_preset_keeps_its_other_axes_and_feeds_are_per_minute():
+    both = Setup(offsets={**SETUP.offsets, "G55": (10.0, 20.0, 30.0)}, tools=TOOLS, surfaces=BOX)
+    text = program(
+        "M136",
+        "TCH PROBE 419 DATUM ~\n Q263=-49 ~\n Q264=+0 ~\n Q261=-5 ~\n Q272=1 ~\n Q267=1 ~\n Q305=2 ~\n Q333=0",
+        "CYCL DEF 247 DATUM ~\n Q339=2",
+        "L X+0 Y+0 Z+0 FMAX",
+    )
+    found = interpret(text, "heidenhain", both)
+    assert found.moves[-1].end == pytest.approx((50.0, 20.0, 30.0))
+    assert {m.feed for m in found.moves if m.kind == "line"} == {2000.0}

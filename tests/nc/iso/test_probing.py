@@ -109,3 +109,9 @@ def test_a_program_with_a_macro_of_its_own_runs_that_one():
     found = interpret("O1\n" + HEAD + "G65 P9811 X1.\nM30\nO9811\nG0 X#24\nM99", "fanuc", SETUP)
     assert found.moves[-1].end[0] == pytest.approx(101.0)
     assert not found.touches
+
+
+def test_a_flat_tool_touches_with_its_end_from_above():
+    mill = Setup(offsets=SETUP.offsets, tools={9: Tool(9, length=120.0, diameter=6.0)}, surfaces=BOX)
+    found = interpret(HEAD.replace("Z-5.", "Z20.") + "G0 X0.\nG31 Z-10. F100.\nM30", "fanuc", mill)
+    assert found.touches[0].tip[2] == -200.0

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.heidenhain.words import read_words
+from vcmm.nc.moves import ORIGIN
 from vcmm.nc.probing import at, ball_radius, corrected_zero, read_surface
 from vcmm.nc.recorder import Recorder
 
@@ -58,10 +59,10 @@ class KlartextProbing:
     def touched(self, target: tuple[float, float, float], axis: int, sense: float) -> float:
         """Coordinate of the surface expected at `target` (mm), along an axis in a sense."""
         r, tool = self.recorder, self.recorder.tool_data
-        kept, r.feed = r.feed, FEED
+        kept, r.feed_mode, r.feed = (r.feed_mode, r.feed), "G94", FEED
         r.straight(at(target, axis, target[axis] - sense * (CLEARANCE + ball_radius(tool))), True)
         found = read_surface(r, axis, target[axis], sense, tool)
-        r.feed = kept
+        r.feed_mode, r.feed = kept
         return found
 
     def _check(self, q: dict[str, float], column: int) -> None:
@@ -95,5 +96,6 @@ class KlartextProbing:
             )  # fmt: skip
             return
         name = r.offset if number == 0 else f"G{53 + number}"
-        r.offsets[name] = corrected_zero(r, axis, found, mm.get("Q333", 0.0))
+        shifted, own = corrected_zero(r, axis, found, mm.get("Q333", 0.0)), r.offsets.get(name, ORIGIN)
+        r.offsets[name] = shifted if name == r.offset else at(own, axis, shifted[axis])
         r.refresh()
