@@ -75,7 +75,7 @@ def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZ
     steps = [tuple(STEP * (i == k) for i in range(k + 1)) for k in range(count)]
     weight = np.stack([differences(replace(setup, read_out=s)) for s in steps], axis=-1)
     shifts = np.stack([differences(_shifted(setup, i)) for i in range(3)], axis=-1)
-    follows = (np.abs(weight) > ROUNDING).any(axis=(1, 3))
+    follows = np.asarray((np.abs(weight) > ROUNDING).any(axis=(1, 3)))
     held = _held(program, shifts[:, 1], follows, str(scenario.program))
     radius = [_ball(setup, t) for t in program.touches]
     centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
