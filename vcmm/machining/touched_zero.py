@@ -32,7 +32,6 @@ from vcmm.nc.touching import ProbeContact
 Bools = np.typing.NDArray[np.bool_]
 STEP = 1e-3  # mm by which readings and zeros are varied
 ROUNDING = 1e-6  # of a weight: what differences of positions of 1e3 mm leave, 1e-13 relative, over STEP
-SHARES = (0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

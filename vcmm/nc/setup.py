@@ -12,7 +12,6 @@ from vcmm.nc.moves import Move, Point, Program
 from vcmm.nc.touching import Surface
 
 ZERO: Point = (0.0, 0.0, 0.0)
-SHAPES = ("flat", "ball", "bull", "drill", "turning", "probe")
 
 # Orientation of a turning tool, 1 to 9: where its imaginary tip lies as seen from the centre of the nose, in X and Z.
 # 0 and 9 are the centre itself. Source: Fanuc, "imaginary tool nose"; LinuxCNC, "lathe tool orientation".
