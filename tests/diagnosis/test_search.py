@@ -12,7 +12,7 @@ from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.outlying import worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.search import further, named
+from vcmm.diagnosis.search import further, named, settled
 from vcmm.diagnosis.select import Setting, cleaned, select
 from vcmm.evaluation.gaussian import whitener
 
@@ -83,6 +83,7 @@ def test_one_bad_reading_is_no_name_and_a_name_of_several_readings_stays():
     assert (names_of(answer), names_of(none)) == (["first_reading"], [])
     assert worth_of_all_rows(answer, about) > worth_of_all_rows(none, setting) + 3.0
     assert names_of(named(setting, None)[0]) == []
+    assert names_of(settled(answer, setting, setting, None)[0]) == []  # as beside a mistake of the table
     four = (np.arange(ROWS) < 4).astype(float)[:, None]
     setting = replace(setting_of(NOISE - 12.0 * four[:, 0], first_readings=four), threshold=16.0)
     assert names_of(select(setting)) == []

@@ -132,7 +132,7 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
         return Chosen(plain, None, problem, stage)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     beside = setting_of(repaired, stage)
-    with_it, found = _settled(select(cleaned(beside)), beside, beside, None)
+    with_it, found = settled(select(cleaned(beside)), beside, beside, None)
     if not _exact(mistake, stage, with_it):
         return Chosen(plain, None, problem, stage)
     best, rival = _free(plain, stage)
@@ -163,10 +163,10 @@ def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dicti
     """
     found, rivals = _at_best_values(setting)
     own = replace(setting, found=found)
-    return _settled(max(rivals, key=lambda s: worth(s, own)), own, setting, earlier)
+    return settled(max(rivals, key=lambda s: worth(s, own)), own, setting, earlier)
 
 
-def _settled(
+def settled(
     near: Selection, own: Setting, setting: Setting, earlier: Selection | None
 ) -> tuple[Selection, Dictionary]:
     """Names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""

@@ -8,7 +8,9 @@ from vcmm.core.declaration import UM, URAD, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import Array, Run
 
-PLAY = 50 * URAD  # of an axis that turns: worm and gear drives 5-30 arcsec (25-150 urad), direct drives less, reducers of arms to 60 arcsec
+PLAY = (
+    50 * URAD
+)  # of an axis that turns: worm and gear drives 5-30 arcsec (25-150 urad), direct drives less, reducers of arms to 60 arcsec
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,9 @@ class BacklashRamp(Effect):
     cites = "ISO 230-2:2014, 2.16; friction that falls after a reversal: Armstrong et al., Automatica 30 (1994) 1083"
     axis: str = at("X", "linear or rotary axis")
     gap: float = param(0.0, "um", "lost motion at the reversal", typical=Typical(1 * UM, "as backlash", PLAY))
-    ramp: float = param(0.0, "um", "what of it is made up on the way", typical=Typical(1 * UM, "as backlash", PLAY))
+    ramp: float = param(
+        0.0, "um", "what of it is made up on the way", typical=Typical(1 * UM, "as backlash", PLAY)
+    )
     distance: float = param(
         0.3, "mm", "way after a reversal on which it is made up", scan=(0.03, 0.1, 0.3, 1.0, 3.0)
     )
