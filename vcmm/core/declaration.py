@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from vcmm.core.run import Array, Run
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
+PLAY = 50 * URAD  # of an axis that turns: worm and gear drives 5-30 arcsec, direct drives less, arms to 60
 
 # What the program itself makes an effect for, and how it calls the class that takes the role. At most one effect has each.
 ROLES: Mapping[str, str] = {
@@ -51,7 +52,7 @@ class Typical:
     """How large one element of a linear parameter is when it matters, and where the figure comes from.
 
     amount: canonical unit (mm, rad, s, N, kg and what is made of them); turn: the same for a rotation (component EA.,
-    EB., EC.); most: the largest size that a machine has, 0 = 64 times the amount. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
+    EB., EC., or along an axis that turns); most: the largest size that a machine has, 0 = 64 times the amount. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
     of a few. A `why` with arithmetic is an estimate from mechanics or optics; "usual" is an order of magnitude quoted for
     CMMs and machining centres in the literature (Slocum, Precision Machine Design, 1992; Schwenke et al., CIRP Annals 57
     (2008) 660; Weckenmann et al., CIRP Annals 53 (2004) 657; Bryan, CIRP Annals 39 (1990) 645), no limit of any standard.

@@ -7,11 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Prior, Typical
+from vcmm.core.declaration import PLAY, UM, Prior, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
-from vcmm.effects.backlash import PLAY
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
 

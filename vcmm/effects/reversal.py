@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import PLAY, UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
-from vcmm.effects.backlash import PLAY
 
 
 @dataclass(frozen=True, eq=False)

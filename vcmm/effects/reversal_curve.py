@@ -9,11 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from vcmm.core.declaration import UM, Prior, Site, Typical
+from vcmm.core.declaration import PLAY, UM, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
-from vcmm.effects.backlash import PLAY
 
 
 @dataclass(frozen=True, eq=False)
