@@ -12,6 +12,7 @@ A pose may hold one rotation (3, 3) or a batch (m, 3, 3), one per trial. Arrays 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -79,10 +80,11 @@ class Pose:
         object.__setattr__(self, "shift", frozen(self.shift))
         _check(self.rotation, self.shift)
 
-    @classmethod
-    def identity(cls) -> Pose:
-        """The pose that changes nothing."""
-        return cls(np.eye(3), np.zeros(3))
+    @staticmethod
+    @cache
+    def identity() -> Pose:
+        """The pose that changes nothing; one object, whose arrays cannot be written."""
+        return Pose(np.eye(3), np.zeros(3))
 
     @classmethod
     def from_turns(cls, shift: npt.ArrayLike, turns: npt.ArrayLike) -> Pose:
