@@ -145,6 +145,10 @@ class Pose:
             raise UsageError("A pose holds a number that is not finite; give finite mm and rad.")
         return _sound(self.rotation, shift)
 
+    def each(self) -> list[Pose]:
+        """The single poses of a batch (m,)."""
+        return [_sound(rotation, shift) for rotation, shift in zip(self.rotation, self.shift)]
+
     def then(self, after: Pose) -> Pose:
         """b_from_a.then(c_from_b) = c_from_a: this pose acts first."""
         return after @ self
