@@ -80,9 +80,14 @@ def main(arguments: list[str] | None = None) -> None:
         if sys.stderr is not None:
             print("vcmm: stdout is closed; give it a place to go, for example > out.txt", file=sys.stderr)
         os._exit(ENVIRONMENT)
+    import logging
+
     from vcmm.console.streams import in_plain_letters
 
     in_plain_letters()
+    logging.getLogger("matplotlib").setLevel(
+        logging.ERROR
+    )  # where its folder cannot be written it uses another
     sys.exit(run(words))
 
 

@@ -77,7 +77,9 @@ class Feasibility:
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
         poses = Pose.from_turns(six[:, :3], six[:, 3:])
         static, every = self._static(six, poses).max(axis=1), poses.each()
-        for i in np.flatnonzero(static == 0.0):  # the tool is looked at only where nothing simpler is in the way
+        for i in np.flatnonzero(
+            static == 0.0
+        ):  # the tool is looked at only where nothing simpler is in the way
             static[i] = self._of_tool(every[i]).max()
         return np.asarray(static == 0.0)
 
