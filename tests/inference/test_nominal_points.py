@@ -119,7 +119,9 @@ def test_the_largest_departure_counts_twice(scenario: Path) -> None:
 
 def test_points_beside_their_nominal_places_count_along_the_surface_between(scenario: Path) -> None:
     """0.3 and 0.2 mm beside: tangent planes alone would be 0.3^2 / 80 - 0.2^2 / 120 = 0.8 um off in the middle."""
-    assert measured(scenario, {}, (0.3, 0.2))[0] < 0.3e-3  # at the end, where curvature changes by a fifth to the neighbour, 0.14 um
+    assert (
+        measured(scenario, {}, (0.3, 0.2))[0] < 0.3e-3
+    )  # at the end, where curvature changes by a fifth to the neighbour, 0.14 um
     assert measured(scenario, {10: 0.012, 20: -0.004}, (0.3, 0.2))[0] == pytest.approx(0.024, abs=5e-5)
 
 
