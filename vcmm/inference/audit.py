@@ -186,7 +186,7 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
     return Audited(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR else 1.0, why=why,
-        oracle=best and best.oracle, oracle_held=best and best.oracle_held,
+        oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
     )  # fmt: skip
 
 
