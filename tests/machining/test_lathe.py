@@ -149,3 +149,41 @@ def test_a_drill_without_a_spindle_of_its_own_is_told(tmp_path):
     assert any(
         "tool 2 is no turning tool; what it cuts is left out" in text for text in remarks(lathe.shop(path))
     )
+
+
+POLAR = (
+    lathe.HEAD
+    + driven.TURNED
+    + "G98\nT0303\nG0 X60. Z5. C0.\nG12.1\nG1 X50. C0. F500.\nZ-6.\nX38. F200.\nC19.\nX-38.\nC-19.\nX38.\nC0.\n"
+    "X60.\nZ5.\nG13.1\nG0 X120. Z50.\nM5\nM30\n%\n"
+)
+SQUARE = (
+    'east = { type = "plane", point = "15 0 -3 mm", normal = [1, 0, 0], size = "24 4 mm" }\n'
+    'seat = { type = "cylinder", point = "0 0 -58 mm", axis = [0, 0, 1], diameter = "40 mm", length = "8 mm" }\n'
+)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("base", [lathe.MACHINE, driven.BASE], ids=["without Y", "with Y"])
+def test_a_square_over_the_face_by_x_and_c(tmp_path, base):
+    """Centre path 19 mm out, cutter of 8 mm. A scale of X of 100 um/m leaves 1.9 um at the wall. A spindle 10 um beside the plane of the
+    tools shifts the tip by 10 um square to the way to it: on the wall by +10 um y / r, r = hypot(19, y): 5.26 um at y = 11.76 mm."""
+    setup = driven.SETUP.replace('shape = "drill"\ndiameter = "5 mm"', 'shape = "flat"\ndiameter = "8 mm"')
+    scenario = driven.SCENARIO.replace(driven.FEATURES, SQUARE).replace("place of the cross hole", "side").replace(
+        'type = "position"\nof = "cross"', 'type = "flatness"\nof = "east"'
+    )  # fmt: skip
+    scale, beside = (
+        effect("scale_factor", axis="X", k="100 um/m"),
+        effect("rotary_location", component="Y0C", offset="10 um"),
+    )
+    for machine, expected in (
+        (scale, lambda y: 1.9 + 0.0 * y),
+        (beside, lambda y: 10.0 * y / np.hypot(19.0, y)),
+    ):
+        job = lathe.shop(
+            driven.write(tmp_path, machine, base=base, program=POLAR, setup=setup, scenario=scenario)
+        )
+        nominal, _ = lathe.nominal(job, "east")
+        assert np.abs(nominal).max() < 0.013 * UM  # chords of 0.01 um
+        found, points = lathe.moved(job, "east")
+        assert found == pytest.approx(UM * expected(points[:, 1]), abs=0.02 * UM)

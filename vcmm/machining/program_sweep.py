@@ -65,12 +65,12 @@ def driven_sweep(
     return in_workpiece(machine, base, *_turning_rows(moves, base))
 
 
-def _turning_rows(moves: Sequence[Move], base: Sweep) -> tuple[Array, Array, Array]:
+def _turning_rows(moves: Sequence[Move], base: Sweep) -> tuple[Array, Array, np.typing.NDArray[np.bool_]]:
     """A, B, C (m, 2, 3) rad at both ends of the rows, tool offsets (m, 3) mm, and which (m,) are rapids."""
     kept = [moves[i] for i in base.move.tolist()]
     turned = np.array([(m.rotary_start, m.rotary_end) for m in kept], dtype=float)
     offset = np.array([m.tool_offset for m in kept], dtype=float)
-    return turned, offset, np.array([m.kind == "rapid" for m in kept])
+    return turned, offset, np.array([m.kind == "rapid" for m in kept], dtype=bool)
 
 
 def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
