@@ -173,6 +173,7 @@ def notebook(lesson: Path) -> str:
     for number, cell in enumerate(made.cells):
         cell["id"] = f"cell-{number}"
     made.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3"}
+    made.metadata["language_info"] = {"name": "python", "pygments_lexer": "ipython3"}
     return str(jupytext.writes(made, fmt="ipynb"))
 
 

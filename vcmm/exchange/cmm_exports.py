@@ -185,7 +185,7 @@ def _calypso(path: Path, lines: Sequence[str], _notes: list[str]) -> Iterator[Ex
 
 
 @dataclass
-class _Block:
+class _Dimension:
     """A dimension of a PC-DMIS report while it is read."""
 
     name: str
@@ -195,14 +195,14 @@ class _Block:
 
 
 def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[ExportRow]:
-    block: _Block | None = None
+    block: _Dimension | None = None
     for n, line in enumerate(lines, 1):
         text, where = line.strip(), f"{path}:{n}"
         begins = BLOCK.match(text) if _is_dimension(lines, n - 1) else None
         if begins or text.upper().startswith("END OF DIMENSION"):
             yield from _rows(block)
             block = (
-                _Block(begins[1], begins[3] or ("deg" if "ANGLE" in begins[2].upper() else ""))
+                _Dimension(begins[1], begins[3] or ("deg" if "ANGLE" in begins[2].upper() else ""))
                 if begins
                 else None
             )
@@ -217,7 +217,7 @@ def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[Expo
     yield from _rows(block)
 
 
-def _row(block: _Block, line: str, where: str) -> tuple[str, str, str, str]:
+def _row(block: _Dimension, line: str, where: str) -> tuple[str, str, str, str]:
     """(where, axis, measured cell, why it cannot be told). DataError: the heading has no MEAS."""
     words = [w for w, _ in block.header]
     if "MEAS" not in words:
@@ -263,7 +263,7 @@ def _agrees(placed: Mapping[str, str], words: Sequence[str]) -> bool:
     return abs(measured - nominal - deviation) <= 1.5 * digit
 
 
-def _rows(block: _Block | None) -> Iterator[ExportRow]:
+def _rows(block: _Dimension | None) -> Iterator[ExportRow]:
     for where, axis, cell, broken in block.rows if block else ():
         assert block is not None
         unit = "deg" if axis.upper() in ANGLES else block.unit
