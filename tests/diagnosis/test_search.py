@@ -59,9 +59,7 @@ def test_a_ramp_that_another_name_explains_is_no_part_of_a_play():
     both = (way + other) / np.sqrt(2.0)
     setting = setting_of(20.0 * sense + 12.0 * both + NOISE, play=sense[:, None], other=both[:, None])
     plain = replace(_option(sense[:, None]), effect=Backlash("Y"), log_prior=-np.log(2.0))
-    ramp = replace(
-        _option(np.column_stack([sense, way])), effect=BacklashRamp("Y"), log_prior=-np.log(2.0)
-    )
+    ramp = replace(_option(np.column_stack([sense, way])), effect=BacklashRamp("Y"), log_prior=-np.log(2.0))
     play, one = setting.found.families
     families = (replace(play, options=(plain, ramp)), one)
     as_it_is = cast(Refiner, lambda option, r, basis: option)
