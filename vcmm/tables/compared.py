@@ -14,16 +14,16 @@ CAPTION = (
 
 
 def short_names(paths: Sequence[str]) -> list[str]:
-    """Each path by as few of its last parts as tell it from the others."""
-    out = []
-    for path in paths:
-        parts = path.replace("\\", "/").split("/")
-        for k in range(1, len(parts) + 1):
-            ending = "/".join(parts[-k:])
-            if sum(("/" + other.replace("\\", "/")).endswith("/" + ending) for other in paths) == 1:
-                break
-        out.append(ending)
-    return out
+    """Each path by as few of its last parts as tell it from the others; of "a, b", the files of several recordings, each."""
+    every = [one.replace("\\", "/") for path in paths for one in path.split(", ")]
+    return [", ".join(_short(one.replace("\\", "/"), every) for one in path.split(", ")) for path in paths]
+
+
+def _short(path: str, others: Sequence[str]) -> str:
+    parts = path.split("/")
+    endings = ("/".join(parts[-k:]) for k in range(1, len(parts) + 1))
+    alone = (e for e in endings if sum(("/" + other).endswith("/" + e) for other in others) == 1)
+    return next(alone, path)
 
 
 def tables(rows: Sequence[Comparison]) -> list[ResultTable[Sequence[str]]]:
