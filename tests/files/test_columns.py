@@ -38,6 +38,11 @@ def test_positions_offsets_columns_and_labels(tmp_path):
         ("X_mm,Y_mm,Z_mm\n1,2\n", 2, ["2 cells where the header names 3"]),
         ("# note\nX_mm,Y_mm,Z_mm\n\n1,2,3\n1,2,x\n", 5, ['"x" in column Z_mm is not a number']),
         ("X_mm;Y_mm;Z_mm\n1;2;3,5\n", 2, ["decimals take a point"]),
+        (
+            "X_mm,Y_mm,Z_mm,sense_X\n1,2,3,1\n1,2,3,up\n",
+            3,
+            ['"up" in column sense_X', "write 1 where the axis last moved up"],
+        ),
         ("X_mm,Y_mm,Z_mm\n1,2,nan\n", 2, ["is not finite"]),
         ("X_mm,Y_mm,Z_mm,offset_x\n1,2,3,4\n", 1, ['unknown column "offset_x". Did you mean "offset_x_mm"']),
         ("X_mm,Y_mm,Z_mm,temp_prat\n1,2,3,4\n", 1, ['Did you mean "temp_part_C"']),
