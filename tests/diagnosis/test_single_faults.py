@@ -168,6 +168,10 @@ def short_run(error, seed: int) -> Recording:
     return replace(recording("displacement", run, value, along, 0.6 * UM, zero=""), measuring=False)
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="a play that a lost motion along the axis beats by 0.2 nats shares with it (0.46): docs/diagnose.md, Limits",
+)
 def test_play_is_named_before_what_holds_it_with_more_free_numbers():
     found = diagnose_recording(short_run(lambda q, s: -0.5 * 2 * UM * s, 1), make.machine(), 1, 100)
     assert [(a.effect, a.cannot_be_told_from) for a in found.answer] == [("backlash", ())]
