@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
 from tests.diagnosis import generator as make
 from tests.diagnosis.test_kinds import laser
