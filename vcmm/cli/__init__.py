@@ -35,7 +35,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
-    "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file: part and plan, machine, quantities.",
+    "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file, or of what PC-DMIS or CALYPSO exported.",
     "view": "A machine or a measuring task in a window, or as a picture.",
     "serve": "A task as a live page on this machine: knobs, and U, decision and budget moving with them.",
     "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",

@@ -75,11 +75,9 @@ class Feasibility:
     def feasible(self, poses: npt.ArrayLike) -> Bools:
         """(m,): nothing is in the way."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-        seen = Pose.from_turns(six[:, :3], six[:, 3:])
-        static, every = self._static(six, seen).max(axis=1), seen.each()
-        for i in np.flatnonzero(
-            static == 0.0
-        ):  # the tool is looked at only where nothing simpler is in the way
+        together = Pose.from_turns(six[:, :3], six[:, 3:])
+        static, every = self._static(six, together).max(axis=1), together.each()
+        for i in np.flatnonzero(static == 0.0):  # the tool is looked at where nothing simpler is in the way
             static[i] = self._of_tool(every[i]).max()
         return np.asarray(static == 0.0)
 
@@ -90,9 +88,9 @@ class Feasibility:
     def amounts(self, poses: npt.ArrayLike) -> Array:
         """(m, len(CONSTRAINTS)) mm, 0 where met. Angles count as the arc at the part's rim, kg as mm."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-        seen = Pose.from_turns(six[:, :3], six[:, 3:])
-        out = self._static(six, seen)
-        for row, pose in zip(out, seen.each()):
+        together = Pose.from_turns(six[:, :3], six[:, 3:])
+        out = self._static(six, together)
+        for row, pose in zip(out, together.each()):
             row += self._of_tool(pose)
         return out
 
