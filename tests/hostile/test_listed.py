@@ -156,6 +156,7 @@ def test_too_little_memory_is_no_bug(tmp_path, monkeypatch):
             ",-8\n",
             'diameter = "-8 mm" must be positive',
         ),  # its position at MMC has no feature then
+        ("design", '"laser along X"', '"' + 300 * "x" + '"', "name has 300 characters; 200 are the most"),
         (
             "dmis",
             "PTMEAS/CART,-30,-20,20,0,0,1",

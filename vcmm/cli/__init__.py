@@ -154,6 +154,8 @@ def _dispatch(words: list[str]) -> int:
     except CycloptsError as error:
         from vcmm.console.complaints import said
 
-        Console(stderr=True, highlight=False, soft_wrap=True).print(said((str(error),)), markup=False)
+        hint = "; write it out, for example 1000000" if str(error).endswith("into int.") else ""
+        text = str(error).removesuffix(".") + hint if hint else str(error)
+        Console(stderr=True, highlight=False, soft_wrap=True).print(said((text,)), markup=False)
         return WRONG
     return code if isinstance(code, int) else 0

@@ -13,12 +13,12 @@ from functools import partial
 from types import UnionType
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, WithJsonSchema, field_validator
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, shown, usual, vector
-from vcmm.files.problems import Problems
+from vcmm.files.problems import Problems, bad_name
 from vcmm.files.toml import Document, Location
 
 M = TypeVar("M", bound="Table")
@@ -36,6 +36,15 @@ class Table(BaseModel):
     """A TOML table: unknown keys are refused, nothing is converted in silence."""
 
     model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
+
+    @field_validator("name", check_fields=False)
+    @classmethod
+    def _one_line(cls, name: object) -> object:
+        """A name stands in tables and on pages, whatever it names."""
+        bad = bad_name(name) if isinstance(name, str) and name.strip() else ""
+        if bad:
+            raise ValueError(f"{NAME} {bad}")
+        return name
 
 
 def _as_value_error(convert: Callable[[object], Any], value: object) -> Any:
