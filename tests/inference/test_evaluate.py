@@ -268,3 +268,15 @@ def test_an_element_that_is_not_the_only_one_is_told_of_the_part_that_has_it(tmp
     found = evaluate_points(load_scenario(tmp_path / "s.toml"), given)
     assert [any("is not the only one" in w for w in p.warnings) for p in found] == [False, True, False]
     assert [p.characteristics[0].measured for p in found] == pytest.approx([29.994] * 3, abs=1e-6)
+
+
+LIMIT = 'zone = "0.03 mm"'
+
+
+def test_a_batch_is_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "s.toml").write_text(ROUND.replace("roundness", "size").replace(LIMIT, ""))
+    (tmp_path / "v.csv").write_text("part,characteristic,value_mm\nA,round,30.001\nB,round,30.002\n")
+    assert run(["evaluate", str(tmp_path / "s.toml"), "--values", str(tmp_path / "v.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("measured, and the 95% interval of the true value") == 1
+    assert [line.split()[0] for line in shown.splitlines() if "30.00" in line] == ["A", "B"]
