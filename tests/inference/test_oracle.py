@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.evaluation.belts import inverse_of
 from vcmm.evaluation.pairs import Pairs
-from vcmm.inference.oracle import Lengths, lengths, oracle
+from vcmm.inference.oracle import IntervalLengths, lengths, oracle
 from vcmm.part.part import Characteristic
 
 FLATNESS = Characteristic("f", "flatness", of=("top",), zone=0.01)
@@ -61,4 +61,4 @@ def test_lengths_beside_the_oracle_of_each_family() -> None:
     assert found.oracle_held == pytest.approx(0.95, abs=0.015)
     assert found.belts_held >= found.own_held
     assert found.ratio == pytest.approx(found.belts / found.oracle)
-    assert np.isnan(Lengths(1, 1, 0, 1, 1, 1).ratio)
+    assert np.isnan(IntervalLengths(1, 1, 0, 1, 1, 1).ratio)

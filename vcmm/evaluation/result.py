@@ -11,11 +11,11 @@ import numpy as np
 
 from vcmm import charts
 from vcmm.charts import PlottedBudget
+from vcmm.charts.distribution import filled
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.summary import Summary
 from vcmm.evaluation.truth import Truth
 from vcmm.gps.decision import Decision
-from vcmm.report.histogram import filled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,7 +132,7 @@ class CharacteristicResult:
             return math.nan, math.nan
         return self.expanded, self.k
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
         unit, scale = SHOWN_IN[self.unit]
         from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731

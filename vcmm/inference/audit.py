@@ -27,7 +27,7 @@ from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.inference.job import PreparedTask
-from vcmm.inference.oracle import Lengths, lengths
+from vcmm.inference.oracle import IntervalLengths, lengths
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task
@@ -176,7 +176,7 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
     """Measured by points, whose residuals tell the roughness of every part."""
     p, one, k = result.p, inversion.counted(i, 0.0, 0.0), inversion.column(i)
     held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
-    best: Lengths | None = None
+    best: IntervalLengths | None = None
     if isinstance(one, CountedInverse):
         best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
         held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
@@ -190,7 +190,7 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
     )  # fmt: skip
 
 
-def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> Lengths | None:
+def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
     """Of characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
     one, k = inversion.counted(i, 0.0, 0.0), inversion.column(i)
     if not isinstance(one, CountedInverse):

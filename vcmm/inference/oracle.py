@@ -24,7 +24,7 @@ TINY = 1e-12  # mm or rad
 
 
 @dataclass(frozen=True)
-class Lengths:
+class IntervalLengths:
     """Mean lengths over drawn parts (mm or rad) and coverages: of the belts of all families, of the belts of the part's own family, of
     the oracle.
     """
@@ -44,7 +44,7 @@ class Lengths:
 
 def lengths(
     c: Characteristic, k: int, inverse: Inverse, known: Sequence[Pairs], drawn: Sequence[Pairs], p: float
-) -> Lengths:
+) -> IntervalLengths:
     """c: characteristic in column k; known: parts per family from which belts and oracle are made; drawn: others, to count."""
     found = []
     for family, mine, fresh in zip(inverse.families, known, drawn):
@@ -57,7 +57,7 @@ def lengths(
             [(high - low).mean() for low, high in kinds]
             + [((low <= true + TINY) & (true <= high + TINY)).mean() for low, high in kinds]
         )
-    return Lengths(*(float(x) for x in np.mean(found, axis=0)))
+    return IntervalLengths(*(float(x) for x in np.mean(found, axis=0)))
 
 
 def oracle(

@@ -218,7 +218,8 @@ def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
         return dot(arm, _outward(feature))
     if feature.kind == "sphere":
         return np.asarray(side * (length(arm) - feature.sizes[0]))
-    along, radial, _ = _cylindrical(feature, arm)
+    along, square = _across(feature, arm)
+    radial = length(square)
     if feature.kind in ("circle", "cylinder"):
         return np.asarray(side * (radial - feature.sizes[0]))
     if feature.kind == "cone":
@@ -240,13 +241,14 @@ def normal(feature: Feature, points: npt.ArrayLike) -> Array:
         return np.broadcast_to(_outward(feature), arm.shape).copy()
     if feature.kind == "sphere":
         return side * _direction(arm, frame(feature)[0])
-    along, radial, away = _cylindrical(feature, arm)
+    along, square = _across(feature, arm)
+    away = _direction(square, frame(feature)[0])
     if feature.kind in ("circle", "cylinder"):
         return side * away
     if feature.kind == "cone":
         half = feature.sizes[1]
         return np.asarray(side * (math.cos(half) * away - math.sin(half) * feature.axis))
-    tube = (radial - feature.sizes[0])[..., None] * away + along[..., None] * feature.axis
+    tube = (length(square) - feature.sizes[0])[..., None] * away + along[..., None] * feature.axis
     return side * _direction(tube, feature.axis)
 
 
@@ -256,13 +258,12 @@ def _outward(feature: Feature) -> Array:
     return np.asarray(frame(feature)[0]) if feature.kind == "line" else feature.axis
 
 
-def _cylindrical(feature: Feature, arm: Array) -> tuple[Array, Array, Array]:
-    """Distance along the axis (...), from the axis (...), and the direction away from it (..., 3)."""
+def _across(feature: Feature, arm: Array) -> tuple[Array, Array]:
+    """Distance along the axis (...), and the vector from the axis, square to it (..., 3)."""
     if feature.kind == "mesh":
         _outward(feature)
     along = dot(arm, feature.axis)
-    square = arm - along[..., None] * feature.axis
-    return along, length(square), _direction(square, frame(feature)[0])
+    return along, arm - along[..., None] * feature.axis
 
 
 def _direction(vectors: Array, otherwise: Array) -> Array:
