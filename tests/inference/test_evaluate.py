@@ -185,7 +185,7 @@ def test_roundness_held_by_independent_counting(tmp_path: Path) -> None:
     path.write_text(ROUND)
     loaded = load_scenario(path)
     belts = inversion.inversion_of(loaded.task(), loaded.settings, (0,))
-    inverse, rng = belts.counted(0, 0.02, False).inverse, np.random.default_rng(8)
+    inverse, rng = belts.counted(0, 0.02, None).inverse, np.random.default_rng(8)
     turn = np.arange(24) * 2 * np.pi / 24
     columns = np.column_stack([np.ones(24), np.cos(turn), np.sin(turn)])
     left = np.eye(24) - columns @ np.linalg.pinv(columns)
@@ -268,3 +268,15 @@ def test_an_element_that_is_not_the_only_one_is_told_of_the_part_that_has_it(tmp
     found = evaluate_points(load_scenario(tmp_path / "s.toml"), given)
     assert [any("is not the only one" in w for w in p.warnings) for p in found] == [False, True, False]
     assert [p.characteristics[0].measured for p in found] == pytest.approx([29.994] * 3, abs=1e-6)
+
+
+LIMIT = 'zone = "0.03 mm"'
+
+
+def test_a_batch_is_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "s.toml").write_text(ROUND.replace("roundness", "size").replace(LIMIT, ""))
+    (tmp_path / "v.csv").write_text("part,characteristic,value_mm\nA,round,30.001\nB,round,30.002\n")
+    assert run(["evaluate", str(tmp_path / "s.toml"), "--values", str(tmp_path / "v.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("measured, and the 95% interval of the true value") == 1
+    assert [line.split()[0] for line in shown.splitlines() if "30.00" in line] == ["A", "B"]

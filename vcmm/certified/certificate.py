@@ -36,9 +36,8 @@ class LengthLimit:
         return self.fixed + 1e-3 * lengths / self.per
 
 
-def length_limit(text: object, name: str) -> LengthLimit:
+def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
     """ "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2. UsageError: what is not understood or not positive."""
-    example = "1.9 um + L/300"
     if not isinstance(text, str):
         raise UsageError(
             f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
@@ -56,7 +55,7 @@ def length_limit(text: object, name: str) -> LengthLimit:
 
 def short_limit(text: object, name: str) -> float:
     """A limit that is one length, mm."""
-    found = length_limit(text, name)
+    found = length_limit(text, name, "1.9 um")
     if found.per != float("inf"):
         raise UsageError(
             f'{name} = "{text}" does not grow with a length; write for example {name} = "1.8 um"'

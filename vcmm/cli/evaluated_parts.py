@@ -7,17 +7,18 @@ from typing import Any
 
 
 def show_parts(parts: Any, warnings: Collection[str]) -> None:
-    """Values, true values, decisions and contributions of every part."""
+    """Values, true values and decisions; of one part contributions too, of several one table."""
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.evaluated import largest, stated_with, undecided_because
-    from vcmm.tables.inferred import joint_words, shown
+    from vcmm.tables.inferred import batch, joint_words, shown, told_once, wholes
 
-    for part in parts:
-        show_table(shown(part))
-        found = [e.result for e in part.characteristics]
-        for sentence in (*stated_with(found), *undecided_because(found), *joint_words(part.joint)):
-            say(sentence)
-    if len(parts) == 1:
-        show_table(largest(e.result for e in parts[0].characteristics))
+    several = len(parts) > 1
+    results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
+    show_table(batch(parts) if several else shown(parts[0]))
+    said = told_once([(name, [*stated_with(found), *undecided_because(found)]) for name, found in results])
+    for sentence in (*said, *(wholes(parts) if several else joint_words(parts[0].joint))):
+        say(sentence)
+    if not several:
+        show_table(largest(results[0][1]))
     for warning in warnings:
         say(f"note: {warning}")

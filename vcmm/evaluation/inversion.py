@@ -21,6 +21,7 @@ from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.pairs import (
     MOST,
     Drawing,
+    Largest,
     Pairs,
     both,
     families,
@@ -117,6 +118,15 @@ class Added:
     by_form: float
 
 
+Reach = tuple[int, int]  # doublings of the largest form, and of the largest way out of place
+
+
+def _doublings(over_noise: float) -> int:
+    """So often MOST is doubled to be REACH times as large as what was found."""
+    asked = REACH * over_noise / MOST
+    return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
+
+
 @dataclass(frozen=True, eq=False)
 class Inversion:
     """Belts of the extreme characteristics of a task, number `numbers` of all, by how far they reach."""
@@ -124,8 +134,8 @@ class Inversion:
     drawing: Drawing
     settings: Settings
     numbers: tuple[int, ...]
-    _drawn: dict[int, DrawnParts] = field(default_factory=dict, repr=False)
-    _made: dict[tuple[int, int, bool], CountedInverse | NoInverse] = field(default_factory=dict, repr=False)
+    _drawn: dict[Reach, DrawnParts] = field(default_factory=dict, repr=False)
+    _made: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(default_factory=dict, repr=False)
 
     def column(self, i: int) -> int:
         """Where characteristic i of the task stands among those that parts are drawn for."""
@@ -134,27 +144,32 @@ class Inversion:
     def characteristic(self, i: int) -> Characteristic:
         return self.drawing.task.part.characteristics[self.column(i)]
 
-    def reach(self, i: int, y: float) -> int:
-        """How often the largest form is doubled so that it is well beyond an indicated value."""
-        c = self.characteristic(i)
+    def reach(self, i: int, y: float, rest: float | None = None) -> Reach:
+        """How often the largest form, and how far features are out of place, are doubled so that they are well beyond what was
+        indicated. Orientation and location may be far off without any form: there the residuals say how rough the part may be.
+        """
+        c, attitude = self.characteristic(i), self.drawing.attitude
         if not gps.one_sided(c):
-            return 0
-        noise = [self.drawing.noise[n] for n in gps.needs(c)] + [self.drawing.attitude]
-        asked = REACH * y / min(noise) / MOST
-        return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
+            return 0, 0
+        noise = min(self.drawing.noise[n] for n in gps.needs(c))
+        if c.type in gps.PLACED:
+            return _doublings((rest or 0.0) / noise), _doublings(y / attitude)
+        both = _doublings(y / min(noise, attitude))
+        return both, both
 
-    def counted(self, i: int, y: float, seen: bool) -> CountedInverse | NoInverse:
-        """The belt of characteristic i for an indicated value, mm or rad. seen: the roughness of the part is known too."""
+    def counted(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
+        """The belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
         c = self.characteristic(i)
-        place = (i, self.reach(i, y), seen and sorted_by_roughness(c))
+        place = (i, self.reach(i, y, rest), rest is not None and sorted_by_roughness(c))
         if place not in self._made:
             self._made[place] = _counted(c, self.column(i), self.drawn(place[1]), self.settings.p, place[2])
         return self._made[place]
 
-    def drawn(self, reach: int = 0) -> DrawnParts:
-        """Parts drawn with forms up to MOST 2^reach times the noise."""
+    def drawn(self, reach: Reach = (0, 0)) -> DrawnParts:
+        """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says."""
         if reach not in self._drawn:
-            self._drawn[reach] = DrawnParts(self.drawing, self.settings, MOST * 2.0**reach)
+            form, off = (MOST * 2.0**n for n in reach)
+            self._drawn[reach] = DrawnParts(self.drawing, self.settings, Largest(form, off))
         return self._drawn[reach]
 
     def added(self, i: int) -> Added:
@@ -187,17 +202,17 @@ class Inverted:
     limit: str = ""
 
     def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        said = self.inversion.counted(self.i, y, self.rest is not None).given(y, self.rest, p, limits)
+        said = self.inversion.counted(self.i, y, self.rest).given(y, self.rest, p, limits)
         return replace(said, short=said.short or self.limit)
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnParts:
-    """Parts of every kind with forms up to `most` times the noise, drawn when they are asked for."""
+    """Parts of every kind that go as far as `most`, drawn when they are asked for."""
 
     drawing: Drawing
     settings: Settings
-    most: float
+    most: Largest
     _kept: dict[str, Sequence[Pairs]] = field(default_factory=dict, repr=False)
 
     @property
@@ -255,7 +270,7 @@ def _counted(
     """k: its column. seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
     without = max(lost(k, one) for one in drawn.known)
     if without > MOST_LOST:
-        largest = 1e3 * drawn.most * max(drawn.drawing.noise[n] for n in gps.needs(c))
+        largest = 1e3 * drawn.most.form * max(drawn.drawing.noise[n] for n in gps.needs(c))
         return NoInverse(NO_ELEMENT.format(without, largest))
     inverse = inverse_of(c, k, drawn.known)
     blind = sorted_by_roughness(c) and not seen
@@ -271,7 +286,7 @@ def _of_parts(
     """u (C,), half (C,), by Input (m, C), by the form (C,)."""
     count = ADDED_BY_CONTACT if in_contact(drawing.task) else ADDED
     model, place = drawing.measured, (settings.seed + 4, 0)
-    touched, surface = surfaces(drawing, count, place, (KNOWN[0], MOST, form), off)
+    touched, surface = surfaces(drawing, count, place, (KNOWN[0], Largest(), form), off)
     true, still = values(drawing.surface, surface), values(model, touched)
     error = values(model, touched + machine_part(model, *place, count)) - true
     low, high = np.nanquantile(error, [(1 - settings.p) / 2, (1 + settings.p) / 2], axis=0)

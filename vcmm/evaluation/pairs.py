@@ -40,6 +40,14 @@ FORMLESS = 0.1  # share of parts without form
 APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
 
 
+@dataclass(frozen=True)
+class Largest:
+    """How far the parts that are drawn go: the largest form over the noise, how far features are out of place over what the machine moves."""
+
+    form: float = MOST
+    off: float = MOST
+
+
 @dataclass(frozen=True, eq=False)
 class Pairs:
     """true, indicated (N, C) mm or rad, NaN where a part has no such element; rest (N, C): root mean square of the residuals of
@@ -143,10 +151,10 @@ def families(
     count: int,
     seed: int,
     names: Sequence[str] = KNOWN,
-    most: float = MOST,
+    most: Largest = Largest(),
     ratio: float | None = None,
 ) -> list[Pairs]:
-    """`count` parts of each family, measured by the same machines. most: largest form over noise; ratio: that of all parts."""
+    """`count` parts of each family, measured by the same machines. ratio: form over noise of all parts."""
     blocks: list[list[tuple[Array, Array, Array]]] = [[] for _ in names]
     for at in range(0, count, BLOCK):
         size = min(BLOCK, count - at)
@@ -157,20 +165,27 @@ def families(
 
 
 def pairs(
-    drawing: Drawing, count: int, seed: int, family: str, most: float = MOST, ratio: float | None = None
+    drawing: Drawing,
+    count: int,
+    seed: int,
+    family: str,
+    most: Largest = Largest(),
+    ratio: float | None = None,
 ) -> Pairs:
     """`count` parts of one family."""
     return families(drawing, count, seed, (family,), most, ratio)[0]
 
 
-def both(drawing: Drawing, count: int, seed: int, most: float = MOST, ratio: float | None = None) -> Pairs:
+def both(
+    drawing: Drawing, count: int, seed: int, most: Largest = Largest(), ratio: float | None = None
+) -> Pairs:
     """Parts of the families that the inverse knows, as many of each."""
     drawn = families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)
     return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 
 
 def _block(
-    drawing: Drawing, noise: Array, place: tuple[int, int], how: tuple[str, float, float | None]
+    drawing: Drawing, noise: Array, place: tuple[int, int], how: tuple[str, Largest, float | None]
 ) -> tuple[Array, Array, Array]:
     touched, surface = surfaces(drawing, len(noise), place, how)
     found = touched + noise
@@ -181,16 +196,16 @@ def surfaces(
     drawing: Drawing,
     count: int,
     place: tuple[int, int],
-    how: tuple[str, float, float | None],
+    how: tuple[str, Largest, float | None],
     off: float | None = None,
 ) -> tuple[Array, Array]:
     """Departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
 
-    place: seed, number of the first part; how: family, largest form over noise, the form of all (None: any); off: how far all are
+    place: seed, number of the first part; how: family, how far they go, the form of all (None: any); off: how far all are
     out of place and direction (None: as their forms), over the noise.
     """
     own_stream = [*place, sorted(FAMILIES).index(how[0])]
-    ratio = _ratios(np.random.default_rng(own_stream), count, how[1], how[2])
+    ratio = _ratios(np.random.default_rng(own_stream), count, how[1].form, how[2])
     touched = np.zeros((count, drawing.measured.task.touches.run.n))
     surface = np.zeros((count, drawing.surface.task.touches.run.n))
     for name in drawing.noise:
@@ -235,7 +250,7 @@ def _departures(
     name: str,
     rng: np.random.Generator,
     ratio: Array,
-    how: tuple[str, float, float | None],
+    how: tuple[str, Largest, float | None],
     off: float | None,
 ) -> list[Array]:
     """Departures of one feature at its touches and all over.
@@ -250,7 +265,7 @@ def _departures(
     )
     drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
     if name in drawing.moved:
-        away = _ratios(rng, count, most, fixed if off is None else off)
+        away = _ratios(rng, count, most.off, fixed if off is None else off)
         way = rng.normal(size=(count, 6)) * drawing.attitude * away
         way[:, 3:] *= 2.0 / max(float(np.ptp(ground.sets[1], axis=0).max()), 1.0)
         touches = [m.task.touches for m in (drawing.measured, drawing.surface)]

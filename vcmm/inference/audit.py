@@ -174,7 +174,7 @@ def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
 
 def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
     """Measured by points, whose residuals tell the roughness of every part."""
-    p, one, k = result.p, inversion.counted(i, 0.0, True), inversion.column(i)
+    p, one, k = result.p, inversion.counted(i, 0.0, 0.0), inversion.column(i)
     held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
     best: IntervalLengths | None = None
     if isinstance(one, CountedInverse):
@@ -192,7 +192,7 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
 
 def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
     """Of characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
-    one, k = inversion.counted(i, 0.0, True), inversion.column(i)
+    one, k = inversion.counted(i, 0.0, 0.0), inversion.column(i)
     if not isinstance(one, CountedInverse):
         return None
     known = inversion.drawn().known

@@ -145,8 +145,8 @@ def evaluate_values(
             known,
             np.array([y.get(name, np.nan) for name in order]),
             None,
-            chosen,
-            known.result.warnings,
+            settings=chosen,
+            said=known.result.warnings,
         )
         for values, y in zip(given, measured)
     )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
 from vcmm.evaluation.jointly import JointJudgement
 from vcmm.inference.job import Evaluated, EvaluatedPart
@@ -40,13 +40,52 @@ SHOWN: tuple[Column[Evaluated], ...] = (
 )
 
 
+CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
+
+
 def shown(part: EvaluatedPart) -> ResultTable[Evaluated]:
     """characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
     first = part.characteristics[0].result
     name = f'part "{part.part}": ' if part.part else ""
     title = f"{name}measured, and the {first.p:.0%} interval of the true value"
-    caption = "Departures from nominal. p: probability that the true value is within its limits."
-    return ResultTable(title, SHOWN, part.characteristics, caption)
+    return ResultTable(title, SHOWN, part.characteristics, CAPTION)
+
+
+@dataclass(frozen=True)
+class OfPart:
+    """A row of several parts in one table: a characteristic, or the whole part."""
+
+    part: str
+    of: Any
+
+    @property
+    def unit(self) -> str:
+        return str(getattr(self.of, "unit", ""))
+
+
+def _of_part(column: Column[Any]) -> Column[OfPart]:
+    cell = column.cell
+    return replace(cast(Any, column), cell=lambda row: cell(row.of))
+
+
+def batch(parts: Sequence[EvaluatedPart]) -> ResultTable[OfPart]:
+    """Several parts in one table: part | characteristic | measured | deviation | ... ."""
+    rows = [OfPart(p.part, e) for p in parts for e in p.characteristics]
+    columns = (Column("part", lambda r: r.part), *(_of_part(c) for c in SHOWN if c.head != "nominal"))
+    title = f"{len(parts)} parts: measured, and the {rows[0].of.result.p:.0%} interval of the true value"
+    return ResultTable(title, columns, rows, CAPTION)
+
+
+def wholes(parts: Sequence[EvaluatedPart]) -> list[str]:
+    """All tolerances of every part together, in a sentence per decision."""
+    judged: dict[str, list[str]] = {}
+    for part in parts:
+        if part.joint is not None:
+            judged.setdefault(part.joint.decision, []).append(part.part)
+    return [
+        f"all tolerances together: {len(names)} of {len(parts)} parts: {decision} ({', '.join(names)})"
+        for decision, names in judged.items()
+    ]
 
 
 def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
@@ -113,11 +152,16 @@ FILE: tuple[Column[Any], ...] = (
 
 def warnings_of_parts(parts: Sequence[EvaluatedPart]) -> list[str]:
     """What all parts say once; before what only some say stand their names."""
+    return told_once([(p.part, p.warnings) for p in parts])
+
+
+def told_once(of_parts: Sequence[tuple[str, Iterable[str]]]) -> list[str]:
+    """Sentences by part, each one once: with the names of the parts that it is about, unless it is about all."""
     said: dict[str, list[str]] = {}
-    for part in parts:
-        for text in dict.fromkeys(part.warnings):
-            said.setdefault(text, []).append(part.part)
+    for name, sentences in of_parts:
+        for text in dict.fromkeys(sentences):
+            said.setdefault(text, []).append(name)
     return [
-        text if len(names) == len(parts) else "part " + ", ".join(f'"{n}"' for n in names) + f": {text}"
+        text if len(names) == len(of_parts) else "part " + ", ".join(f'"{n}"' for n in names) + f": {text}"
         for text, names in said.items()
     ]

@@ -72,8 +72,10 @@ def _fine_on_page(value: float, unit: Unit) -> str:
     return f"{number(value * 1e6, 2)} {'nm' if unit == 'mm' else 'µrad'}"
 
 
-def span_text(ends: Sequence[float], unit: Unit) -> str:
-    """Two ends of an interval as departures: [-0.12, +0.31] um."""
+def span_text(ends: Sequence[float] | None, unit: Unit) -> str:
+    """Two ends of an interval as departures: [-0.12, +0.31] um; a dash where there is none, as of a tolerance not stated."""
+    if ends is None:
+        return DASH
     word = "um" if unit == "mm" else "urad"
     return f"[{ends[0] * SMALL_SCALE[unit]:+.2f}, {ends[1] * SMALL_SCALE[unit]:+.2f}] {word}"
 
