@@ -238,7 +238,7 @@ def test_the_mean_of_two_touches_scatters_less_and_its_ball_does_not_count(tmp_p
     found = [float(np.einsum("nik,ni->nk", f.response, normal)[0, 0]) for f in world.influences()]
     names = [f.input.effect for f in world.influences()]
     touches = sorted(abs(v) for v, n in zip(found, names) if n == "probe_touch")
-    assert touches == pytest.approx([0.5, 0.5], abs=1e-9)  # 0.35 um together
+    assert touches == pytest.approx([0.5, 0.5], abs=1e-9)  # u = 0.35 um together
     assert [v for v, n in zip(found, names) if n == "tool_radius"] == pytest.approx([0.0], abs=1e-9)
 
 
