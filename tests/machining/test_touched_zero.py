@@ -273,3 +273,12 @@ def test_an_arc_whose_radius_follows_a_touch_grows_with_it(tmp_path):
     weight = touched.at(np.full(3, number), np.array([0.0, 0.5, 1.0]))[:, :, 0]
     # from the left over the top to the right: inward by 1 at each
     assert weight == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]), abs=1e-6)
+
+
+def test_the_scatter_of_touches_stands_in_the_budget(tmp_path):
+    said = SCENARIO.replace(
+        'setup = "setup.toml"', 'setup = "setup.toml"\n[cut.tools]\n9 = { u_touch = "0.5 um" }\n'
+    )
+    found = cut(files(tmp_path, program=BOTH, scenario=said))
+    names = {line.input for line in found.uncertainty.characteristics[0].budget}
+    assert {"probe_touch[1].shift", "probe_touch[2].shift"} <= names
