@@ -243,10 +243,10 @@ def _known(
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
             )
-        elif setup.tools[int(name)].shape != "turning":
+        elif setup.tools[int(name)].shape != "turning" and setup.tools[int(name)].driven is None:
             for key in ("u_offset_x", "u_offset_y"):
                 if getattr(cut.tools[name], key):
-                    text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
+                    text = f"{key} belongs to a turning or driven tool; tool {name} is {setup.tools[int(name)].shape}"
                     problems.add(("cut", "tools", name, key), text)
         if cut.tools[name].compliance is not None and not (forces_known(setup) or cut.force_log):
             text = "compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out"
@@ -305,7 +305,7 @@ def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[E
             inputs.append(_of_setter("tool length", name, "dl", said.u_length))
         if said.u_radius:
             inputs.append(_of_setter("tool radius", name, "dr", said.u_radius))
-        if setup.tools[number].shape == "turning":
+        if setup.tools[number].shape == "turning" or setup.tools[number].driven is not None:
             effects += _set("tool offset", *((name, d) for d in "xy"))
         for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
             if u:

@@ -16,7 +16,7 @@ from vcmm.nc.touching import ProbeContact, first_contact, left_contact, stopped_
 OVERTRAVEL = 10.0  # mm beyond the expected surface, as in Renishaw's Inspection Plus (Q) and usual as set-up of a probe elsewhere
 
 
-class Circle(NamedTuple):
+class ProbedCircle(NamedTuple):
     """Middle and diameter, mm as programmed."""
 
     x: float
@@ -87,10 +87,10 @@ class Feeler(NamedTuple):
         reach = diameter / 2.0 - sense * self.radius
         return self.feel((sense * x, sense * y, 0.0), sense * (reach - from_middle))
 
-    def circle(self, tips: Sequence[Point], inside: bool) -> Circle:
+    def circle(self, tips: Sequence[Point], inside: bool) -> ProbedCircle:
         """The bore or boss through touches at tips."""
         x, y, radius = circle_through(tips)
-        return Circle(x, y, 2.0 * (radius + (self.radius if inside else -self.radius)))
+        return ProbedCircle(x, y, 2.0 * (radius + (self.radius if inside else -self.radius)))
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from vcmm.nc.heidenhain.probing import CLEARANCE
 from vcmm.nc.moves import Point
-from vcmm.nc.probing import Circle, Feeler, at, correct_turn, correct_zero
+from vcmm.nc.probing import Feeler, ProbedCircle, at, correct_turn, correct_zero
 from vcmm.nc.recorder import Recorder
 
 PRESETS = 6
@@ -95,7 +95,7 @@ class TouchCycle:
         self.leave()
         return sum(ends) / 2.0, ends[0] - ends[1]
 
-    def circle(self, nominal: Sequence[float], inside: bool) -> Circle:
+    def circle(self, nominal: Sequence[float], inside: bool) -> ProbedCircle:
         """A circle of nominal x, y and diameter by four points, or Q423 = 3, from the angle Q325 on, Q247 apart."""
         x, y, size = nominal
         count, tips = round(self.value("Q423", 4.0)), []
