@@ -282,3 +282,36 @@ def test_the_scatter_of_touches_stands_in_the_budget(tmp_path):
     found = cut(files(tmp_path, program=BOTH, scenario=said))
     names = {line.input for line in found.uncertainty.characteristics[0].budget}
     assert {"probe_touch[1].shift", "probe_touch[2].shift"} <= names
+
+
+ALIGNED = """G17 G71 G90 G94 G54
+T9 D1
+M6
+G0 X-80 Y-20
+Z-6
+CYCLE998(105,9000,0,1,-50,0,,40,5,201,0,40)
+G0 Z20
+T1 D1
+M6
+S3000 M3
+G0 X-80 Y-60
+Z-10
+G1 X-58 F600
+Y60
+X-80
+G0 Z50
+M30
+"""
+
+
+def test_a_zero_turned_by_an_edge_takes_the_squareness_into_the_part(tmp_path):
+    # C0Y = 50 urad leans the path of Y by 2 um over 40 mm of wall; the edge was measured along the same path: nothing is left of it
+    setup = SETUP.replace('"fanuc"', '"sinumerik"')
+    skew = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "50 urad"\n'
+    slopes = []
+    for program in (ALIGNED, ALIGNED.replace("CYCLE998(105", "CYCLE998(5")):
+        world = finished_part(set_up(files(tmp_path, skew, program=program, setup=setup)))[1]
+        rows = world.contacts.row[:, 0]
+        y, x = world.measuring.task.touches.points[:, 1], world.tool.errors()[rows, 0] * 1e3
+        slopes.append(abs(np.polyfit(y, x, 1)[0]) * 40.0)
+    assert slopes == pytest.approx([0.0, 2.0], abs=1e-3)
