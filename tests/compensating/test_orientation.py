@@ -81,8 +81,10 @@ def written(text: str) -> list[list[float]]:
     return [list(map(float, words)) for words in found]
 
 
-@pytest.mark.parametrize("structure", [TABLES, HEAD])
-@pytest.mark.parametrize("dialect", list(TEXTS))
+@pytest.mark.parametrize(
+    ("dialect", "structure"),
+    [("fanuc", TABLES), ("fanuc", HEAD), ("sinumerik", HEAD), ("heidenhain", TABLES)],
+)
 def test_the_tool_points_where_it_was_programmed(tmp_path, dialect, structure):
     mill = replace(machine(structure), effects=ERRORS)
     file = tmp_path / "part.nc"
