@@ -238,7 +238,7 @@ def test_the_mean_of_two_touches_scatters_less_and_its_ball_does_not_count(tmp_p
     found = [float(np.einsum("nik,ni->nk", f.response, normal)[0, 0]) for f in world.influences()]
     names = [f.input.effect for f in world.influences()]
     touches = sorted(abs(v) for v, n in zip(found, names) if n == "probe_touch")
-    assert touches == pytest.approx([0.5, 0.5], abs=1e-9)  # 0.35 um together
+    assert touches == pytest.approx([0.5, 0.5], abs=1e-9)  # u = 0.35 um together
     assert [v for v, n in zip(found, names) if n == "tool_radius"] == pytest.approx([0.0], abs=1e-9)
 
 
@@ -273,3 +273,45 @@ def test_an_arc_whose_radius_follows_a_touch_grows_with_it(tmp_path):
     weight = touched.at(np.full(3, number), np.array([0.0, 0.5, 1.0]))[:, :, 0]
     # from the left over the top to the right: inward by 1 at each
     assert weight == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]), abs=1e-6)
+
+
+def test_the_scatter_of_touches_stands_in_the_budget(tmp_path):
+    said = SCENARIO.replace(
+        'setup = "setup.toml"', 'setup = "setup.toml"\n[cut.tools]\n9 = { u_touch = "0.5 um" }\n'
+    )
+    found = cut(files(tmp_path, program=BOTH, scenario=said))
+    names = {line.input for line in found.uncertainty.characteristics[0].budget}
+    assert {"probe_touch[1].shift", "probe_touch[2].shift"} <= names
+
+
+ALIGNED = """G17 G71 G90 G94 G54
+T9 D1
+M6
+G0 X-80 Y-20
+Z-6
+CYCLE998(105,9000,0,1,-50,0,,40,5,201,0,40)
+G0 Z20
+T1 D1
+M6
+S3000 M3
+G0 X-80 Y-60
+Z-10
+G1 X-58 F600
+Y60
+X-80
+G0 Z50
+M30
+"""
+
+
+def test_a_zero_turned_by_an_edge_takes_the_squareness_into_the_part(tmp_path):
+    # C0Y = 50 urad leans the path of Y by 2 um over 40 mm of wall; the edge was measured along the same path: nothing is left of it
+    setup = SETUP.replace('"fanuc"', '"sinumerik"')
+    skew = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "50 urad"\n'
+    slopes = []
+    for program in (ALIGNED, ALIGNED.replace("CYCLE998(105", "CYCLE998(5")):
+        world = finished_part(set_up(files(tmp_path, skew, program=program, setup=setup)))[1]
+        rows = world.contacts.row[:, 0]
+        y, x = world.measuring.task.touches.points[:, 1], world.tool.errors()[rows, 0] * 1e3
+        slopes.append(abs(np.polyfit(y, x, 1)[0]) * 40.0)
+    assert slopes == pytest.approx([0.0, 2.0], abs=1e-3)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import KnownErrors, PathErrors, field_of, known_errors_of
+from vcmm.compensating.field import KnownErrors, field_of, known_errors_of
 from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensating.inlining import INLINE, check_written_out, must_be_written_out, written_out
@@ -21,7 +21,7 @@ from vcmm.compensating.languages import LANGUAGES
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
 from vcmm.compensating.offsets import with_shifts
-from vcmm.compensating.orientation import oriented_source, proved
+from vcmm.compensating.pointing import pointing, reoriented, with_angles
 from vcmm.compensating.proof import (
     block_rate,
     compare,
@@ -43,7 +43,7 @@ from vcmm.compensating.refusals import (
     check_words,
     check_wound,
 )
-from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, OrientationProof, Rounding
+from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
@@ -51,7 +51,7 @@ from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.evaluation.sampling import Progress
-from vcmm.motion.tool_centre import leads, oriented
+from vcmm.motion.tool_centre import leads
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.interpret import interpret, read_for
 from vcmm.nc.moves import Program
@@ -136,7 +136,7 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
         text, lines, writer = rewrite(work, tolerance, beside)
         try:
             new = interpret(text, work.dialect.name, work.setup, work.source.name, trace=True)
-            new = _with_angles(new, work.machine, work.source.name)
+            new = with_angles(new, work.machine, work.source.name)
         except (ModelLimit, DataError) as error:
             if not beside:
                 raise ModelLimit(
@@ -163,7 +163,7 @@ def prepare(
     check_wound(source, LANGUAGES[name])
     notes = check_state(machine, machine_file, setup)
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
-    read = _with_angles(read, machine, source.name)
+    read = with_angles(read, machine, source.name)
     known, language, given = _in_states(known_errors_of(machine), read), LANGUAGES[name], (read, source)
     short = without_length(read.moves, setup.tools)
     if short is not None:
@@ -174,24 +174,13 @@ def prepare(
     source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
 
-    def errors_along(program: Program) -> PathErrors:
-        columns = {**setup.constants, **(constants or {})}
-        return field_of(
-            known, setup, program.moves, set_here=set_here, constants=columns, lathe=language.lathe
-        )
-
-    field, aim = errors_along(read), None
+    columns = {**setup.constants, **(constants or {})}
+    field = field_of(known, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe)
+    aim = read if orientation else None
     if orientation:
-        aim = read
-        try:
-            source, said = oriented_source(source, read, field, decimals)
-        except (DataError, ModelLimit) as error:
-            raise at_origin(error, source.name, origin) from None
-        notes += said
-        read = _with_angles(
-            interpret(source.text, name, setup, source.name, trace=True), machine, source.name
+        source, read, field = reoriented(
+            source, read, field, name, decimals=decimals, origin=origin, notes=notes
         )
-        field = errors_along(read)
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
@@ -218,14 +207,6 @@ def prepare(
         carry=carry,
         aim=aim,
     )
-
-
-def _with_angles(read: Program, machine: Machine, name: str) -> Program:
-    """The program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
-    if not leads(read.moves):
-        return read
-    moves, said = oriented(read.moves, machine, name)
-    return replace(read, moves=moves, warnings=(*read.warnings, *said))
 
 
 def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
@@ -298,7 +279,7 @@ def _proved(
             _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
-    pointing = None if work.aim is None else _pointing(work, work.aim, new, lines)
+    aimed = None if work.aim is None else pointing(work, work.aim, new, lines)
     rounding = _rounding(work, writer, after)
     digits = min(rounding.largest, math.sqrt(3.0) * rounding.step)  # mm that the last digit can cost
     met = after.largest <= used + digits + 1e-9
@@ -331,22 +312,8 @@ def _proved(
         warnings=tuple(notes),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
-        orientation=pointing,
+        orientation=aimed,
     )
-
-
-def _pointing(work: Work, aim: Program, new: Program, lines: Sequence[int]) -> OrientationProof:
-    """Where the tool points with the program as it is, and with the new one; lines: of the source for each line of the new program."""
-
-    def along(program: Program) -> PathErrors:
-        return replace(work.field, moves=program.moves)
-
-    low, _ = spans(work.program, new, lines)
-    origin = (0, *work.origin)
-    own = np.arange(len(aim.moves))
-    before = proved(along(aim), aim.moves, aim.moves, low=own, lines=origin)
-    own_lines = (0, *(origin[n] for n in lines))
-    return OrientationProof(before, proved(along(new), aim.moves, new.moves, low=low, lines=own_lines))
 
 
 def _check_better(work: Work, before: Departure, after: Departure, digits: float) -> None:

@@ -165,6 +165,7 @@ class ProbeTouch(Effect):
 
     name = "probe_touch"
     per = "touch of the program"
+    needs = ("nx", "ny", "nz")
     cites = "ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2"
     role = "probe touch"
     belongs_to = "setup"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
+from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.moves import ORIGIN, Point
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Tool
@@ -89,6 +91,22 @@ class Feeler(NamedTuple):
         """The bore or boss through touches at tips."""
         x, y, radius = circle_through(tips)
         return ProbedCircle(x, y, 2.0 * (radius + (self.radius if inside else -self.radius)))
+
+
+@contextmanager
+def measuring_cycle(r: Recorder, what: str, feed: float) -> Iterator[None]:
+    """A cycle of the control, its ways at a feed per minute. In a survey what it cannot do is passed over and told, strict it is refused."""
+    kept = r.feed_mode, r.feed
+    r.feed_mode, r.feed = "G94", feed
+    try:
+        yield
+    except (BlockFault, ProgramFault) as fault:
+        if r.setup.strict:
+            raise
+        said = fault.text if isinstance(fault, BlockFault) else fault.reason
+        r.assume(what, f"passed over from where it stops: {said}")
+    finally:
+        r.feed_mode, r.feed = kept
 
 
 def ball_radius(tool: Tool) -> float:
@@ -206,11 +224,6 @@ def _answered(r: Recorder, met: tuple[Point, Point, Point] | None, end: Point, s
     if not stops and met is not None:
         r.straight(end, False)
     return met is not None
-
-
-def corrected_zero(r: Recorder, axis: int, reads: float, should: float) -> Point:
-    """The work offset in force, shifted along an axis so that what now reads `reads` (mm) will read `should`; machine axes, mm."""
-    return shifted_zero(r, at(r.p, axis, reads), at(r.p, axis, should))
 
 
 def shifted_zero(r: Recorder, reads: Point, should: Point) -> Point:

@@ -178,3 +178,11 @@ def test_what_a_cycle_lacks_is_said_by_line():
     ):
         with pytest.raises(DataError, match=message):
             run(cycle)
+
+
+def test_a_survey_goes_on_where_a_cycle_cannot():
+    text = "BEGIN PGM P MM\nTOOL CALL 9 Z S10\nTCH PROBE 410 DATUM ~\nQ321=+0\nL X+7 FMAX\nEND PGM P MM"
+    found = interpret(text, "heidenhain", Setup(offsets=ZERO, tools=TOOLS, strict=False))
+    assert found.moves[-1].end[0] == 107.0
+    assert [(a.line, a.what) for a in found.assumed] == [(3, "TCH PROBE 410")]
+    assert "needs Q322" in found.assumed[0].value

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 
 from vcmm.nc.heidenhain.probing import FEED
 from vcmm.nc.heidenhain.touches import TouchCycle
-from vcmm.nc.probing import meeting
+from vcmm.nc.probing import measuring_cycle, meeting
 from vcmm.nc.recorder import Recorder
 
 LENGTHS_NOT = frozenset(
@@ -42,11 +42,10 @@ def touch_cycle(
     """Runs a cycle of CYCLES with its parameters in the unit of the program. Raises ProgramFault."""
     q = {name: v if name in LENGTHS_NOT else v * r.unit for name, v in given.items()}
     cycle = TouchCycle(r, values, number, q, column)
-    kept, r.feed_mode, r.feed = (r.feed_mode, r.feed), "G94", FEED
     needed, action = CYCLES[number]
-    cycle.check(*needed)
-    action(cycle)
-    r.feed_mode, r.feed = kept
+    with measuring_cycle(r, f"TCH PROBE {number}", FEED):
+        cycle.check(*needed)
+        action(cycle)
 
 
 def _slope(c: TouchCycle) -> float:

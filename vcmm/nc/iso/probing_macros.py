@@ -18,7 +18,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.offsets import OFFSETS, further
 from vcmm.nc.moves import Point
-from vcmm.nc.probing import OVERTRAVEL, Feeler, at, correct_zero, meeting
+from vcmm.nc.probing import OVERTRAVEL, Feeler, at, correct_zero, measuring_cycle, meeting
 from vcmm.nc.recorder import NO_TOOL
 
 CLEAR = 8.0  # mm: R where it is not given
@@ -129,10 +129,8 @@ def measuring_macro(c: IsoControl, number: int, given: Mapping[int, float], colu
         return False
     c.column = column
     m = MeasuringCall(c, number, given, column)
-    mode, feed = c.feed_mode, c.feed
-    c.feed_mode, c.feed = "G94", m.length("F", 0.0) or FEED
-    action(m)
-    c.feed_mode, c.feed = mode, feed
+    with measuring_cycle(c, f"G65 P{number}", m.length("F", 0.0) or FEED):
+        action(m)
     return True
 
 

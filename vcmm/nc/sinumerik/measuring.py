@@ -16,7 +16,7 @@ from typing import NoReturn
 
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import Point
-from vcmm.nc.probing import OVERTRAVEL, Feeler, at, correct_turn, correct_zero
+from vcmm.nc.probing import OVERTRAVEL, Feeler, at, correct_turn, correct_zero, measuring_cycle
 from vcmm.nc.sinumerik.blocks import Item
 from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.memory import MEASURING, Variable
@@ -163,10 +163,8 @@ def measure(
         return
     named = {n: v for n, v in zip(ARGUMENTS.get(item.name, ()), arguments) if v is not None}
     found = SinumerikMeasuring(i, runner, item, _parameters(runner) if old else named, old)
-    mode, feed, r = i.r.feed_mode, i.r.feed, i.r
-    r.feed_mode, r.feed = "G94", FEED
-    KINDS[item.name](found)
-    r.feed_mode, r.feed = mode, feed
+    with measuring_cycle(i.r, item.name, FEED):
+        KINDS[item.name](found)
 
 
 def _parameters(runner: SinumerikRunner) -> dict[str, float]:

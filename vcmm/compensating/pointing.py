@@ -1,0 +1,56 @@
+"""Where a rewritten program points its tool: angles that only the machine knows, their correction, and its proof."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.compensating.field import PathErrors
+from vcmm.compensating.orientation import oriented_source, proved
+from vcmm.compensating.proof import spans
+from vcmm.compensating.result import OrientationProof
+from vcmm.compensating.rewriting import Work
+from vcmm.compensating.source import SourceText, at_origin
+from vcmm.core.errors import DataError, ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.motion.tool_centre import leads, oriented
+from vcmm.nc.interpret import interpret
+from vcmm.nc.moves import Program
+
+
+def with_angles(read: Program, machine: Machine, name: str) -> Program:
+    """The program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
+    if not leads(read.moves):
+        return read
+    moves, said = oriented(read.moves, machine, name)
+    return replace(read, moves=moves, warnings=(*read.warnings, *said))
+
+
+def reoriented(
+    source: SourceText, read: Program, field: PathErrors, name: str, *, decimals: int | None, origin: Sequence[int], notes: list[str]
+) -> tuple[SourceText, Program, PathErrors]:  # fmt: skip
+    """The program with the words that turn the tool corrected, what it means, and the errors along it; the tip is not yet corrected."""
+    try:
+        source, said = oriented_source(source, read, field, decimals)
+    except (DataError, ModelLimit) as error:
+        raise at_origin(error, source.name, origin) from None
+    notes += said
+    again = interpret(source.text, name, field.setup, source.name, trace=True)
+    read = with_angles(again, field.known.machine, source.name)
+    return source, read, replace(field, moves=read.moves)
+
+
+def pointing(work: Work, aim: Program, new: Program, lines: Sequence[int]) -> OrientationProof:
+    """Where the tool points with the program as it is, and with the new one; lines: of the source for each line of the new program."""
+
+    def along(program: Program) -> PathErrors:
+        return replace(work.field, moves=program.moves)
+
+    low, _ = spans(work.program, new, lines)
+    origin = (0, *work.origin)
+    own = np.arange(len(aim.moves))
+    before = proved(along(aim), aim.moves, aim.moves, low=own, lines=origin)
+    own_lines = (0, *(origin[n] for n in lines))
+    return OrientationProof(before, proved(along(new), aim.moves, new.moves, low=low, lines=own_lines))
