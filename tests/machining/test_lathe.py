@@ -151,6 +151,45 @@ def test_a_drill_without_a_spindle_of_its_own_is_told(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("dialect", "program"),
+    [("sinumerik", driven.SINUMERIK), ("linuxcnc", driven.LINUXCNC)],
+    ids=["SPOS, SETMS and CYCLE83", "C and G83 with G7"],
+)
+def test_the_same_part_in_other_words(tmp_path, dialect, program):
+    """A linuxcnc insert of orientation 2 is one of orientation 3 on Fanuc. 50 urad at r 17.157 mm (2 % from the end of 17.237): 0.858 um."""
+    setup = driven.SETUP.replace("fanuc-lathe", dialect)
+    setup = setup.replace("orientation = 3", "orientation = 2") if dialect == "linuxcnc" else setup
+    machine = effect("rotary_cyclic", component="ECC", coefficients='["0 rad", "100 urad"]')
+    job = lathe.shop(driven.write(tmp_path, machine, program=program, setup=setup))
+    for name, most in (("cross", 0.858), ("hole0", 0.0), ("hole90", 1.2), ("flat", 0.686)):
+        assert np.abs(lathe.nominal(job, name)[0]).max() < 1e-9
+        assert np.abs(lathe.moved(job, name)[0]).max() == pytest.approx(most * UM, abs=0.001 * UM), name
+    assert not any("refus" in text or "stands still" in text for text in remarks(job))
+
+
+SUB = driven.PROGRAM.replace("T0303\n", "G55\nT0303\n").replace("T0404\n", "G54\nT0404\n")
+
+
+def test_the_part_in_the_other_spindle_is_left_out_and_told(tmp_path):
+    """The face holes are those of the part in the sub-spindle (G55): the part in the first one has none, and the other way round."""
+    setup = driven.SETUP.replace(
+        "[offsets]", '[work_spindles]\nG55 = 2\n[offsets]\nG55 = ["0 mm", "0 mm", "200 mm"]'
+    )
+    job = lathe.shop(driven.write(tmp_path, program=SUB, setup=setup))
+    assert np.isnan(lathe.nominal(job, "hole90")[0]).all()
+    assert np.abs(lathe.nominal(job, "cross")[0]).max() < 1e-9
+    said = [t for t in remarks(job) if "spindle" in t]
+    assert [t.split(": ")[0] for t in said] == ["part.nc:20", "part.nc:27", "lines 23 to 24"]
+    assert "2 moves cut the part in spindle 2 and are left out; work_spindle = 2 in [cut]" in said[-1]
+
+
+def test_a_spindle_that_holds_nothing(tmp_path):
+    path = driven.write(tmp_path, scenario=driven.SCENARIO.replace("[cut]", "[cut]\nwork_spindle = 2"))
+    with pytest.raises(UsageError, match=r"part\.nc: nothing is cut in spindle 2, only in 1"):
+        lathe.shop(path)
+
+
 POLAR = (
     lathe.HEAD
     + driven.TURNED

@@ -83,6 +83,7 @@ class CutTable(Table):
     work_offset: OffsetTable = Field(default_factory=OffsetTable)
     tools: dict[str, ToolKnowledge] = Field(default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }'])
     step: Size = 1.0
+    work_spindle: Annotated[int, Field(ge=1, le=9)] = 1
     batch_part: Annotated[int, Field(ge=1)] = Field(default=1, examples=["20"])
     force_log: str | None = Field(default=None, examples=['"forces.csv"'])
     load_log: str | None = Field(default=None, examples=['"load.csv"'])
@@ -181,7 +182,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures) | sensors, inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
-        batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
+        work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 

@@ -96,6 +96,10 @@ class SetupFile(Table):
     reference: Point = ZERO
     second_reference: Point = ZERO
     set_with: int | None = Field(default=None, examples=["3"])
+    channel: Annotated[int, Field(ge=1, le=9)] = 1
+    work_spindles: dict[str, Annotated[int, Field(ge=1, le=9)]] = Field(
+        default_factory=dict, examples=["{ G55 = 2 }"]
+    )
     tools: dict[str, ToolTable] = Field(default_factory=dict)
     stock: StockTable | None = None
     surfaces: list[SurfaceTable] = Field(default_factory=list)
@@ -137,7 +141,7 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
-        control=control, compensation=active, log=log, set_with=model.set_with,
+        control=control, compensation=active, log=log, set_with=model.set_with, channel=model.channel, work_spindles=dict(model.work_spindles),
         subprograms=tuple(folder / name for name in model.subprograms),
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
@@ -209,7 +213,7 @@ def _check_names(model: SetupFile, problems: Problems) -> None:
         problems.add(
             ("machine",), 'machine = "" names no file; leave the key out, or write machine = "mill.toml"'
         )
-    for table in ("offsets", "rotations"):
+    for table in ("offsets", "rotations", "work_spindles"):
         for name in getattr(model, table):
             if not _OFFSET.fullmatch(name):
                 problems.add(

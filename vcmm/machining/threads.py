@@ -62,7 +62,10 @@ def threads_of(job: PreparedCut) -> tuple[CutThread, ...]:
     """Every thread of the program, in order; none where it cuts none."""
     last = last_passes(job.program.moves)
     return tuple(
-        _one(job, number) for number in last if job.program.moves[number].tool in job.scenario.setup.tools
+        _one(job, number)
+        for number in last
+        if job.program.moves[number].tool in job.scenario.setup.tools
+        and job.program.moves[number].work_spindle == job.scenario.work_spindle
     )
 
 

@@ -129,6 +129,10 @@ class Setup:
     subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
     surfaces: tuple[Surface, ...] = ()
     read_out: tuple[float, ...] = ()
+    channel: int = 1  # which channel of a program with several ($1, $2) is read
+    work_spindles: Mapping[str, int] = field(
+        default_factory=dict
+    )  # work offset -> spindle that holds its part
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
@@ -140,6 +144,11 @@ class Setup:
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
     )
+
+
+def has_driven(setup: Setup) -> bool:
+    """Whether there are tools with a spindle of their own, so that the main spindle holds the part."""
+    return any(t.driven is not None for t in setup.tools.values())
 
 
 def first_tool(moves: Sequence[Move], setup: Setup) -> int:
