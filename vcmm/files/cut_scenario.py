@@ -61,7 +61,8 @@ class OffsetTable(Table):
 
 
 class ToolKnowledge(Table):
-    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning tools.
+    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning and driven tools;
+    u_width: of the edge of groove tools.
 
     compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up.
     """
@@ -70,6 +71,7 @@ class ToolKnowledge(Table):
     u_radius: Spread = 0.0
     u_offset_x: Spread = 0.0
     u_offset_y: Spread = 0.0
+    u_width: Spread = 0.0
     compliance: Compliance | None = None
     u_compliance: Compliance = 0.0
 
@@ -182,7 +184,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures) | sensors, inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
-        work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
+        u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 
@@ -241,6 +243,9 @@ def _known(
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
             )
+        elif cut.tools[name].u_width and setup.tools[int(name)].width is None:
+            text = f'u_width needs the width of tool {name} in the set-up, for example width = "3 mm"'
+            problems.add(("cut", "tools", name, "u_width"), text)
         elif setup.tools[int(name)].shape != "turning" and setup.tools[int(name)].driven is None:
             for key in ("u_offset_x", "u_offset_y"):
                 if getattr(cut.tools[name], key):

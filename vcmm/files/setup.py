@@ -47,6 +47,7 @@ class ToolTable(Table):
     stick_out: Size | None = None
     cutting_length: Size | None = None
     shank_diameter: Size | None = None
+    width: Size | None = None
     driven: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None
 
 
@@ -277,6 +278,10 @@ def _tool(key: str, t: ToolTable) -> Tool:
         raise UsageError(
             f'driven belongs to a cutter with its own spindle (flat, ball, bull, drill), not to shape = "{t.shape}"'
         )
+    if t.width is not None and (t.shape != "turning" or t.width < 2.0 * (t.nose_radius or 0.0)):
+        raise UsageError(
+            'width is that of the edge of a groove tool, shape = "turning", at least twice its nose_radius'
+        )
     if t.nose_radius is not None and t.shape != "turning":
         raise UsageError('nose_radius belongs to shape = "turning"')
     if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:
@@ -285,5 +290,5 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     return Tool(
         number=int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
-        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven,
+        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
     )  # fmt: skip

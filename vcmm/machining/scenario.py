@@ -62,6 +62,7 @@ class CutScenario:
     force_log: Mapping[str, Series] = field(
         default_factory=dict
     )  # measured forces, by column; instead of the model
+    u_width: Mapping[int, float] = field(default_factory=dict)  # of groove tools, mm
     load_log: Series | None = None  # measured cutting power, W
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1

@@ -51,6 +51,7 @@ class Tool:
     stick_out: float | None = None
     cutting_length: float | None = None  # height of the cutting edges over the tip
     shank_diameter: float | None = None  # of what follows above them: shank or holder
+    width: float | None = None  # of a groove tool
     driven: str | None = (
         None  # driven tool of a lathe, angle head: the way from tip to holder, a word of DIRECTIONS
     )
