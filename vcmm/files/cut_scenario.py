@@ -62,7 +62,8 @@ class OffsetTable(Table):
 
 class ToolKnowledge(Table):
     """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning and driven tools;
-    u_width: of the edge of groove tools.
+    u_width: of the edge of groove tools; u_touch: scatter of one touch of a program that probes with
+    this tool.
 
     compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up.
     """
@@ -72,6 +73,7 @@ class ToolKnowledge(Table):
     u_offset_x: Spread = 0.0
     u_offset_y: Spread = 0.0
     u_width: Spread = 0.0
+    u_touch: Spread = 0.0
     compliance: Compliance | None = None
     u_compliance: Compliance = 0.0
 
@@ -182,6 +184,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures) | sensors, inputs=inputs,
+        touch_scatter={int(n): t.u_touch for n, t in model.cut.tools.items() if t.u_touch},
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),

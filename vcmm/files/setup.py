@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -66,12 +67,13 @@ class StockTable(Table):
 
 class SurfaceTable(Table):
     """What a probing move meets, in work coordinates of `offset`: a plane (point, normal), or a bore or boss along Z (point,
-    diameter, inside)."""
+    diameter, inside); height: how far it goes down from z of the point, without end where it is not said."""
 
     point: Point
     normal: Direction | None = None
     diameter: Diameter | None = Field(default=None, examples=['"30 mm"'])
     inside: bool = False
+    height: Diameter | None = Field(default=None, examples=['"20 mm"'])
     offset: str = "G54"
 
 
@@ -164,7 +166,9 @@ def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
             continue
         point = _moved(one.point, model.offsets.get(one.offset, ZERO))
         if one.diameter is not None:
-            out.append(Round(point, one.diameter / 2.0, one.inside))
+            low = -math.inf if one.height is None else point[2] - one.height
+            high = math.inf if one.height is None else point[2]
+            out.append(Round(point, one.diameter / 2.0, one.inside, low, high))
         elif one.normal is not None:
             out.append(Face(point, one.normal))
     if model.stock is not None and model.stock.box is not None:

@@ -24,7 +24,7 @@ from vcmm.machining.rotary import point_of_part
 from vcmm.machining.rotary_milling import RotaryMillingProcess
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.tool_errors import cutting_effects, needs_forces
-from vcmm.machining.touched_zero import touched_zero
+from vcmm.machining.touched_zero import touched_zero, with_scatter
 from vcmm.machining.turned import turning_of
 from vcmm.machining.turned_faces import with_faces
 from vcmm.machining.turning import TurningProcess
@@ -49,6 +49,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
     touched = touched_zero(scenario, text, program)
+    scenario = with_scatter(scenario, touched)
     program = _of_axes(scenario, program)
     _check_forces(scenario, program)
     _check_ends(scenario, program)

@@ -107,7 +107,8 @@ class Setup:
     material of the stock: for cutting forces, None = none are computed. thrust: force square to the edge over the main one.
     strict: nothing is assumed, what a program lacks is refused; else it is taken as the machine would and told (levels).
     surfaces: what a probing move meets, machine axes: the stock and what is stated. read_out: mm by which each touch of the program
-    reads further along its way than where ball and surface meet.
+    reads further along its way than where ball and surface meet. expected_at: tips (machine axes) at which its touches answer where no
+    surface is stated, whatever the program expects.
     path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
@@ -134,6 +135,7 @@ class Setup:
     work_spindles: Mapping[str, int] = field(
         default_factory=dict
     )  # work offset -> spindle that holds its part
+    expected_at: tuple[Point, ...] = ()
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
