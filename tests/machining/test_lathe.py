@@ -13,6 +13,7 @@ import vcmm
 from tests.machining import driven, lathe
 from tests.machining.lathe import effect
 from vcmm.core.errors import UsageError
+from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.job import cut
 from vcmm.machining.lathe import LatheProcess, LatheSurface
 from vcmm.machining.preparation import remarks, set_up
@@ -226,3 +227,22 @@ def test_a_square_over_the_face_by_x_and_c(tmp_path, base):
         assert np.abs(nominal).max() < 0.013 * UM  # chords of 0.01 um
         found, points = lathe.moved(job, "east")
         assert found == pytest.approx(UM * expected(points[:, 1]), abs=0.02 * UM)
+
+
+CYLINDER = (
+    "T0404\nG0 X60. Z-45. C0.\nG1 X36. F200.\nG7.1 C18.\nG1 C90. F200.\nG7.1 C0\nG0 X60.\nG0 X120. Z50.\n"
+)
+
+
+def test_a_groove_round_the_part_by_c(tmp_path):
+    """G7.1 leads C under a cutter across the spindle: its floor is round at 18 mm, and X 50 um/m too long leaves 0.9 um of it."""
+    program = lathe.HEAD + driven.TURNED + "G98\n" + CYLINDER + "M5\nM30\n%\n"
+    machine = effect("scale_factor", axis="X", k="50 um/m")
+    job = lathe.shop(driven.write(tmp_path, machine, base=lathe.MACHINE, program=program))
+    angle = np.radians(np.linspace(5.0, 85.0, 9))
+    normals = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(9)])
+    surface = surface_at(job, 18.0 * normals + [0, 0, -45], normals)
+    assert np.abs(surface.s).max() < 1e-9
+    names = np.arange(9).astype(str)
+    tool, contacts = tool_side(job, surface, names, names)
+    assert contacts.surface(tool.errors()) - contacts.surface(tool.known) == pytest.approx(0.9 * UM, abs=1e-6)
