@@ -275,3 +275,29 @@ def test_a_swivel_with_the_name_of_its_head_is_compensated(tmp_path):
     found = run(tmp_path, text, scale(100.0), replace(SETUP, dialect="sinumerik"))
     assert 'CYCLE800(1,"TC1",0,57' in found.text
     assert "X99.990" in found.text
+
+
+def test_what_only_a_lathe_with_more_than_one_tool_carrier_has(tmp_path):
+    """Blocks of driven tools at C, another spindle, a file of two channels, TRANSMIT: each by its line."""
+    head = "%\nO1\nG21 G98 F100.\nG54 T0101 S500 M3\nG0 X50. Z2.\n"
+    setup = replace(
+        SETUP,
+        dialect="fanuc-lathe",
+        offsets={**SETUP.offsets, "G55": (0.0, 0.0, 0.0)},
+        work_spindles={"G55": 2},
+    )
+    for block, what in (
+        ("G1 X40. C30.\n", "part.nc:6:1: a rotary axis stands off zero"),
+        ("G55\nG1 X40.\n", "part.nc:7:1: the part in spindle 2 is cut here"),
+        ("$2\nG1 X40.\n", "part.nc:6:1: a channel begins here; a file of several channels is not rewritten"),
+    ):
+        error = DataError if "$" in block else ModelLimit
+        message = refused(
+            tmp_path, head + block + "M30\n%\n", lathe(), setup, error=error, dialect="fanuc-lathe"
+        )
+        assert what in message
+    text = "G90 G71 DIAMON G54\nT1 D1\nS500 M3\nG0 X50 Z2\nTRANSMIT\nG1 X40 Y10 F100\nTRAFOOF\nM30\n"
+    message = refused(
+        tmp_path, text, lathe(), replace(setup, dialect="sinumerik"), error=ModelLimit, dialect="sinumerik"
+    )
+    assert "part.nc:6:1: X and C lead the tip over the end face" in message

@@ -13,6 +13,7 @@ import vcmm
 from tests.machining import driven, lathe
 from tests.machining.lathe import effect
 from vcmm.core.errors import UsageError
+from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.job import cut
 from vcmm.machining.lathe import LatheProcess, LatheSurface
 from vcmm.machining.preparation import remarks, set_up
@@ -151,6 +152,45 @@ def test_a_drill_without_a_spindle_of_its_own_is_told(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("dialect", "program"),
+    [("sinumerik", driven.SINUMERIK), ("linuxcnc", driven.LINUXCNC)],
+    ids=["SPOS, SETMS and CYCLE83", "C and G83 with G7"],
+)
+def test_the_same_part_in_other_words(tmp_path, dialect, program):
+    """A linuxcnc insert of orientation 2 is one of orientation 3 on Fanuc. 50 urad at r 17.157 mm (2 % from the end of 17.237): 0.858 um."""
+    setup = driven.SETUP.replace("fanuc-lathe", dialect)
+    setup = setup.replace("orientation = 3", "orientation = 2") if dialect == "linuxcnc" else setup
+    machine = effect("rotary_cyclic", component="ECC", coefficients='["0 rad", "100 urad"]')
+    job = lathe.shop(driven.write(tmp_path, machine, program=program, setup=setup))
+    for name, most in (("cross", 0.858), ("hole0", 0.0), ("hole90", 1.2), ("flat", 0.686)):
+        assert np.abs(lathe.nominal(job, name)[0]).max() < 1e-9
+        assert np.abs(lathe.moved(job, name)[0]).max() == pytest.approx(most * UM, abs=0.001 * UM), name
+    assert not any("refus" in text or "stands still" in text for text in remarks(job))
+
+
+SUB = driven.PROGRAM.replace("T0303\n", "G55\nT0303\n").replace("T0404\n", "G54\nT0404\n")
+
+
+def test_the_part_in_the_other_spindle_is_left_out_and_told(tmp_path):
+    """The face holes are those of the part in the sub-spindle (G55): the part in the first one has none, and the other way round."""
+    setup = driven.SETUP.replace(
+        "[offsets]", '[work_spindles]\nG55 = 2\n[offsets]\nG55 = ["0 mm", "0 mm", "200 mm"]'
+    )
+    job = lathe.shop(driven.write(tmp_path, program=SUB, setup=setup))
+    assert np.isnan(lathe.nominal(job, "hole90")[0]).all()
+    assert np.abs(lathe.nominal(job, "cross")[0]).max() < 1e-9
+    said = [t for t in remarks(job) if "spindle" in t]
+    assert [t.split(": ")[0] for t in said] == ["part.nc:20", "part.nc:27", "lines 23 to 24"]
+    assert "2 moves cut the part in spindle 2 and are left out; work_spindle = 2 in [cut]" in said[-1]
+
+
+def test_a_spindle_that_holds_nothing(tmp_path):
+    path = driven.write(tmp_path, scenario=driven.SCENARIO.replace("[cut]", "[cut]\nwork_spindle = 2"))
+    with pytest.raises(UsageError, match=r"part\.nc: nothing is cut in spindle 2, only in 1"):
+        lathe.shop(path)
+
+
 POLAR = (
     lathe.HEAD
     + driven.TURNED
@@ -187,3 +227,22 @@ def test_a_square_over_the_face_by_x_and_c(tmp_path, base):
         assert np.abs(nominal).max() < 0.013 * UM  # chords of 0.01 um
         found, points = lathe.moved(job, "east")
         assert found == pytest.approx(UM * expected(points[:, 1]), abs=0.02 * UM)
+
+
+CYLINDER = (
+    "T0404\nG0 X60. Z-45. C0.\nG1 X36. F200.\nG7.1 C18.\nG1 C90. F200.\nG7.1 C0\nG0 X60.\nG0 X120. Z50.\n"
+)
+
+
+def test_a_groove_round_the_part_by_c(tmp_path):
+    """G7.1 leads C under a cutter across the spindle: its floor is round at 18 mm, and X 50 um/m too long leaves 0.9 um of it."""
+    program = lathe.HEAD + driven.TURNED + "G98\n" + CYLINDER + "M5\nM30\n%\n"
+    machine = effect("scale_factor", axis="X", k="50 um/m")
+    job = lathe.shop(driven.write(tmp_path, machine, base=lathe.MACHINE, program=program))
+    angle = np.radians(np.linspace(5.0, 85.0, 9))
+    normals = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(9)])
+    surface = surface_at(job, 18.0 * normals + [0, 0, -45], normals)
+    assert np.abs(surface.s).max() < 1e-9
+    names = np.arange(9).astype(str)
+    tool, contacts = tool_side(job, surface, names, names)
+    assert contacts.surface(tool.errors()) - contacts.surface(tool.known) == pytest.approx(0.9 * UM, abs=1e-6)

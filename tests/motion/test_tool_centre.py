@@ -261,3 +261,17 @@ def test_polar_interpolation_on_a_lathe_keeps_the_angles_of_the_program():
     last = in_machine_axes(moves, lathe)[0][-1]
     assert last.end == pytest.approx((math.sqrt(800.0), 0.0, 2.0))
     assert last.rotary_end[2] == pytest.approx(math.pi / 4)
+
+
+def test_a_tool_change_leaves_the_axes_where_they_stand():
+    """Tool 2 is 30 mm longer: after the change Z of the machine is still 500 mm, so its tip begins 30 mm lower than that of tool 1 ended."""
+    axes = {a: Axis(a, (-500.0, 900.0)) for a in "XZ"} | {"C": Axis("C", (-99.0, 99.0))}
+    machine = Machine("turn", "lathe", parse_structure("w C' b Z X t"), axes, ())
+    tools = {n: Tool(n, length=60.0 + 30.0 * (n - 1), shape="flat", diameter=8.0, driven="z") for n in (1, 2)}
+    text = "G21 G98\nT0101\nG0 X60. Z440.\nT0202\nG0 X50.\nG12.1\nG1 X40. F200\nG13.1\nM30\n"
+    moves = in_machine_axes(interpret(text, "fanuc-lathe", Setup(strict=False, tools=tools)).moves, machine)[
+        0
+    ]
+    first = next(m for m in moves if m.tool == 2)
+    assert first.start[2] + first.tool_offset[2] == pytest.approx(500.0)
+    assert first.start[2] == pytest.approx(410.0)

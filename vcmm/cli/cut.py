@@ -166,7 +166,11 @@ def show(result: Any) -> None:
     from vcmm.tables import cut as tables
 
     show_table(tables.finished_part(result))
-    more = (tables.threads(result),) if result.threads else ()
+    more = tuple(
+        make(result)
+        for make, found in ((tables.threads, result.threads), (tables.grooves, result.grooves))
+        if found
+    )
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result), *more):
         show_table(table)
     s = result.surface

@@ -34,7 +34,9 @@ from vcmm.compensating.proof import (
     walk,
 )
 from vcmm.compensating.refusals import (
+    check_channels,
     check_dialect,
+    check_face,
     check_mark,
     check_moves,
     check_program,
@@ -160,9 +162,11 @@ def prepare(
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
     check_dialect(name)
     check_mark(source)
+    check_channels(source, name)
     check_wound(source, LANGUAGES[name])
     notes = check_state(machine, machine_file, setup)
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
+    check_face(read, source.name)
     read = with_angles(read, machine, source.name)
     known, language, given = _in_states(known_errors_of(machine), read), LANGUAGES[name], (read, source)
     short = without_length(read.moves, setup.tools)

@@ -12,6 +12,7 @@ from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
+from vcmm.nc.iso.channels import marks_of
 from vcmm.nc.iso.cycles import CYCLES
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.reading import read_bytes
@@ -39,6 +40,26 @@ def check_mark(source: SourceText) -> None:
                 f"{source.name}:{number}:{line.upper().index(MARK) + 1}: the program carries our mark: it is compensated already. "
                 "Compensate the original program"
             )
+
+
+def check_channels(source: SourceText, dialect: str) -> None:
+    """A file with the programs of several channels is not rewritten."""
+    if dialect in G_CODE and G_CODE[dialect].lathe:
+        for number, (line, _) in enumerate(source.lines, 1):
+            if marks_of(line):
+                raise DataError(
+                    f"{source.name}:{number}:1: a channel begins here; a file of several channels is not rewritten. Compensate each on its own"
+                )
+
+
+def check_face(program: Program, name: str) -> None:
+    """Polar interpolation is not rewritten."""
+    face = next((m for m in program.moves if m.over_face), None)
+    if face is not None:
+        raise ModelLimit(
+            f"{name}:{face.source.line}:{face.source.first}: X and C lead the tip over the end face (polar interpolation), which is not rewritten; "
+            "leave these blocks out"
+        )
 
 
 def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> list[str]:
@@ -197,7 +218,11 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
     if (any(m.rotary_start) or any(m.rotary_end)) and not m.led:
         raise ModelLimit(
             f"{at}: a rotary axis stands off zero; only programs of X, Y and Z are rewritten, and those that lead the tip over the "
-            "workpiece (G43.4, TRAORI, M128). Post the program with tool centre point control"
+            "workpiece (G43.4, TRAORI, M128). Post the program with tool centre point control; on a lathe take the blocks of driven tools at C out"
+        )
+    if m.work_spindle != 1:
+        raise ModelLimit(
+            f"{at}: the part in spindle {m.work_spindle} is cut here, and {machine.name} is one spindle; compensate a program for each spindle"
         )
     for i, letter in enumerate("XYZ"):
         if letter not in machine.axes and abs(m.start[i] - m.end[i]) > TRAVEL:

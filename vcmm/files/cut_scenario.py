@@ -61,8 +61,9 @@ class OffsetTable(Table):
 
 
 class ToolKnowledge(Table):
-    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning tools. u_touch: scatter of one
-    touch of a program that probes with this tool.
+    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning and driven tools;
+    u_width: of the edge of groove tools; u_touch: scatter of one touch of a program that probes with
+    this tool.
 
     compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up.
     """
@@ -71,6 +72,7 @@ class ToolKnowledge(Table):
     u_radius: Spread = 0.0
     u_offset_x: Spread = 0.0
     u_offset_y: Spread = 0.0
+    u_width: Spread = 0.0
     u_touch: Spread = 0.0
     compliance: Compliance | None = None
     u_compliance: Compliance = 0.0
@@ -85,6 +87,7 @@ class CutTable(Table):
     work_offset: OffsetTable = Field(default_factory=OffsetTable)
     tools: dict[str, ToolKnowledge] = Field(default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }'])
     step: Size = 1.0
+    work_spindle: Annotated[int, Field(ge=1, le=9)] = 1
     batch_part: Annotated[int, Field(ge=1)] = Field(default=1, examples=["20"])
     force_log: str | None = Field(default=None, examples=['"forces.csv"'])
     load_log: str | None = Field(default=None, examples=['"load.csv"'])
@@ -184,7 +187,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         touch_scatter={int(n): t.u_touch for n, t in model.cut.tools.items() if t.u_touch},
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
-        batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
+        u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 
@@ -243,6 +246,9 @@ def _known(
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
             )
+        elif cut.tools[name].u_width and setup.tools[int(name)].width is None:
+            text = f'u_width needs the width of tool {name} in the set-up, for example width = "3 mm"'
+            problems.add(("cut", "tools", name, "u_width"), text)
         elif setup.tools[int(name)].shape != "turning" and setup.tools[int(name)].driven is None:
             for key in ("u_offset_x", "u_offset_y"):
                 if getattr(cut.tools[name], key):

@@ -48,6 +48,7 @@ class ToolTable(Table):
     stick_out: Size | None = None
     cutting_length: Size | None = None
     shank_diameter: Size | None = None
+    width: Size | None = None
     driven: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None
 
 
@@ -98,6 +99,10 @@ class SetupFile(Table):
     reference: Point = ZERO
     second_reference: Point = ZERO
     set_with: int | None = Field(default=None, examples=["3"])
+    channel: Annotated[int, Field(ge=1, le=9)] = 1
+    work_spindles: dict[str, Annotated[int, Field(ge=1, le=9)]] = Field(
+        default_factory=dict, examples=["{ G55 = 2 }"]
+    )
     tools: dict[str, ToolTable] = Field(default_factory=dict)
     stock: StockTable | None = None
     surfaces: list[SurfaceTable] = Field(default_factory=list)
@@ -139,7 +144,7 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
-        control=control, compensation=active, log=log, set_with=model.set_with,
+        control=control, compensation=active, log=log, set_with=model.set_with, channel=model.channel, work_spindles=dict(model.work_spindles),
         subprograms=tuple(folder / name for name in model.subprograms),
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
@@ -213,7 +218,7 @@ def _check_names(model: SetupFile, problems: Problems) -> None:
         problems.add(
             ("machine",), 'machine = "" names no file; leave the key out, or write machine = "mill.toml"'
         )
-    for table in ("offsets", "rotations"):
+    for table in ("offsets", "rotations", "work_spindles"):
         for name in getattr(model, table):
             if not _OFFSET.fullmatch(name):
                 problems.add(
@@ -277,6 +282,10 @@ def _tool(key: str, t: ToolTable) -> Tool:
         raise UsageError(
             f'driven belongs to a cutter with its own spindle (flat, ball, bull, drill), not to shape = "{t.shape}"'
         )
+    if t.width is not None and (t.shape != "turning" or t.width < 2.0 * (t.nose_radius or 0.0)):
+        raise UsageError(
+            'width is that of the edge of a groove tool, shape = "turning", at least twice its nose_radius'
+        )
     if t.nose_radius is not None and t.shape != "turning":
         raise UsageError('nose_radius belongs to shape = "turning"')
     if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:
@@ -285,5 +294,5 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     return Tool(
         number=int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
-        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven,
+        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
     )  # fmt: skip

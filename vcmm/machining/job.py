@@ -19,6 +19,7 @@ from vcmm.evaluation.uncertainty import evaluate
 from vcmm.evaluation.virtual_measurement import Measurement, measure_task
 from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.gauge import gauge_plan
+from vcmm.machining.grooves import grooves_of
 from vcmm.machining.inspection import cut_points, measuring_world, unseen, with_uncut
 from vcmm.machining.patches import surface_map
 from vcmm.machining.preparation import remarks, set_up
@@ -78,6 +79,7 @@ def cut(
         recut=again,
         own_reading=reading,
         threads=threads_of(job),
+        grooves=grooves_of(job),
     )
 
 

@@ -219,7 +219,9 @@ class LatheProcess(Process):
         setting = setting.copy()
         setting[driven, 1] = -1  # nobody sets the height of a driven tool by a trial cut
         phi = np.where(driven, 0.0, run.position.get("C", np.zeros(run.n)))
-        return ToolSide(job.machine, run, setting, known, inputs, turn, phi, rows_per_zero=self.rows_per_zero)
+        return ToolSide(
+            job.machine, run, setting, known, inputs, turn=turn, phi=phi, rows_per_zero=self.rows_per_zero
+        )
 
     def blank(self, job: PreparedCut, zero: Array) -> TurnedBlank | None:
         blank = self.turning.blank(job, zero)

@@ -74,6 +74,7 @@ def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> Prepared
     # the drawing frame is the work coordinate system of the first cut
     pose = scenario.pose or Pose(np.eye(3), _work_zero(scenario, program))
     if turns_with(scenario.setup, program):
+        _check_spindle(scenario, program)
         _check_driven(scenario, program)
         turning = turning_of(scenario, program, path)
         scenario = with_faces(scenario, pose, turning)
@@ -86,11 +87,24 @@ def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> Prepared
     return PreparedCut(scenario, program, path, pose, process)
 
 
+def _check_spindle(scenario: CutScenario, program: Program) -> None:
+    held = {m.work_spindle for m in program.moves if m.kind in CUTS}
+    if scenario.work_spindle not in held:
+        raise UsageError(
+            f"{scenario.program.name}: nothing is cut in spindle {scenario.work_spindle}, only in {', '.join(map(str, sorted(held)))}; correct "
+            "work_spindle of [cut], or work_spindles of the set-up"
+        )
+
+
 def _check_driven(scenario: CutScenario, program: Program) -> None:
     """A cut with axis C off zero is one of a driven tool, which the set-up has to name."""
     tools = scenario.setup.tools
     for m in program.moves:
-        turned = m.kind in CUTS and any((*m.rotary_start, *m.rotary_end))
+        turned = (
+            m.kind in CUTS
+            and m.work_spindle == scenario.work_spindle
+            and any((*m.rotary_start, *m.rotary_end))
+        )
         if turned and m.tool in tools and tools[m.tool].driven is None:
             raise UsageError(
                 f'line {m.source.line} of the program cuts with a rotary axis off zero, on a lathe a driven tool: add driven = "x" (it stands '
@@ -105,7 +119,10 @@ def _on_lathe(scenario: CutScenario, program: Program, turning: TurningProcess) 
     kept = [
         i
         for i, m in enumerate(program.moves)
-        if m.tool in tools and m.kind in MOVING and not (i == first and m.kind == "rapid")
+        if m.tool in tools
+        and m.kind in MOVING
+        and m.work_spindle == scenario.work_spindle
+        and not (i == first and m.kind == "rapid")
     ]
     if not any(program.moves[i].kind in CUTS for i in kept):
         return turning
@@ -196,23 +213,19 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
 
 def _work_zero(scenario: CutScenario, program: Program) -> Array:
     """Point of the part at the work offset of the first cut (3,), workpiece axes."""
-    zero = np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
-    first = next((m for m in program.moves if m.kind != "rapid"), program.moves[0])
+    moves = [m for m in program.moves if m.work_spindle == scenario.work_spindle] or program.moves
+    first = next((m for m in moves if m.kind != "rapid"), moves[0])
+    zero = np.array(scenario.setup.offsets.get(first.offset, (0.0, 0.0, 0.0)))
     if not any(first.rotary_start) or first.tool_axis_end is not None:
         return zero  # of a led move in the workpiece as it lies with the rotary axes at zero
     return point_of_part(scenario.machine, zero, np.array(first.rotary_start))
 
 
-def first_offset(program: Program) -> str:
-    """The work offset of the first cut."""
-    return next((m.offset for m in program.moves if m.kind != "rapid"), program.moves[0].offset)
-
-
 def _unready(job: PreparedCut) -> list[str]:
-    """The first cut with a spindle that stands still."""
-    tools = job.scenario.setup.tools
+    """The first cut with a spindle that stands still; what starts that of a driven tool is a word of the machine builder."""
+    tools = {n: t for n, t in job.scenario.setup.tools.items() if t.shape != "probe" and t.driven is None}
     for move in job.program.moves:
-        cuts = move.kind in ("line", "arc") and move.tool in tools and tools[move.tool].shape != "probe"
+        cuts = move.kind in ("line", "arc") and move.tool in tools
         if cuts and not move.spindle:
             return [f"line {move.source.line} cuts while the spindle stands still"]
     return []

@@ -14,6 +14,7 @@ from vcmm.core.run import Array
 from vcmm.effects import BY_NAME
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.machining.blank import Blank
+from vcmm.machining.grooves import CutGroove
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
 from vcmm.machining.threads import CutThread
@@ -78,6 +79,7 @@ class CutResult:
         None  # what the machine that cut the part would read of it, where it probes it
     )
     threads: tuple[CutThread, ...] = ()
+    grooves: tuple[CutGroove, ...] = ()
 
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:

@@ -55,10 +55,14 @@ class CutScenario:
     set_at: tuple[float, float, float] | None = None
     set_as_cut: bool = False
     step: float = 1.0
+    work_spindle: int = (
+        1  # of a lathe with two: the part in this one is cut, what is cut in the other is left out
+    )
     batch_part: int = 1  # which part in a row: wear and warmth of those before it count
     force_log: Mapping[str, Series] = field(
         default_factory=dict
     )  # measured forces, by column; instead of the model
+    u_width: Mapping[int, float] = field(default_factory=dict)  # of groove tools, mm
     load_log: Series | None = None  # measured cutting power, W
     touch_scatter: Mapping[int, float] = field(
         default_factory=dict

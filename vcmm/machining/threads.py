@@ -21,6 +21,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
+from vcmm.cutting.turning import OUTWARD
 from vcmm.evaluation.linear import term_of
 from vcmm.evaluation.montecarlo import covariance
 from vcmm.machining.contact_path import logged_states, of_one_pass
@@ -62,7 +63,10 @@ def threads_of(job: PreparedCut) -> tuple[CutThread, ...]:
     """Every thread of the program, in order; none where it cuts none."""
     last = last_passes(job.program.moves)
     return tuple(
-        _one(job, number) for number in last if job.program.moves[number].tool in job.scenario.setup.tools
+        _one(job, number)
+        for number in last
+        if job.program.moves[number].tool in job.scenario.setup.tools
+        and job.program.moves[number].work_spindle == job.scenario.work_spindle
     )
 
 
@@ -94,7 +98,7 @@ def _lead(m: Move) -> float:
 def _one(job: PreparedCut, number: int) -> CutThread:
     move = job.program.moves[number]
     share = np.repeat(np.linspace(0.0, 1.0, PLACES), ANGLES)
-    side = _side(job, np.full(len(share), number, dtype=np.intp), share)
+    side = asked_along(job, np.full(len(share), number, dtype=np.intp), share, "thread", OUTWARD)
     n = len(share)
     mean = np.kron(np.eye(PLACES), np.full((1, ANGLES), 1.0 / ANGLES))
     operator = np.zeros((PLACES + 1, side.run.n, 3))
@@ -104,7 +108,7 @@ def _one(job: PreparedCut, number: int) -> CutThread:
         1.0, move.end[2] - move.start[2]
     )  # plus: longer, whichever way it is cut
     value = np.einsum("kni,ni->k", operator, side.errors())
-    u = _uncertainty(side, operator)
+    u = uncertainty_of(side, operator)
     worst = int(np.argmax(np.abs(value[:PLACES]) + 2.0 * u[:PLACES]))
     length = math.dist(move.start, move.end)
     return CutThread(
@@ -114,7 +118,7 @@ def _one(job: PreparedCut, number: int) -> CutThread:
     )  # fmt: skip
 
 
-def _uncertainty(side: ToolSide, operator: Array) -> Array:
+def uncertainty_of(side: ToolSide, operator: Array) -> Array:
     """Standard uncertainties (K,) of operator (K, n, 3) on the errors; the scatter of a pass is common to the whole of it."""
     flat = operator.reshape(len(operator), -1)
     terms = []
@@ -132,8 +136,11 @@ def _forces(job: PreparedCut, time: Array) -> dict[str, Array]:
     return {name: np.zeros(len(time)) for name in FORCES} | logged
 
 
-def _side(job: PreparedCut, move: Ints, share: Array) -> ToolSide:
-    """The machine at fractions (n,) of moves (n,), the spindle at ANGLES places in turn; then the rows of setting."""
+def asked_along(job: PreparedCut, move: Ints, share: Array, feature: str, normal: Array) -> ToolSide:
+    """The machine at fractions (n,) of moves (n,), the spindle at ANGLES places in turn; then the rows of setting. All one pass.
+
+    normal (3,) or (n, 3): of the surface, meridian frame.
+    """
     moves = [job.program.moves[i] for i in move.tolist()]
     start, end = (np.array([getattr(m, side) for m in moves]) for side in ("start", "end"))
     tips = start + share[:, None] * (end - start)
@@ -148,14 +155,14 @@ def _side(job: PreparedCut, move: Ints, share: Array) -> ToolSide:
         states = replace(states, position={**states.position, "C": turn})
     states = later_in_batch(states, job.path, job.scenario.batch_part, job.process.fed_in_part(job))
     out = turned_by(
-        np.tile([1.0, 0.0, 0.0], (n, 1)), turn
+        np.broadcast_to(normal, (n, 3)), turn
     )  # of the insert only the place counts, not its radius
     columns = by_axis("n{}", out) | by_axis("nose_{}", out)
     columns |= by_axis("part_{}_mm", turned_by(tips, turn) - job.pose.shift)
     columns |= _forces(job, states.column("time_s"))
     columns |= {name: np.full(n, value) for name, value in job.scenario.constants.items()}
     states = logged_states(job, states.with_columns(columns))
-    names = {"touch": np.arange(n).astype(str), "feature": np.full(n, "thread")}
+    names = {"touch": np.arange(n).astype(str), "feature": np.full(n, feature)}
     run = replace(states, labels={**states.labels, **names})
     inputs = (*job.machine.inputs, *job.scenario.inputs)
     return of_one_pass(job, run, known, inputs)

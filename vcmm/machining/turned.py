@@ -89,7 +89,9 @@ def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turni
     """The program in the meridian. Raises UsageError and ModelLimit for what cannot be turned."""
     tools = {n: t for n, t in scenario.setup.tools.items() if t.shape == "turning"}
     driven = [n for n, t in scenario.setup.tools.items() if t.driven is not None]
-    kept, notes = _cutting_moves(program, tools, driven, int(path.timing.moving[0]))
+    spindle = scenario.work_spindle
+    kept, notes = _cutting_moves(program, tools, driven, int(path.timing.moving[0]), spindle)
+    notes += in_other_spindles(program, spindle)
     flat = swept([program.moves[i] for i in kept], tools)
     sweep = replace(flat, move=np.array(kept, dtype=np.intp)[flat.move])
     centre, machine = spindle_axis(scenario.machine), scenario.machine
@@ -129,14 +131,14 @@ def spindle_axis(machine: Machine) -> Array:
 
 
 def _cutting_moves(
-    program: Program, tools: dict[int, Tool], driven: Collection[int], first: int
+    program: Program, tools: dict[int, Tool], driven: Collection[int], first: int, spindle: int
 ) -> tuple[list[int], list[str]]:
     """Moves whose nose is followed, and what is said of the others; not the way from where the machine happens to stand."""
     kept: list[int] = []
     threads: list[int] = []
     others: dict[int, int] = {}
     for i, m in enumerate(program.moves):
-        if i == first and m.kind == "rapid":
+        if (i == first and m.kind == "rapid") or m.work_spindle != spindle:
             continue
         if m.kind == "thread":
             threads.append(m.source.line)
@@ -156,6 +158,19 @@ def _cutting_moves(
         for n, line in others.items()
     ]
     return kept, notes
+
+
+def in_other_spindles(program: Program, spindle: int) -> list[str]:
+    """What is said of the cuts on parts in other spindles."""
+    lines: dict[int, list[int]] = {}
+    for m in program.moves:
+        if m.work_spindle != spindle and m.kind not in ("rapid", "dwell"):
+            lines.setdefault(m.work_spindle, []).append(m.source.line)
+    return [
+        f"lines {min(at)} to {max(at)}: {len(at)} moves cut the part in spindle {n} and are left out; work_spindle = {n} in [cut], with the machine as it "
+        "stands to that spindle, cuts them"
+        for n, at in lines.items()
+    ]
 
 
 def _check_moves(moves: list[Move], centre: Array) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from vcmm.core.errors import UsageError, choose_from
@@ -57,6 +57,9 @@ class Dialect:
     everything_home: bool = False
     peck_clearance: float = 0.254  # mm; G73 retract and G83 re-entry distance
     fix_is_floor: bool = True
+    part_spindles: Mapping[str, int] = field(
+        default_factory=dict
+    )  # codes after which another spindle holds the part
 
     @property
     def haas(self) -> bool:
@@ -79,7 +82,7 @@ HAAS = replace(FANUC, name="haas", codes="haas", unit_codes=_INCH, everything_ho
 MAZAK = replace(FANUC, name="mazak", unit_codes=_INCH)
 FANUC_LATHE = replace(FANUC, name="fanuc-lathe", codes="lathe", unit_codes=_INCH, lathe=True)
 FANUC_LATHE_B = replace(FANUC_LATHE, name="fanuc-lathe-b", codes="lathe-b", system="B")
-HAAS_LATHE = replace(FANUC_LATHE, name="haas-lathe", everything_home=True)
+HAAS_LATHE = replace(FANUC_LATHE, name="haas-lathe", everything_home=True, part_spindles={"G14": 2, "G15": 1})
 _FAMILY = (FANUC, LINUXCNC, FANUC_LATHE, FANUC_LATHE_B, HAAS, HAAS_LATHE, MAZAK, MACH3, GRBL)
 G_CODE: dict[str, Dialect] = {d.name: d for d in _FAMILY}
 FRONT_ENDS: dict[str, FrontEnd] = {}

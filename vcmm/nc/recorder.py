@@ -147,7 +147,18 @@ class Recorder(ModalState):
     def select(self, name: str) -> None:
         """A work offset is in force from here on."""
         self.offset = name
+        if self.setup.work_spindles:
+            self.hold(self.setup.work_spindles.get(name, 1))
         self.selected.setdefault(name, self.source)
+
+    def hold(self, spindle: int) -> None:
+        """The part that is cut from here on is held by this spindle."""
+        if spindle != self.work_spindle:
+            self.remark(
+                f"from here on the part in spindle {spindle} is cut; what was cut before is that of spindle {self.work_spindle}",
+                every=True,
+            )
+        self.work_spindle = spindle
 
     def free(self, what: str) -> None:
         """Refuses a change that radius compensation forbids."""

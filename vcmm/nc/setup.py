@@ -51,6 +51,7 @@ class Tool:
     stick_out: float | None = None
     cutting_length: float | None = None  # height of the cutting edges over the tip
     shank_diameter: float | None = None  # of what follows above them: shank or holder
+    width: float | None = None  # of a groove tool
     driven: str | None = (
         None  # driven tool of a lathe, angle head: the way from tip to holder, a word of DIRECTIONS
     )
@@ -130,6 +131,10 @@ class Setup:
     subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
     surfaces: tuple[Surface, ...] = ()
     read_out: tuple[float, ...] = ()
+    channel: int = 1  # which channel of a program with several ($1, $2) is read
+    work_spindles: Mapping[str, int] = field(
+        default_factory=dict
+    )  # work offset -> spindle that holds its part
     expected_at: tuple[Point, ...] = ()
     path: Path | None = None
     control: Control | None = None
@@ -142,6 +147,11 @@ class Setup:
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
     )
+
+
+def has_driven(setup: Setup) -> bool:
+    """Whether there are tools with a spindle of their own, so that the main spindle holds the part."""
+    return any(t.driven is not None for t in setup.tools.values())
 
 
 def first_tool(moves: Sequence[Move], setup: Setup) -> int:

@@ -158,6 +158,20 @@ def threads(result: CutResult) -> ResultTable[Any]:
     return listing("threads: deviation and expanded uncertainty (k = 2)", heads, rows)
 
 
+def grooves(result: CutResult) -> ResultTable[Any]:
+    """Width, place and floor of every groove, U for k = 2."""
+    rows = [
+        [
+            " and ".join(f"{n}" for n in dict.fromkeys(g.lines)), f"{g.width_mm:.4g} mm", f"{g.middle_mm:.5g} mm",
+            f"{g.width_um:+.2f} ± {g.width_U_um:.2f} µm", f"{g.middle_um:+.2f} ± {g.middle_U_um:.2f} µm",
+            f"{g.diameter_um:+.2f} ± {g.diameter_U_um:.2f} µm",
+        ]
+        for g in result.grooves
+    ]  # fmt: skip
+    heads = ["groove, lines", "width", "middle, Z", "width", "middle", "diameter of the floor"]
+    return listing("grooves: deviation and expanded uncertainty (k = 2)", heads, rows)
+
+
 def cut_json(result: CutResult) -> dict[str, Any]:
     """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
     s = result.surface
@@ -173,6 +187,7 @@ def cut_json(result: CutResult) -> dict[str, Any]:
             "recut": None if result.recut is None else {"points": result.recut.points, "largest_um": result.recut.largest * 1e3},
         },
         "time_s": result.seconds,
+        "grooves": [asdict(g) for g in result.grooves],
         "threads": [asdict(t) | {"gauge_um": t.gauge_um} for t in result.threads],
         "stock": None if result.blank is None else {
             "removed_mm3": result.blank.removed,

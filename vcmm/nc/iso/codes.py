@@ -10,6 +10,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.blocks import IsoBlock, Word
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.groups import HARMLESS_M, M_GROUPS, NOT_OF, PROBING, REFUSED, STAND_INS, TABLES
+from vcmm.nc.setup import has_driven
 
 _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
@@ -76,6 +77,10 @@ class IsoWords:
         group = groups.get(code)
         if group is None:
             code, group = self._unknown_g(c, groups, code, column)
+        spindle = c.language.part_spindles.get(code)
+        if spindle is not None:
+            c.hold(spindle)
+            return
         if group == "harmless":
             c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
@@ -117,6 +122,10 @@ class IsoWords:
         group = None if int(number) in NOT_OF[family] else _M_OF.get(code)
         if group is None and code not in HARMLESS_M[family]:
             user = ", a code of the machine builder or user: what it does is not known" if code >= 100 else ""
+            if c.language.lathe and has_driven(c.setup):
+                c.remark(f"M{code} belongs to the machine builder; it is taken to move nothing", column)
+                self.used |= {"P", "Q", "E", "L", "R"}
+                return
             refusal = f"M{code} is unknown in {c.language.name}{user}; remove it, or expand what it does"
             c.assume(
                 f"M{code}, a code of the machine builder", "passed over: no motion", refusal, column=column

@@ -69,7 +69,7 @@ def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
     for k, i in enumerate((first, second)):
         number = w.take(AXES[i])
         if number is not None:
-            value = length(c, w, AXES[i], number)
+            value = length(c, w, AXES[i], number) * (0.5 if i == 0 and c.diametral() else 1.0)
             if c.absolute:
                 point[k] = value
             else:

@@ -11,10 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vcmm.core.errors import UsageError
 from vcmm.nc.dialects import G_CODE, Dialect
+from vcmm.nc.facing import with_angles
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.frames import UNITY
 from vcmm.nc.iso.blocks import IsoBlock
+from vcmm.nc.iso.channels import marks_of, one_channel
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
@@ -33,7 +36,6 @@ from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.iso.turning import turning
-from vcmm.nc.iso.winding import with_angles
 from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Remark, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
@@ -63,9 +65,13 @@ def run(
     language = _adapted(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
     if language.survey and language.decimal_point == "calculator" and fixed_format(text):
         return read_fixed(lambda own, to: run(text, own, setup, name, trace, flow=to), text, language, flow)
+    marks = marks_of(text) if language.lathe and "$" in text else {}
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
     c.points_written = language.survey and not setup.decimal_point and points_written(text)
+    if marks:
+        text = one_channel(text, marks, setup.channel)
+        _other_channels(c, marks)
     runner = IsoRunner(c, attach(c), Text(name, text, language), folders_of(Path(name), setup.subprograms))
     runner.flow = flow
     _blocks(runner)
@@ -91,6 +97,19 @@ def run(
         return program
     flow.take(program.moves)
     return replace(program, moves=())
+
+
+def _other_channels(c: IsoControl, marks: dict[int, int]) -> None:
+    """What of a program of several channels is not read, by line."""
+    channel = c.setup.channel
+    if channel not in {1, *marks.values()}:
+        raise UsageError(
+            f"{c.file}: the program has the channels {', '.join(map(str, sorted(set(marks.values()))))}, not {channel}; correct channel in the set-up"
+        )
+    for line, number in marks.items():
+        if number != channel:
+            text = f"channel {number} begins here and is left out; channel {channel} is read. channel = {number} in the set-up reads this one, on its own"
+            c.remarks.append(Remark(line, 1, text))
 
 
 _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")

@@ -12,33 +12,29 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
+from vcmm.nc.facing import EndFace, face_begins, face_ends
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.lengths import length, turned
-from vcmm.nc.moves import PLANES, Move, Point
+from vcmm.nc.moves import PLANES, Point
 
 ROTARY = "ABC"
 CHORD = 0.001  # mm, between an arc of the developed surface and its chords
-PIECES = 16  # of a move over the end face, along which its angle is followed
 
 
 @dataclass(frozen=True, slots=True)
 class Winding:
     """What is wound. radius: of the cylinder, mm; 0: polar. linear: the axis whose words are arcs of the cylinder (Haas), else -1.
 
-    axis: index of the rotary axis. zero: the turning axis in machine coordinates, mm; angle: of C where polar began, rad.
-    kept: plane, diameter, led, over_face before.
+    axis: index of the rotary axis. kept: plane, diameter before. face: of polar interpolation.
     """
 
     radius: float
     axis: int
     linear: int
-    zero: Point
-    angle: float
-    kept: tuple[str, str, bool, bool]
+    kept: tuple[str, str]
+    face: EndFace | None = None
 
 
 def wind(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
@@ -48,15 +44,9 @@ def wind(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         unwind(c)
     elif code in ("G12.1", "G112"):
         if c.winding is None:
-            c.winding = Winding(
-                0.0,
-                2,
-                -1,
-                c.world.apply((0.0, 0.0, 0.0)),
-                c.rotary[2],
-                (c.plane, c.diameter, c.led, c.over_face),
-            )
-            c.plane, c.led, c.over_face, c.wound_from = "XY", True, True, c.winding
+            kept = (c.plane, c.diameter)
+            c.winding = Winding(0.0, 2, -1, kept, face_begins(c))
+            c.plane, c.wound_from = "XY", c.winding.face
             c.diameter = "" if c.language.haas else c.diameter  # Haas: X and Y are radii
     else:
         _cylinder(c, w, column)
@@ -67,13 +57,9 @@ def unwind(c: IsoControl) -> None:
     on, c.winding = c.winding, None
     if on is None:
         return
-    c.plane, c.diameter, c.led, c.over_face = on.kept
-    if not on.radius:
-        x, y, z = c.p
-        c.rotary = (c.rotary[0], c.rotary[1], on.angle + math.atan2(y, x))
-        tip, o = c.world.apply((math.hypot(x, y), 0.0, z)), c.tool_offset
-        c.q = (tip[0] + o[0], tip[1] + o[1], tip[2] + o[2])
-        c.locate()
+    c.plane, c.diameter = on.kept
+    if on.face is not None:
+        face_ends(c, on.face)
 
 
 def _cylinder(c: IsoControl, w: IsoWords, column: int) -> None:
@@ -92,9 +78,7 @@ def _cylinder(c: IsoControl, w: IsoWords, column: int) -> None:
     if radius:
         if named is None:
             raise BlockFault(column, "cylindrical interpolation needs the rotary axis, as in G7.1 C30.")
-        c.winding = Winding(
-            radius, named, linear, (0.0, 0.0, 0.0), 0.0, (c.plane, c.diameter, c.led, c.over_face)
-        )
+        c.winding = Winding(radius, named, linear, (c.plane, c.diameter))
 
 
 def wound_target(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[Point, Point]:
@@ -179,32 +163,3 @@ def wound_line(c: IsoControl, p: Point, rapid: bool, rotary: Point) -> None:
     feed = None if rapid else surface_feed(c, on, p, rotary)
     c.emit("rapid" if rapid else "line", c.world.apply(p), rotary=rotary, feed=feed)
     c.p = p
-
-
-def with_angles(moves: tuple[Move, ...], on: Winding) -> tuple[Move, ...]:
-    """The moves over the end face with the angle of C at both ends; it goes on from move to move."""
-    out, angle = [], on.angle
-    for m in moves:
-        if not m.led or m.rotary_end[2] != on.angle:
-            out.append(m)
-            continue
-        way = np.unwrap([angle - on.angle, *(_angle(m, on, k / PIECES) for k in range(PIECES + 1))])
-        begin, angle = on.angle + float(way[1]), on.angle + float(way[-1])
-        a, b, _ = m.rotary_end
-        out.append(m._replace(rotary_start=(a, b, begin), rotary_end=(a, b, angle)))
-    return tuple(out)
-
-
-def _angle(m: Move, on: Winding, share: float) -> float:
-    x = m.start[0] + share * (m.end[0] - m.start[0]) - on.zero[0]
-    y = m.start[1] + share * (m.end[1] - m.start[1]) - on.zero[1]
-    if m.centre is not None:
-        r0, r1 = (math.hypot(q[0] - m.centre[0], q[1] - m.centre[1]) for q in (m.start, m.end))
-        begin, last = (math.atan2(q[1] - m.centre[1], q[0] - m.centre[0]) for q in (m.start, m.end))
-        sweep = (begin - last if m.clockwise else last - begin) % (2.0 * math.pi) or 2.0 * math.pi
-        at, radius = begin + share * sweep * (-1.0 if m.clockwise else 1.0), r0 + share * (r1 - r0)
-        x, y = (
-            m.centre[0] + radius * math.cos(at) - on.zero[0],
-            m.centre[1] + radius * math.sin(at) - on.zero[1],
-        )
-    return math.atan2(y, x)

@@ -193,9 +193,11 @@ class OkumaLines:
         if match := re.search(r"\bG20\b.*HP|\bG13\d", code, re.IGNORECASE):
             self.tell(line, match[0].split()[0], HOLE)
             return ""
-        if re.search(r"\bG141\b", code):
-            self.tell(line, "G141 (the other spindle)", "read as the first one")
+        spindle = re.search(
+            r"\bG14([01])\b", code
+        )  # which holds the part: of the family G15 the first, G14 the second
         code = re.sub(r"\bG(?:1[34]|14[01])\b", "", code)  # which turret and which spindle
+        code += "" if spindle is None else " G14" if spindle[1] == "1" else " G15"
         if match := re.search(r"\b(G7[1-4]|G8[3-6]|G1[78]\d)\b", code):
             self.tell(line, f"the cycle {match[1]}", HOLE)
             return ""

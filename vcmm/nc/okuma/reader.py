@@ -14,7 +14,7 @@ from vcmm.nc.okuma.lines import OkumaLines
 from vcmm.nc.setup import Setup
 
 MILL = replace(FANUC, name="okuma", dwell=1.0)
-LATHE = replace(FANUC_LATHE_B, name="okuma", codes="lathe-b", dwell=1.0)
+LATHE = replace(FANUC_LATHE_B, name="okuma", codes="lathe-b", dwell=1.0, part_spindles={"G14": 2, "G15": 1})
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:

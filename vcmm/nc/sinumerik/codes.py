@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from vcmm.nc.facing import face_begins, face_ends
 from vcmm.nc.frames import in_plane
 from vcmm.nc.radius import SINUMERIK, Style
 from vcmm.nc.sinumerik.state import SinumerikControl
@@ -234,6 +235,21 @@ def _led(on: bool) -> Callable[[SinumerikControl], None]:
     return change
 
 
+def _face(on: bool) -> Callable[[SinumerikControl], None]:
+    """TRANSMIT and its end: X and Y over the end face, X and C lead the tip."""
+
+    def change(i: SinumerikControl) -> None:
+        if i.modes.face is not None:
+            face_ends(i.r, i.modes.face)
+            i.modes.face = None
+        if on:
+            i.modes.face = i.modes.faced = face_begins(i.r)
+        else:
+            _led(False)(i)
+
+    return change
+
+
 LINES = "straight lines between its points"
 
 
@@ -264,8 +280,8 @@ SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     **{n: _told(f"{n} (spline)", LINES, motion="G1") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
     "POLY": _told("POLY (polynomial)", LINES, motion="G1"), "INVCW": _told("INVCW (involute)", LINES, motion="G1"),
     "INVCCW": _told("INVCCW (involute)", LINES, motion="G1"), "CT": _set(motion="CT"),
-    "TRAORI": _led(True), "TRAFOOF": _led(False),
-    "TRANSMIT": _told("TRANSMIT (face machining with C)", "the points as programmed"),
+    "TRAORI": _led(True), "TRAFOOF": _face(False),
+    "TRANSMIT": _face(True),
     "TRACYL": _told("TRACYL (cylinder transformation)", "the points as programmed"), "TRAANG": _told("TRAANG (inclined axis)", "the points as programmed"),
     "CDON": _told("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),
     "KONT": _told("KONT (approach around the contour)", "straight, as with NORM"), "KONTC": _told("KONTC", "straight, as with NORM"),

@@ -7,7 +7,7 @@ import math
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.levels import unknown_tool
-from vcmm.nc.setup import Tool
+from vcmm.nc.setup import Tool, has_driven
 from vcmm.nc.sinumerik import cycles
 from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
 from vcmm.nc.sinumerik.codes import CODES, IDLE, IDLE_G, LATER, SWITCHES
@@ -22,6 +22,11 @@ from vcmm.nc.trace import BlockPlace
 SPECIAL = ("G4", "G53", "G153", "G74", "G75", "G110", "G111", "G112", "G58", "G59")
 CALLS = ("CALL", "PCALL", "EXTCALL", "ISOCALL", "MCALL")
 HOMES = ("X1", "Y1", "Z1", "A1", "B1", "C1")  # machine axes of G74 and G75
+CHANNELS = {  # what belongs to other channels
+    "INIT": "chooses a program for another channel, which is not read here: read it on its own",
+    "START": "starts another channel, which is not read here: read its program on its own",
+    "WAITM": "waits for another channel; how long is not known, and no time is counted",
+}
 PASSED = (  # they change speeds and spindles, not the path
     "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "DISR",
     "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "DL", "SPINU",
@@ -130,6 +135,9 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.runner.assign(item)
             return
         axis = item.indices[0](words.runner) if callable(item.indices[0]) else item.indices[0]
+        if item.name in ("SPOS", "SPOSA") and axis == 1:
+            words.items["SPOS1"] = item._replace(name="SPOS1", indices=())
+            return
         if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str) and axis:
             words.positioned |= item.name.startswith("POS")
             self.add(words, item._replace(name=axis.upper(), indices=()))
@@ -145,6 +153,9 @@ class SinumerikInterpreter(SinumerikSpecials):
 
     def add(self, words: SinumerikWords, item: Item) -> None:
         name = item.name if item.number is None else f"{item.name}{item.number(words.runner)}"
+        if name[0] in "SM" and name[1:].isdigit() and item.number is not None and has_driven(self.r.setup):
+            self.spindle_of(int(name[1:]), name[0], words.number(item))
+            return
         if name in ("M1", "S1", "T1") and item.number is not None:
             name = item.name
         if name[0] == "H":
@@ -183,7 +194,13 @@ class SinumerikInterpreter(SinumerikSpecials):
                 raise BlockFault(self.column, f"{code}{LATER}")
         names = {c.name for c in words.commands}
         for command in list(words.commands):
-            if command.name in IDLE:
+            if command.name == "SETMS" and has_driven(self.r.setup):
+                given = cycles.arguments_of(words.runner, command)
+                self.master(round(given[0]) if given and given[0] else 1)
+                words.commands.remove(command)
+            elif command.name in IDLE:
+                if command.name in CHANNELS:
+                    self.r.remark(f"{command.name} {CHANNELS[command.name]}", command.first, command.name)
                 words.commands.remove(command)
             elif command.name in SWITCHES:
                 self.column = command.first
@@ -212,6 +229,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             r.remark(
                 "ADIS is a distance along the path, no tolerance across it: corners are rounded by the control's own tolerance (CTOL= states one)"
             )
+        self.spindle_positioned(words)
         if words.has("CTOL"):
             r.tolerance = (words.take("CTOL") or 0.0) * self.r.unit
         if words.has("RNDM"):
@@ -230,6 +248,39 @@ class SinumerikInterpreter(SinumerikSpecials):
                 "the rotary axes stay as they are",
                 f"tool directions (LEAD, TILT, A4=){LATER}",
             )
+
+    def spindle_positioned(self, words: SinumerikWords) -> None:
+        """SPOS=30, SPOS[1]=30: where tools are driven the first spindle holds the part, and is axis C."""
+        r = self.r
+        names = ("SPOS1", "SPOS", "SPOSA") if self.modes.master == 1 else ("SPOS1",)
+        for name in names if has_driven(r.setup) else ():
+            angle = words.take(name)
+            if angle is not None and math.radians(angle) != r.rotary[2]:
+                r.straight(r.p, True, (r.rotary[0], r.rotary[1], math.radians(angle)))
+        words.items.pop("SPOS1", None)
+
+    def spindle_of(self, number: int, letter: str, value: float) -> None:
+        """S2=2000 M2=3: another spindle than the master, that of a driven tool."""
+        if number == self.modes.master:
+            if letter == "S":
+                self.r.speed = value
+            else:
+                self.r.sense = {3: 1, 4: -1, 5: 0}.get(round(value), self.r.sense)
+            return
+        sense, speed = self.modes.turning.get(number, (0, 0.0))
+        if letter == "S":
+            speed = value
+        else:
+            sense = {3: 1, 4: -1, 5: 0}.get(round(value), sense)
+        self.modes.turning[number] = (sense, speed)
+
+    def master(self, number: int) -> None:
+        """SETMS(2): S, M3 and feeds per turn are those of this spindle from here on; SETMS: of the first."""
+        modes, r = self.modes, self.r
+        if number != modes.master:
+            modes.turning[modes.master] = (r.sense, r.speed)
+            r.sense, r.speed = modes.turning.get(number, (0, 0.0))
+            modes.master = number
 
     def tool(self, item: Item, words: SinumerikWords) -> None:
         number = None if item.text and item.value is None else self.whole(words, item)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from vcmm.nc.facing import with_angles
 from vcmm.nc.moves import Program
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
@@ -36,4 +39,5 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
         recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work, interpreter.short
     )
     runner.run_alone(sections[0])
-    return recorder.program(file)
+    program, face = recorder.program(file), interpreter.modes.faced
+    return program if face is None else replace(program, moves=with_angles(program.moves, face))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from vcmm.nc.expressions import number
+from vcmm.nc.facing import EndFace
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import AffineMap
 from vcmm.nc.moves import ORIGIN, Point
@@ -33,6 +34,12 @@ class SinumerikModes:
     swivel: AffineMap = UNMOVED  # of CYCLE800, outside the frame that the program programs
     frame: AffineMap = UNMOVED
     turns: Point = ORIGIN  # shift of the rotary axes by TRANS, rad
+    face: EndFace | None = None  # TRANSMIT is on
+    faced: EndFace | None = None  # the last one
+    master: int = 1  # the spindle of S and M3 without a number (SETMS)
+    turning: dict[int, tuple[int, float]] = field(
+        default_factory=dict
+    )  # sense and speed of the other spindles
     pole: Point = ORIGIN  # G110 to G112, mm
 
 

@@ -1,0 +1,29 @@
+"""Programs of two channels in one file: $1, $2 on lines of their own (Fanuc and its kin on lathes with two turrets or spindles).
+
+One channel is read, the others are blanked line by line, so that numbers of lines stay. What stands before the first mark belongs to all, without a mark $1 to channel 1.
+Codes on which channels wait for each other move nothing; how long one waits is not known and not counted.
+"""
+
+from __future__ import annotations
+
+import re
+
+_MARK = re.compile(r"[ \t]*\$([1-9])[ \t]*(?:\([^()]*\)[ \t]*)?\r?\n?\Z")
+
+
+def marks_of(text: str) -> dict[int, int]:
+    """Line -> channel that begins there."""
+    found = (
+        (k, _MARK.match(line)) for k, line in enumerate(text.splitlines(keepends=True), 1) if "$" in line
+    )
+    return {k: int(m[1]) for k, m in found if m}
+
+
+def one_channel(text: str, marks: dict[int, int], wanted: int) -> str:
+    """The text with all other channels and the marks themselves blanked."""
+    out, now = [], 0 if 1 in marks.values() else 1
+    for k, line in enumerate(text.splitlines(keepends=True), 1):
+        now = marks.get(k, now)
+        kept = k not in marks and now in (0, wanted)
+        out.append(line if kept else line[len(line.rstrip("\r\n")) :])
+    return "".join(out)
