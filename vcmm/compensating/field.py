@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from vcmm.motion.tool_pose import tip_as_at_zero
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup, first_tool
+
+if TYPE_CHECKING:
+    from vcmm.compensating.surface import SurfaceErrors
 
 DYNAMIC = (
     "sense_",
@@ -115,7 +118,8 @@ class _Zeroing(NamedTuple):
 class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns.
 
-    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe.
+    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe. surface: what the tool does to
+    the finished surface beside it (vcmm.compensating.surface), and `own`: first and last move there that each move lies on.
     """
 
     known: KnownErrors
@@ -127,6 +131,8 @@ class PathErrors:
     constants: Mapping[str, float]
     sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
     setter: int = 0
+    surface: SurfaceErrors | None = None
+    own: tuple[Ints, Ints] | None = None
 
     @cached_property
     def led(self) -> bool:
@@ -198,9 +204,10 @@ class PathErrors:
 
     def errors(self, run: Run, move: Ints) -> Array:
         """e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
+        on_surface = self._on_surface(run, move) * self.sensitive
         machine = self.known.machine
         if not machine.effects:
-            return np.zeros((run.n, 3))
+            return on_surface
         try:
             error = -machine.indication_error(run)
         except ModelLimit as limit:
@@ -211,7 +218,17 @@ class PathErrors:
                 f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
             ) from None
         error = error - self._setting(run, move) if self.set_here else error
-        return np.asarray(error * self.sensitive)
+        return np.asarray(error * self.sensitive + on_surface)
+
+    def _on_surface(self, run: Run, move: Ints) -> Array:
+        """(k, 3) mm beside the path; the zero was set where nothing was cut, so nothing is taken off."""
+        if self.surface is None:
+            return np.zeros((run.n, 3))
+        low, high = self.own or (np.arange(len(self.moves)),) * 2
+        zero = np.array([self._zero(g.offset) for g in self._groups]).reshape(-1, 3)[self._group[move]]
+        return self.surface.at(
+            low[move], high[move], run.vector("part_x_mm", "part_y_mm", "part_z_mm") + zero
+        )
 
     def _setting(self, run: Run, move: Ints) -> Array:
         """Error (k, 3) where the offset of each row was set: at the work zero unless the set-up says where.

@@ -45,6 +45,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
+from vcmm.compensating.surface import SurfaceErrors
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
@@ -75,9 +76,10 @@ def compensate(
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
+    surface: SurfaceErrors | None = None,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
-    """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
+    """Rewrite a program. tolerance: mm. surface: what the tool does to the finished surface beside its path, corrected as well. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them.
 
@@ -97,6 +99,7 @@ def compensate(
         constants=constants,
         carry=carry,
         inline=inline,
+        surface=surface,
     )
     try:
         return _rewritten(work, tolerance, growth, report)
@@ -150,7 +153,7 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
 def prepare(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
-    inline: float = INLINE,
+    inline: float = INLINE, surface: SurfaceErrors | None = None,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
@@ -177,6 +180,9 @@ def prepare(
         constants={**setup.constants, **(constants or {})},
         lathe=language.lathe,
     )
+    if surface is not None:
+        _check_same_moves(read, surface, source.name)
+        field = replace(field, surface=surface)
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
@@ -187,7 +193,7 @@ def prepare(
             given[1].text.encode("utf-8"),
         ]
     )
-    said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
+    said = (*notes, *_left(known, surface), *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
         source=source,
         origin=origin,
@@ -202,6 +208,36 @@ def prepare(
         notes=said,
         carry=carry,
     )
+
+
+def _left(known: KnownErrors, surface: SurfaceErrors | None) -> tuple[str, ...]:
+    """What is not corrected, and what is corrected on the finished surface instead of the path."""
+    if surface is None:
+        return known.left
+    left = tuple(said for said in known.left if said.split(" ")[0] not in surface.effects)
+    told = (
+        f"{', '.join(surface.effects)}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
+        f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
+        "part: state of the tool, clamping, stock"
+    )
+    if not surface.against:
+        return (*left, told)
+    names = ", ".join(surface.against[:6]) + (" and others" if len(surface.against) > 6 else "")
+    return (
+        *left, told,
+        f"{names}: what is off there stays in part, since one way of the tool makes surfaces that would have to move apart (both walls of a "
+        "slot, both sides of a hole): cut them one after the other, with a smaller tool, or with one whose radius is the nominal one",
+    )  # fmt: skip
+
+
+def _check_same_moves(read: Program, surface: SurfaceErrors, name: str) -> None:
+    """The surface was found with the moves of the program as it is rewritten."""
+    ends = [(m.start, m.end) for m in read.moves]
+    if ends != [(m.start, m.end) for m in surface.moves]:
+        raise UsageError(
+            f"{name}: the moves that were cut virtually are not those that are rewritten (another program or set-up?); name the "
+            "scenario whose program this is"
+        )
 
 
 def _with_angles(read: Program, machine: Machine, name: str) -> Program:
@@ -276,7 +312,7 @@ def _proved(
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
     after = _departed(work, work.known, new, lines)
     whole = None
-    if work.known.dynamic:
+    if work.known.dynamic and work.field.surface is None:
         full = work.known.whole()
         whole = (
             _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
@@ -369,6 +405,7 @@ def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[
     )  # fmt: skip
     w = walk(program.moves)
     low, high = spans(work.program, program, lines) if lines else (np.arange(len(program.moves)),) * 2
+    field = replace(field, surface=work.field.surface, own=(low, high))
     actual = w.tip + errors_on(field, w)
     gap = departures(actual, work.program.moves, low[w.move], high[w.move])
     gap = np.maximum(gap, end_departures(actual, w, program.moves, work.program.moves, low, high))
