@@ -36,6 +36,7 @@ from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.task import evaluate_all, fit_features
 from vcmm.response.recording import UNKNOWN
 
+ALONE = 1e-9  # of a variance: rounding
 TRIALS = 2000  # of the predicted part with its points measured: u to 1.6 %
 
 
@@ -62,7 +63,7 @@ class MeasuredCut:
 
     observed: the points with what was done when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
     counts, what the tool did less what was predicted of it. known: (Input id, columns (n, r)), what is uncertain of it, mm per draw of
-    unit variance. noise: what is drawn anew at every point, mm. notes: points left out, what could not be told. wave: of no known cause, where
+    unit variance. noise (n,): what is drawn anew at every point, mm along `normal`. notes: points left out, what could not be told. wave: of no known cause, where
     the difference goes with nothing more.
     """
 
@@ -73,7 +74,7 @@ class MeasuredCut:
     departure: Array
     normal: Array
     in_machine: bool
-    noise: float
+    noise: Array
     known: tuple[tuple[str, Array], ...]
     notes: tuple[str, ...] = ()
     wave: Wave | None = None
@@ -120,7 +121,7 @@ def measured_cut(
         departure=(deviation - predicted) / size,
         normal=normal,
         in_machine=not aligned,
-        noise=float(np.hypot(scatter, np.sqrt(np.mean(np.sum(known.single**2, axis=1))))),
+        noise=np.hypot(scatter, np.linalg.norm(known.single, axis=1)) / size,
         known=tuple(
             (name, columns / size[:, None])
             for name, columns in (*known.common, *_unknown(found.wave, observed))
@@ -202,11 +203,20 @@ def known_columns(model: LinearModel) -> KnownColumns:
     common, single = [], [np.zeros((n, 0))]
     for one in model.influences:
         columns = _per_draw(along.term(one))
-        if len(np.unique(one.codes)) == n:
+        if _drawn_anew(columns):
             single.append(columns)
         elif columns.shape[1]:
             common.append((one.input.id, columns))
     return KnownColumns(tuple(common), np.concatenate(single, axis=1))
+
+
+def _drawn_anew(columns: Array) -> bool:
+    """Whether no two points (rows) share a draw: whatever its law says of copies, their covariance is diagonal. What acts on one
+    point alone is no scatter."""
+    shared = columns @ columns.T
+    own = np.diag(shared).copy()
+    np.fill_diagonal(shared, 0.0)
+    return bool(np.abs(shared).max(initial=0.0) <= ALONE * own.max(initial=0.0) and np.sum(own > 0.0) != 1)
 
 
 def _per_draw(term: Term) -> Array:

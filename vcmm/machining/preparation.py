@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Pose
-from vcmm.core.run import Array
+from vcmm.core.run import Array, Series
 from vcmm.cutting.envelope import CUT
 from vcmm.cutting.index import build
 from vcmm.machining.blank import cuts_turned
@@ -22,6 +22,7 @@ from vcmm.machining.program_sweep import part_sweep
 from vcmm.machining.rotary import point_of_part
 from vcmm.machining.rotary_milling import RotaryMillingProcess
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.spindle_load import gap_of
 from vcmm.machining.tool_errors import cutting_effects, needs_forces
 from vcmm.machining.touched_zero import touched_zero
 from vcmm.machining.turned import turning_of
@@ -142,10 +143,15 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
                 )
 
 
+def _logs(scenario: CutScenario) -> list[tuple[str, Series]]:
+    """What was measured while such a part was cut."""
+    logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
+    return [(what, log) for what, log in logs.items() if log is not None]
+
+
 def _check_log(scenario: CutScenario, path: Toolpath) -> None:
     """A log that ends before the program says nothing of the rest."""
-    logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
-    for what, log in ((w, s) for w, s in logs.items() if s is not None):
+    for what, log in _logs(scenario):
         if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
             raise ModelLimit(
                 f"the {what} log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
@@ -200,4 +206,9 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
+    gaps = [(what, gap) for what, log in _logs(job.scenario) if (gap := gap_of(log)) is not None]
+    said += [
+        f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line stands there"
+        for what, (a, b) in gaps
+    ]
     return (*program, *_unready(job), *job.process.remarks(), *blank_notes(job.blank), *said, *assumed)
