@@ -34,7 +34,7 @@ demo: .venv/.installed ## install, then measure, evaluate and write a report
 test: lint types ## install, then lint, types, tests, examples of the documentation, notebooks
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope
 
-test-all: .venv/.installed-all ## install, then pages and workbench in a browser, documentation, wheel, STEP, long fuzz
+test-all: .venv/.installed-all ## install, then pages and workbench in a browser, documentation, wheel, STEP, long fuzz, whole jobs
 	$(BIN)/python -m pytest -m thorough -n $(JOBS) --dist loadscope
 
 lint: .venv/.installed-dev ## style and formatting

@@ -48,9 +48,17 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize(
-    "page", [p for p in PAGES if any(b.language == "python" for b in blocks(p))], ids=name
-)
+LONG = ("docs/criteria.md", "docs/cutting_geometry.md")  # more than three seconds each: make test-all
+
+
+def with_examples() -> list[Any]:
+    """Pages with Python in them, as parameters of a test."""
+    pages = [p for p in PAGES if any(b.language == "python" for b in blocks(p))]
+    marks = {file: [pytest.mark.thorough] for file in LONG}
+    return [pytest.param(p, id=name(p), marks=marks.get(name(p), [])) for p in pages]
+
+
+@pytest.mark.parametrize("page", with_examples())
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     namespace: dict[str, Any] = {"__name__": "__main__"}
