@@ -75,7 +75,7 @@ class KnownErrors:
         return KnownErrors(self.full, self.full, self.left)
 
 
-def _absent(effect: Effect) -> bool:
+def absent(effect: Effect) -> bool:
     """An effect that waits for knowledge: every parameter is zero."""
     values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
     return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
@@ -90,7 +90,7 @@ def known_errors_of(machine: Machine) -> KnownErrors:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.random or _absent(effect):
+        if effect.random or absent(effect):
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")

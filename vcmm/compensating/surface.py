@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.compensating.contours import length_of, points, sweep_of
-from vcmm.compensating.field import known_errors_of
+from vcmm.compensating.field import absent, known_errors_of
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
@@ -122,7 +122,7 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
 def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     """The machine with the effects only that the path is not corrected for, and their ids."""
     kept = set(map(id, known_errors_of(machine).machine.effects))
-    rest: tuple[Effect, ...] = tuple(e for e in machine.effects if id(e) not in kept and not e.random)
+    rest: tuple[Effect, ...] = tuple(e for e in machine.effects if id(e) not in kept and not e.random and not absent(e))
     return replace(machine, effects=rest, inputs=()), tuple(e.id for e in rest)
 
 
@@ -150,17 +150,22 @@ def _on_features(job: PreparedCut) -> tuple[Ints, Array, Array, Array, Words]:
 
 
 def _knots(moves: Sequence[Move]) -> tuple[Ints, Ints]:
-    """(first knot of each move (n + 1,), number of the unknown of each knot): the end of a move is the start of the next one."""
+    """(first knot of each move (n + 1,), number of the unknown of each knot): a move begins with the shift with which the one before ends."""
     count = [
         2 + min(int(abs(sweep_of(m)) / TURN if m.kind == "arc" else length_of(m) / KNOT), MOST_KNOTS)
         if m.kind not in ("rapid", "dwell") else 2
         for m in moves
     ]  # fmt: skip
     first = np.concatenate([[0], np.cumsum(count)]).astype(np.intp)
-    step = np.ones(first[-1], dtype=np.intp)
-    step[first[:-1]] = 0
-    step[0] = 1
-    return first, np.cumsum(step) - 1
+    same = np.zeros(first[-1], dtype=np.intp)
+    last = free = 0
+    for m, k, low in zip(moves, count, first.tolist()):
+        same[low : low + k] = [last, *range(free + 1, free + k)]
+        free += k - 1
+        if m.kind == "arc" and m.start == m.end:  # a full circle comes back to the shift with which it began
+            same[low + k - 1] = last
+        last = int(same[low + k - 1])
+    return first, same
 
 
 def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
@@ -179,7 +184,7 @@ def _solved(
     from scipy.sparse import coo_matrix, vstack
     from scipy.sparse.linalg import spsolve
 
-    unknown, n = int(same[-1]) + 1, len(gap)
+    unknown, n = int(same.max()) + 1, len(gap)
     place = share * (knots[move + 1] - knots[move] - 1)
     low = np.minimum(place.astype(np.intp), knots[move + 1] - knots[move] - 2)
     weight = np.stack([1.0 - (place - low), place - low], axis=1)
@@ -187,7 +192,7 @@ def _solved(
     column = (3 * at[:, :, None] + np.arange(3)).reshape(n, 6)
     values = (weight[:, :, None] * gain[:, None, :]).reshape(n, 6)
     shows = coo_matrix((values.ravel(), (np.repeat(np.arange(n), 6), column.ravel())), (n, 3 * unknown))
-    steps = np.flatnonzero(np.diff(same) > 0)
+    steps = np.delete(np.arange(len(same) - 1), knots[1:-1] - 1)  # within a move; its end is the start of the next
     a, b = (3 * same[steps + k][:, None] + np.arange(3) for k in (0, 1))
     pull = np.repeat(np.repeat(stiff, np.diff(knots))[steps], 3)
     change = coo_matrix(

@@ -198,6 +198,17 @@ def _unready(job: PreparedCut) -> list[str]:
     return []
 
 
+def _turned_part(job: PreparedCut) -> list[str]:
+    """Of a part that lies turned against its drawing: effects that name directions of the workpiece mean those of the machine's table."""
+    named = [e.id for e in job.machine.effects if needs_forces(e) and hasattr(e, "direction")]
+    if not named or np.allclose(job.pose.rotation, np.eye(3), atol=1e-9):
+        return []
+    return [
+        f"{', '.join(named)}: the part lies turned against its drawing; x, y and z are those of the workpiece on the machine, not of the "
+        "drawing"
+    ]
+
+
 def remarks(job: PreparedCut) -> tuple[str, ...]:
     """What the program, the time law and the machine leave to be said."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
@@ -206,6 +217,7 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
+    said += _turned_part(job)
     gaps = [(what, gap) for what, log in _logs(job.scenario) if (gap := gap_of(log)) is not None]
     said += [
         f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line stands there"
