@@ -122,7 +122,9 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
 def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     """The machine with the effects only that the path is not corrected for, and their ids."""
     kept = set(map(id, known_errors_of(machine).machine.effects))
-    rest: tuple[Effect, ...] = tuple(e for e in machine.effects if id(e) not in kept and not e.random and not absent(e))
+    rest: tuple[Effect, ...] = tuple(
+        e for e in machine.effects if id(e) not in kept and not e.random and not absent(e)
+    )
     return replace(machine, effects=rest, inputs=()), tuple(e.id for e in rest)
 
 
@@ -192,7 +194,9 @@ def _solved(
     column = (3 * at[:, :, None] + np.arange(3)).reshape(n, 6)
     values = (weight[:, :, None] * gain[:, None, :]).reshape(n, 6)
     shows = coo_matrix((values.ravel(), (np.repeat(np.arange(n), 6), column.ravel())), (n, 3 * unknown))
-    steps = np.delete(np.arange(len(same) - 1), knots[1:-1] - 1)  # within a move; its end is the start of the next
+    steps = np.delete(
+        np.arange(len(same) - 1), knots[1:-1] - 1
+    )  # within a move; its end is the start of the next
     a, b = (3 * same[steps + k][:, None] + np.arange(3) for k in (0, 1))
     pull = np.repeat(np.repeat(stiff, np.diff(knots))[steps], 3)
     change = coo_matrix(

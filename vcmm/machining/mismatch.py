@@ -134,7 +134,7 @@ def _left_over(points: Observed, white: Array, taken: Array) -> list[Located]:
     line = int(lines[int(np.argmax(np.bincount(which, y[mine] ** 2)))])
     text = (
         f"{features[at]}: {math.sqrt(y @ y / freedom):.3g} times what is known to be uncertain is left, most where line {line} cuts, and it "
-        f"goes with nothing that was asked (p = {p:.1g})"
+        f"goes with nothing that was asked ({_p_in_words(p)})"
     )
     return [Located(str(features[at]), line, NOTHING_ASKED, p, float(np.sqrt((points.rest**2).mean())), text)]
 
@@ -384,9 +384,13 @@ def _entry(
     what = "more material than" if worst > 0 else "less material than"
     text = (
         f"{feature}: up to {abs(worst) * 1e3:.2f} um {what} predicted, most where line {line} cuts; it {best.words} "
-        f"(p = {p:.1g}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
+        f"({_p_in_words(p)}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
     )
     return Located(feature, line, best.name, p, float(np.sqrt((shape**2).mean())), text)
+
+
+def _p_in_words(p: float) -> str:
+    return f"p = {p:.1g}" if p > 0.0 else f"p below {LEAST_P:.0g}"
 
 
 def _listed(names: list[str]) -> str:

@@ -123,10 +123,10 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
             "the effect out"
         )
     line = cuts_turned(program)
-    if bends and line and not turns_with(scenario.setup, program):
+    if bends and line and not scenario.force_log and not turns_with(scenario.setup, program):
         raise ModelLimit(
             f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
-            "computed; leave out the effect, or stick_out and compliance of the tools where these bend them"
+            "computed; log them ([cut] force_log), or leave out the effect, or stick_out and compliance of the tools where these bend them"
         )
 
 
