@@ -51,7 +51,7 @@ def compensate_command(
     points
         Measured points (columns as in recordings): indicated to corrected.
     surface
-        Correct the finished surface of a cutting scenario, not only the path: what bends, wears, lags or springs back, tools of another radius.
+        Correct the finished surface of a cutting scenario, not only the path: what bends, wears or lags.
     table
         Table for a control: isg, linuxcnc or heidenhain.
     json
@@ -63,15 +63,13 @@ def compensate_command(
         return machine_form(program, points, table, out, json)
     from vcmm.core.units import quantity
 
-    limit = quantity(tolerance, "length", "--tolerance", "1 um")
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
     options = {
-        "tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline, "orientation": orientation,
+        "tolerance": quantity(tolerance, "length", "--tolerance", "1 um"), "decimals": decimals, "carry": carry, "growth": growth,
+        "inline": inline, "orientation": orientation, "surface": _surface(given) if surface else None,
     }  # fmt: skip
-    if surface:
-        options["surface"] = _surface(given)
     return _rewritten(given, out, options, diff, json)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -30,9 +30,6 @@ from vcmm.motion.tool_pose import tip_as_at_zero
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup, first_tool
-
-if TYPE_CHECKING:
-    from vcmm.compensating.surface import SurfaceErrors
 
 DYNAMIC = (
     "sense_",
@@ -106,6 +103,13 @@ def known_errors_of(machine: Machine) -> KnownErrors:
     return KnownErrors(replace(machine, effects=tuple(kept)), full, tuple(left))
 
 
+class BesidePath(Protocol):
+    """What the tool does to the finished surface beside its path, as a shift of it (vcmm.compensating.surface)."""
+
+    def at(self, low: Ints, high: Ints, tips: Array) -> Array:
+        """(k, 3) mm of tips (k, 3) on the nearest of moves low to high (k,)."""
+
+
 class _Zeroing(NamedTuple):
     """What says where an offset was set: its name, the tool and its length."""
 
@@ -131,7 +135,7 @@ class PathErrors:
     constants: Mapping[str, float]
     sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
     setter: int = 0
-    surface: SurfaceErrors | None = None
+    surface: BesidePath | None = None
     own: tuple[Ints, Ints] | None = None
 
     @cached_property

@@ -46,7 +46,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, OrientationProof, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
-from vcmm.compensating.surface import SurfaceErrors
+from vcmm.compensating.surface import SurfaceErrors, what_is_left, with_surface
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
@@ -185,9 +185,7 @@ def prepare(
         )
 
     field, aim = errors_along(read), None
-    if surface is not None:
-        _check_same_moves(read, surface, source.name)
-        field = replace(field, surface=surface)
+    field = with_surface(field, surface, source.name)
     if orientation:
         aim = read
         try:
@@ -202,14 +200,13 @@ def prepare(
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
-    hashed = digest(
-        [
-            *file_parts([setup.path, machine_file, setup.log.path if setup.log else None]),
-            *own,
-            given[1].text.encode("utf-8"),
-        ]
+    files = file_parts([setup.path, machine_file, setup.log.path if setup.log else None])
+    hashed = digest([*files, *own, given[1].text.encode("utf-8")])
+    said = (
+        *notes,
+        *what_is_left(known.left, surface),
+        *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )
-    said = (*notes, *_left(known, surface), *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
         source=source,
         origin=origin,
@@ -225,36 +222,6 @@ def prepare(
         carry=carry,
         aim=aim,
     )
-
-
-def _left(known: KnownErrors, surface: SurfaceErrors | None) -> tuple[str, ...]:
-    """What is not corrected, and what is corrected on the finished surface instead of the path."""
-    if surface is None:
-        return known.left
-    left = tuple(said for said in known.left if said.split(" ")[0] not in surface.effects)
-    told = (
-        f"{', '.join(surface.effects)}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
-        f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
-        "part: state of the tool, clamping, stock"
-    )
-    if not surface.against:
-        return (*left, told)
-    names = ", ".join(surface.against[:6]) + (" and others" if len(surface.against) > 6 else "")
-    return (
-        *left, told,
-        f"{names}: what is off there stays in part, since one way of the tool makes surfaces that would have to move apart (both walls of a "
-        "slot, both sides of a hole): cut them one after the other, with a smaller tool, or with one whose radius is the nominal one",
-    )  # fmt: skip
-
-
-def _check_same_moves(read: Program, surface: SurfaceErrors, name: str) -> None:
-    """The surface was found with the moves of the program as it is rewritten."""
-    ends = [(m.start, m.end) for m in read.moves]
-    if ends != [(m.start, m.end) for m in surface.moves]:
-        raise UsageError(
-            f"{name}: the moves that were cut virtually are not those that are rewritten (another program or set-up?); name the "
-            "scenario whose program this is"
-        )
 
 
 def _with_angles(read: Program, machine: Machine, name: str) -> Program:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.compensating.contours import length_of, points, sweep_of
-from vcmm.compensating.field import absent, known_errors_of
+from vcmm.compensating.field import PathErrors, absent, known_errors_of
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
@@ -211,3 +211,35 @@ def _solved(
     right = np.concatenate([gap, np.zeros(whole.shape[0] - n)])
     found = spsolve((whole.T @ whole).tocsc(), whole.T @ right)
     return found.reshape(-1, 3)[same], np.asarray(gap - shows @ found)
+
+
+def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[str, ...]:
+    """What is not corrected, and what is corrected on the finished surface instead of the path."""
+    if surface is None:
+        return left
+    left = tuple(said for said in left if said.split(" ")[0] not in surface.effects)
+    told = (
+        f"{', '.join(surface.effects)}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
+        f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
+        "part: state of the tool, clamping, stock"
+    )
+    if not surface.against:
+        return (*left, told)
+    names = ", ".join(surface.against[:6]) + (" and others" if len(surface.against) > 6 else "")
+    return (
+        *left, told,
+        f"{names}: what is off there stays in part, since one way of the tool makes surfaces that would have to move apart (both walls of a "
+        "slot, both sides of a hole): cut them one after the other, with a smaller tool, or with one whose radius is the nominal one",
+    )  # fmt: skip
+
+
+def with_surface(field: PathErrors, surface: SurfaceErrors | None, name: str) -> PathErrors:
+    """The field with what happens on the surface. UsageError where that was found with other moves than those that are rewritten."""
+    if surface is not None and [(m.start, m.end) for m in field.moves] != [
+        (m.start, m.end) for m in surface.moves
+    ]:
+        raise UsageError(
+            f"{name}: the moves that were cut virtually are not those that are rewritten (another program or set-up?); name the "
+            "scenario whose program this is"
+        )
+    return replace(field, surface=surface)
