@@ -76,3 +76,19 @@ def test_an_inclined_tool_is_refused() -> None:
         remove(
             block([0, 0, 0], [9, 9, 9], 1.0), lines([[0, 0, 0]], [[1, 0, 0]], (flat(5.0),), axis=[1.0, 0, 0])
         )
+
+
+def test_an_arc_whose_rounded_end_lies_on_another_radius_cuts_as_a_circle() -> None:
+    """A quarter of 7 mm whose end is 0.03 um farther out, as in a program of three decimals: it was searched column by column, for minutes."""
+    before = block(np.array([-15.0, -15.0, -5.0]), np.array([15.0, 15.0, 0.0]), 0.2)
+    cut = [
+        remove(
+            before,
+            arcs(
+                [[7.0, 0.0, -2.0]], [[0.0, 7.0 + off, -2.0]], [[0.0, 0.0, -2.0]], [math.pi / 2], (flat(3.0),)
+            ),
+        )
+        for off in (0.0, 3e-5)
+    ]
+    assert cut[1].volume == pytest.approx(cut[0].volume, rel=1e-3)
+    assert cut[0].volume[0] > 0.9 * (math.pi / 4 * (10.0**2 - 4.0**2) + math.pi * 3.0**2) * 2.0

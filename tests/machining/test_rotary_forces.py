@@ -6,6 +6,7 @@ import pytest
 
 from tests.machining import rotary_shop as rs
 from vcmm.core.errors import ModelLimit
+from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import remarks
 from vcmm.machining.rotary_milling import RotaryMillingProcess
 
@@ -52,3 +53,14 @@ def test_what_bends_by_forces_is_refused_there(tmp_path, bends):
     path = written(tmp_path, program, BENDS if bends == "effect" else "", tool)
     with pytest.raises(ModelLimit, match=r"tool_deflection.* line 10 of the program cuts with a rotary axis"):
         rs.shop_of(path)
+
+
+def test_a_force_log_stands_in_for_them(tmp_path):
+    """100 N along x of the workpiece all the time at 0.1 um/N: the tool is 10 um off along x wherever the table stands."""
+    path = written(tmp_path, START + "G1 C-360. F1800\nG0 Z50.\n", BENDS)
+    (tmp_path / "forces.csv").write_text("time_s,force_x_N,force_y_N,force_z_N\n0,100,0,0\n10000,100,0,0\n")
+    path.write_text(path.read_text().replace("[cut]", '[cut]\nforce_log = "forces.csv"', 1))
+    _, world, _ = finished_part(rs.shop_of(path))
+    row, _ = world.contacts.deepest(world.moved)
+    assert world.moved[row, 0] == pytest.approx(10e-3, abs=1e-6)
+    assert world.moved[row, 1] == pytest.approx(0.0, abs=1e-6)

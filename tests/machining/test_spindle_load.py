@@ -8,9 +8,10 @@ import pytest
 import vcmm
 from tests.machining import shop
 from vcmm.core.errors import DataError, ModelLimit
+from vcmm.core.run import Series
 from vcmm.machining.job import finished_part
-from vcmm.machining.preparation import set_up
-from vcmm.machining.spindle_load import modelled_power, power_log
+from vcmm.machining.preparation import remarks, set_up
+from vcmm.machining.spindle_load import gap_of, modelled_power, of_one_part, power_log
 
 PROGRAM = """\
 %
@@ -115,4 +116,34 @@ def test_a_log_that_is_short_or_lacks_a_column_is_told(tmp_path):
         DataError,
         match=r"load.csv:1: the column spindle_load_W is missing; a load log has time_s, spindle_load_W",
     ):
+        prepared(tmp_path, said)
+
+
+def test_a_log_of_one_part_steps_into_the_next():
+    """Logged from 10 s before the start to 20 s behind the end of 100 s: 100 W rising by 1 W/s. The part holds 110 W to 210 W."""
+    log = Series(np.arange(-10.0, 121.0, 10.0), np.arange(100.0, 231.0, 10.0))
+    one = of_one_part(log, 100.0)
+    assert (one.time[0], one.time[-1], one.value[0], one.value[-1]) == (0.0, 100.0, 110.0, 210.0)
+    assert (np.diff(one.time) > 0).all()
+    twice = np.r_[one.time, 100.0 + one.time], np.r_[one.value, one.value]
+    assert np.interp([99.999, 100.001], *twice) == pytest.approx([210.0, 110.0], abs=0.01)
+
+
+def test_a_gap_in_a_log_is_found():
+    """One reading per second, none from 30 to 60 s."""
+    time = np.r_[np.arange(31.0), np.arange(60.0, 100.0)]
+    assert gap_of(Series(time, np.zeros(len(time)))) == (30.0, 60.0)
+    assert gap_of(Series(np.arange(100.0), np.zeros(100))) is None
+
+
+def test_a_gap_is_told_and_other_units_are_refused(tmp_path):
+    rows = [f"{t},100" for t in (*range(31), *range(60, 1001))]
+    said = SCENARIO.replace("[cut]", '[cut]\nload_log = "load.csv"')
+    (tmp_path / "load.csv").write_text("time_s,spindle_load_W\n" + "\n".join(rows))
+    assert any("no reading from 30.0 to 60.0 s" in text for text in remarks(prepared(tmp_path, said)))
+    (tmp_path / "load.csv").write_text("time_s,spindle_load_kW\n0,1\n1000,1\n")
+    with pytest.raises(DataError, match=r'"spindle_load_kW": convert it to W'):
+        prepared(tmp_path, said)
+    (tmp_path / "load.csv").write_text("time,spindle_load_W\n10:00:00,1\n")
+    with pytest.raises(DataError, match=r'"time": write seconds since the start of the program as time_s'):
         prepared(tmp_path, said)

@@ -12,8 +12,9 @@ from cyclopts import Parameter
 def compensate_command(
     program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
-    inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False, points: Path | None = None,
-    table: str | None = None, json: Annotated[bool, Parameter(name="--json")] = False,
+    inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
+    points: Path | None = None, surface: bool = False, table: str | None = None,
+    json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
@@ -49,6 +50,8 @@ def compensate_command(
         Print the changes as a unified diff.
     points
         Measured points (columns as in recordings): indicated to corrected.
+    surface
+        Correct the finished surface of a cutting scenario, not only the path: what bends, wears or lags.
     table
         Table for a control: isg, linuxcnc or heidenhain.
     json
@@ -60,12 +63,12 @@ def compensate_command(
         return machine_form(program, points, table, out, json)
     from vcmm.core.units import quantity
 
-    limit = quantity(tolerance, "length", "--tolerance", "1 um")
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
     options = {
-        "tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline, "orientation": orientation,
+        "tolerance": quantity(tolerance, "length", "--tolerance", "1 um"), "decimals": decimals, "carry": carry, "growth": growth,
+        "inline": inline, "orientation": orientation, "surface": _surface(given) if surface else None,
     }  # fmt: skip
     return _rewritten(given, out, options, diff, json)
 
@@ -81,6 +84,7 @@ class _GivenProgram:
     set_here: bool
     machine: Any = None
     constants: Any = None
+    scenario: Any = None
 
 
 def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _GivenProgram:
@@ -107,7 +111,20 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
         here and scenario.set_here,
         machine=scenario.machine,
         constants=scenario.constants,
+        scenario=scenario,
     )
+
+
+def _surface(given: _GivenProgram) -> Any:
+    """What the finished surface departs by beside its path; None where it does not."""
+    from vcmm.compensating.surface import surface_errors
+    from vcmm.core.errors import UsageError
+
+    if given.scenario is None:
+        raise UsageError(
+            "--surface needs to know part, stock and tools: name a cutting scenario (vcmm compensate block.toml --surface), not program and set-up"
+        )
+    return surface_errors(given.scenario)
 
 
 def _rewritten(

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class KnownErrors:
         return KnownErrors(self.full, self.full, self.left)
 
 
-def _absent(effect: Effect) -> bool:
+def absent(effect: Effect) -> bool:
     """An effect that waits for knowledge: every parameter is zero."""
     values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
     return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
@@ -87,7 +87,7 @@ def known_errors_of(machine: Machine) -> KnownErrors:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.random or _absent(effect):
+        if effect.random or absent(effect):
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
@@ -103,6 +103,13 @@ def known_errors_of(machine: Machine) -> KnownErrors:
     return KnownErrors(replace(machine, effects=tuple(kept)), full, tuple(left))
 
 
+class BesidePath(Protocol):
+    """What the tool does to the finished surface beside its path, as a shift of it (vcmm.compensating.surface)."""
+
+    def at(self, low: Ints, high: Ints, tips: Array) -> Array:
+        """(k, 3) mm of tips (k, 3) on the nearest of moves low to high (k,)."""
+
+
 class _Zeroing(NamedTuple):
     """What says where an offset was set: its name, the tool and its length."""
 
@@ -115,7 +122,8 @@ class _Zeroing(NamedTuple):
 class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns.
 
-    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe.
+    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe. surface: what the tool does to
+    the finished surface beside it (vcmm.compensating.surface), and `own`: first and last move there that each move lies on.
     """
 
     known: KnownErrors
@@ -127,6 +135,8 @@ class PathErrors:
     constants: Mapping[str, float]
     sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
     setter: int = 0
+    surface: BesidePath | None = None
+    own: tuple[Ints, Ints] | None = None
 
     @cached_property
     def led(self) -> bool:
@@ -198,9 +208,10 @@ class PathErrors:
 
     def errors(self, run: Run, move: Ints) -> Array:
         """e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
+        on_surface = self._on_surface(run, move) * self.sensitive
         machine = self.known.machine
         if not machine.effects:
-            return np.zeros((run.n, 3))
+            return on_surface
         try:
             error = -machine.indication_error(run)
         except ModelLimit as limit:
@@ -211,7 +222,17 @@ class PathErrors:
                 f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
             ) from None
         error = error - self._setting(run, move) if self.set_here else error
-        return np.asarray(error * self.sensitive)
+        return np.asarray(error * self.sensitive + on_surface)
+
+    def _on_surface(self, run: Run, move: Ints) -> Array:
+        """(k, 3) mm beside the path; the zero was set where nothing was cut, so nothing is taken off."""
+        if self.surface is None:
+            return np.zeros((run.n, 3))
+        low, high = self.own or (np.arange(len(self.moves)),) * 2
+        zero = np.array([self._zero(g.offset) for g in self._groups]).reshape(-1, 3)[self._group[move]]
+        return self.surface.at(
+            low[move], high[move], run.vector("part_x_mm", "part_y_mm", "part_z_mm") + zero
+        )
 
     def _setting(self, run: Run, move: Ints) -> Array:
         """Error (k, 3) where the offset of each row was set: at the work zero unless the set-up says where.

@@ -48,6 +48,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
+from vcmm.compensating.surface import SurfaceErrors, what_is_left, with_surface
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
@@ -78,10 +79,12 @@ def compensate(
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
+    surface: SurfaceErrors | None = None,
     orientation: bool = False,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
-    """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
+    """Rewrite a program. tolerance: mm. surface: what the tool does to the finished surface beside its path, corrected as well.
+    machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. orientation: angles
     and directions of the tool are corrected too, where the tip is led.
@@ -102,6 +105,7 @@ def compensate(
         constants=constants,
         carry=carry,
         inline=inline,
+        surface=surface,
         orientation=orientation,
     )
     try:
@@ -156,7 +160,7 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
 def prepare(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
-    inline: float = INLINE, orientation: bool = False,
+    inline: float = INLINE, surface: SurfaceErrors | None = None, orientation: bool = False,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
@@ -180,6 +184,7 @@ def prepare(
 
     columns = {**setup.constants, **(constants or {})}
     field = field_of(known, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe)
+    field = with_surface(field, surface, source.name)
     aim = read if orientation else None
     if orientation:
         source, read, field = reoriented(
@@ -188,14 +193,13 @@ def prepare(
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
-    hashed = digest(
-        [
-            *file_parts([setup.path, machine_file, setup.log.path if setup.log else None]),
-            *own,
-            given[1].text.encode("utf-8"),
-        ]
+    files = file_parts([setup.path, machine_file, setup.log.path if setup.log else None])
+    hashed = digest([*files, *own, given[1].text.encode("utf-8")])
+    said = (
+        *notes,
+        *what_is_left(known.left, surface),
+        *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )
-    said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
         source=source,
         origin=origin,
@@ -277,7 +281,7 @@ def _proved(
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
     after = _departed(work, work.known, new, lines)
     whole = None
-    if work.known.dynamic:
+    if work.known.dynamic and work.field.surface is None:
         full = work.known.whole()
         whole = (
             _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
@@ -372,6 +376,7 @@ def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[
     )  # fmt: skip
     w = walk(program.moves)
     low, high = spans(work.program, program, lines) if lines else (np.arange(len(program.moves)),) * 2
+    field = replace(field, surface=work.field.surface, own=(low, high))
     actual = w.tip + errors_on(field, w)
     gap = departures(actual, work.program.moves, low[w.move], high[w.move])
     gap = np.maximum(gap, end_departures(actual, w, program.moves, work.program.moves, low, high))

@@ -18,6 +18,7 @@ from vcmm.cutting.sweeps import LINE, Sweep, lengths, pieces
 from vcmm.cutting.tools import parameters
 
 MOST_NODES = 50_000_000
+BLUR = 0.02  # of a cell: what the map does not see
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ def remove(stock: Stock, sweep: Sweep, rapid: Array | None = None, clearance: fl
     m = len(sweep)
     fast = np.zeros(m, bool) if rapid is None else np.asarray(rapid, bool)
     parts, row, _, _ = pieces(sweep, _counts(sweep))
-    items = _items(parts, np.broadcast_to(np.eye(3), (len(parts), 3, 3)))
+    items = _as_circles(_items(parts, np.broadcast_to(np.eye(3), (len(parts), 3, 3))), BLUR * stock.cell)
     height, grid = stock.height.copy(), np.array([stock.x0, stock.y0, stock.cell])
     volume, deepest, engaged = np.zeros(m), np.zeros(m), np.zeros((len(items), 4))
     tools = parameters(sweep.tools)
@@ -105,6 +106,19 @@ def remove(stock: Stock, sweep: Sweep, rapid: Array | None = None, clearance: fl
         collision_depth=deepest[hit],
         idle=idle,
     )
+
+
+def _as_circles(items: Array, most: float) -> Array:
+    """Level arcs whose rounded ends lie on two radii or heights, no more than `most` mm apart, as circles: the map has no finer cells,
+    and a spiral is looked for column by column."""
+    out = items.copy()
+    upright = np.abs(out[:, 11]) + np.abs(out[:, 14]) <= 1e-14
+    near = (np.abs(out[:, 16] - out[:, 15]) <= most) & (
+        np.abs(out[:, 18:21]).max(axis=1, initial=0.0) <= most
+    )
+    rows = np.flatnonzero((out[:, 21] == 2.0) & upright & near)
+    out[rows, 16], out[rows, 5], out[rows, 18:21], out[rows, 21] = out[rows, 15], out[rows, 2], 0.0, 1.0
+    return out
 
 
 def _counts(sweep: Sweep) -> Array:

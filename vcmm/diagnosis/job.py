@@ -8,6 +8,7 @@ from dataclasses import replace
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.foretold import with_foretold
 from vcmm.diagnosis.opposite_sign import other_way
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.evaluation.sampling import Progress
@@ -24,4 +25,5 @@ def diagnose(
 ) -> Diagnosis:
     """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement."""
     found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+    found = with_foretold(found, recording)
     return replace(found, warnings=(*found.warnings, *other_way(recording, machine, found)))

@@ -36,8 +36,8 @@ class WorkpieceBending(Effect):
         causes="thin walls, few or soft clamps",
         confirm="a spring pass; clamp closer to the cut",
     )
-    direction: str = at("x", "x, y or z of the part: where it gives way")
-    over: str = at("z", "coordinate of the part along which the wall stands up", quiet=True)
+    direction: str = at("x", "x, y or z of the workpiece as it lies on the machine: where it gives way")
+    over: str = at("z", "coordinate along which the wall stands up, workpiece axes", quiet=True)
     compliance: float = param(
         0.0,
         "um/N",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -202,13 +203,28 @@ def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict
     if missing:
         what = "force" if columns == FORCES else "load"
         raise DataError(
-            f"{sheet.path}:{sheet.header_line}: the column {missing[0]} is missing; a {what} log has {', '.join(names)}"
+            f"{sheet.path}:{sheet.header_line}: the column {missing[0]} is missing; a {what} log has {', '.join(names)}{_in_other_unit(missing[0], sheet.header)}"
         )
     time = sheet.numbers("time_s")
     back = np.flatnonzero(np.diff(time) <= 0.0)
     if len(back):
         raise DataError(f"{sheet.at(int(back[0]) + 1)}: time_s does not increase; sort the rows by time")
     return {name: Series(time, sheet.numbers(name)) for name in columns}
+
+
+def _in_other_unit(name: str, header: Sequence[str]) -> str:
+    """What to do with a column that looks like the missing one in another unit or clock."""
+    stem = name.rsplit("_", 1)[0]
+    other = next((h for h in header if h.lower().startswith(stem)), None)
+    if other is None:
+        return ""
+    if stem == "time":
+        return f'. "{other}": write seconds since the start of the program as time_s'
+    return (
+        f'. "{other}": convert it to {name.rsplit("_", 1)[1]}, and take what idling takes off'
+        if stem == "spindle_load"
+        else f'. "{other}": convert it to N'
+    )
 
 
 def _machine(document: Document, setup: Setup | None, problems: Problems) -> Machine | None:

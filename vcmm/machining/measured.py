@@ -29,11 +29,14 @@ from vcmm.machining.mismatch import LEAST_SCATTER, Located, Observed, located
 from vcmm.machining.preparation import set_up
 from vcmm.machining.process import PreparedCut
 from vcmm.machining.scenario import IDEAL, OTHER, CutScenario
+from vcmm.machining.waves import Wave
 from vcmm.machining.world import Cutting
 from vcmm.measuring.plan import Plan, Step
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.task import evaluate_all, fit_features
+from vcmm.response.recording import UNKNOWN
 
+ALONE = 1e-9  # of a variance: rounding
 TRIALS = 2000  # of the predicted part with its points measured: u to 1.6 %
 
 
@@ -60,7 +63,8 @@ class MeasuredCut:
 
     observed: the points with what was done when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
     counts, what the tool did less what was predicted of it. known: (Input id, columns (n, r)), what is uncertain of it, mm per draw of
-    unit variance. noise: what is drawn anew at every point, mm. notes: points left out, what could not be told.
+    unit variance. noise (n,): what is drawn anew at every point, mm along `normal`. notes: points left out, what could not be told. wave: of no known cause, where
+    the difference goes with nothing more.
     """
 
     compared: tuple[BesidePrediction, ...]
@@ -70,9 +74,10 @@ class MeasuredCut:
     departure: Array
     normal: Array
     in_machine: bool
-    noise: float
+    noise: Array
     known: tuple[tuple[str, Array], ...]
     notes: tuple[str, ...] = ()
+    wave: Wave | None = None
 
 
 def measured_cut(
@@ -97,7 +102,8 @@ def measured_cut(
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
     known = known_columns(model)
     observed = _observed(world, deviation - predicted, known.covariance)
-    found, scatter = located(observed, rigid=aligned, u_point=u_point)
+    found = located(observed, rigid=aligned, u_point=u_point)
+    scatter = found.scatter
     values = evaluate_all(task, fit_features(task, points))
     alone = (
         scatter if scatter > LEAST_SCATTER or u_point is not None else 0.0
@@ -109,14 +115,18 @@ def measured_cut(
     normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
         compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
-        mismatch=found,
+        mismatch=found.entries,
         scatter=scatter,
         observed=observed,
         departure=(deviation - predicted) / size,
         normal=normal,
         in_machine=not aligned,
-        noise=float(np.hypot(scatter, np.sqrt(np.mean(np.sum(known.single**2, axis=1))))),
-        known=tuple((name, columns / size[:, None]) for name, columns in known.common),
+        noise=np.hypot(scatter, np.linalg.norm(known.single, axis=1)) / size,
+        known=tuple(
+            (name, columns / size[:, None])
+            for name, columns in (*known.common, *_unknown(found.wave, observed))
+        ),
+        wave=found.wave,
         notes=(*notes, *more),
     )
 
@@ -193,11 +203,20 @@ def known_columns(model: LinearModel) -> KnownColumns:
     common, single = [], [np.zeros((n, 0))]
     for one in model.influences:
         columns = _per_draw(along.term(one))
-        if len(np.unique(one.codes)) == n:
+        if _drawn_anew(columns):
             single.append(columns)
         elif columns.shape[1]:
             common.append((one.input.id, columns))
     return KnownColumns(tuple(common), np.concatenate(single, axis=1))
+
+
+def _drawn_anew(columns: Array) -> bool:
+    """Whether no two points (rows) share a draw: whatever its law says of copies, their covariance is diagonal. What acts on one
+    point alone is no scatter."""
+    shared = columns @ columns.T
+    own = np.diag(shared).copy()
+    np.fill_diagonal(shared, 0.0)
+    return bool(np.abs(shared).max(initial=0.0) <= ALONE * own.max(initial=0.0) and np.sum(own > 0.0) != 1)
 
 
 def _per_draw(term: Term) -> Array:
@@ -207,6 +226,20 @@ def _per_draw(term: Term) -> Array:
     value, vector = np.linalg.eigh(covariance([term]))
     kept = value > 1e-12 * value.max(initial=0.0)
     return np.asarray(vector[:, kept] * np.sqrt(value[kept]))
+
+
+def _unknown(wave: Wave | None, observed: Observed) -> list[tuple[str, Array]]:
+    """What has no name as one more covariance, so that no name takes its place: columns (n, 6) whose rms is that of the wave as
+    the points show it.
+    """
+    if wave is None:
+        return []
+    cov = observed.covariance + LEAST_SCATTER**2 * np.eye(len(observed.rest))
+    lower = np.linalg.cholesky(cov)
+    columns, rest = np.linalg.solve(lower, wave.columns), np.linalg.solve(lower, observed.rest)
+    shown = wave.columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]
+    size = np.sqrt(np.mean(shown**2) / np.mean(wave.columns**2))
+    return [(f"{UNKNOWN}wave of {wave.period:.4g} s", wave.columns * size)]
 
 
 def _observed(world: Cutting, rest: Array, known: Array) -> Observed:

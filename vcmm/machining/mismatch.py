@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.machining.waves import Wave, largest_wave
 
 Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
@@ -31,6 +32,7 @@ LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
 ROOM = 8  # degrees of freedom that must be left beside all covariates
 SAME = 1e-9
 AXES = "XYZ"
+WAVE, NOTHING_ASKED = "wave in time", "nothing that was asked"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +72,17 @@ class Located:
     text: str
 
 
-def located(
-    points: Observed, *, rigid: bool = True, u_point: float | None = None
-) -> tuple[tuple[Located, ...], float]:
-    """(what the rest goes with, scatter of one point in mm). rigid: the part may lie anywhere (drawing frame).
+@dataclass(frozen=True, eq=False)
+class Mismatch:
+    """entries: what the rest goes with; scatter: of one point, mm; wave: where what it goes with most is one of no known cause."""
+
+    entries: tuple[Located, ...]
+    scatter: float
+    wave: Wave | None = None
+
+
+def located(points: Observed, *, rigid: bool = True, u_point: float | None = None) -> Mismatch:
+    """What the rest goes with. rigid: the part may lie anywhere (drawing frame).
 
     Raises UsageError for fewer points than the covariates need.
     """
@@ -82,21 +91,67 @@ def located(
     every = np.hstack([base, *(c.columns for c in asked)])
     white, scatter, left = _whitened(points, every, u_point)
     out: list[Located] = []
-    taken = base
+    taken, wave, tied = base, None, False
     for _ in range(MOST):
         tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in asked]
+        waving = None if wave else _waving(points, white, taken, left)
+        count = len(asked) + (waving is not None)
+        tested += [(waving[0], waving[1])] if waving else []
         least = min(p for p, _ in tested)  # logarithms: far beyond chance all p are 0
-        if not least + math.log(len(asked)) < math.log(FALSE):
+        if not least + math.log(count) < math.log(FALSE):
             break
         alike = [(math.exp(p), c) for p, c in tested if p <= math.log(ALIKE) + least]
         p, best = alike[0]
+        if waving and best is waving[1]:
+            wave = waving[2]
         rivals = [c.name for _, c in alike[1:]]
-        out.append(_entry(points, white, taken, best, p=min(p * len(asked), 1.0), rivals=rivals))
+        tied = tied or (bool(rivals) and not out)
+        out.append(_entry(points, white, taken, best, p=min(p * count, 1.0), rivals=rivals))
         taken = np.hstack([taken, best.columns])
         asked = [c for c in asked if c is not best]
         if not asked:
             break
-    return tuple(out), scatter
+    leads = bool(out) and out[0].covariate == WAVE and not tied
+    out += _left_over(points, white, taken) if left is None and len(out) < MOST else []
+    return Mismatch(tuple(out), scatter, wave if leads else None)
+
+
+def _left_over(points: Observed, white: Array, taken: Array) -> list[Located]:
+    """An entry where what is left beside everything taken is more than what is known to be uncertain lets expect (chi-square)."""
+    from scipy import stats
+
+    q = _directions(white @ taken)
+    y = np.asarray(white @ points.rest)
+    y = np.asarray(y - q @ (q.T @ y))
+    freedom = len(y) - q.shape[1]
+    p = float(stats.chi2.sf(y @ y, freedom))
+    if p >= FALSE:
+        return []
+    features, code = np.unique(points.feature, return_inverse=True)
+    at = int(np.argmax(np.bincount(code, y * y)))
+    mine = code == at
+    lines, which = np.unique(points.line[mine], return_inverse=True)
+    line = int(lines[int(np.argmax(np.bincount(which, y[mine] ** 2)))])
+    text = (
+        f"{features[at]}: {math.sqrt(y @ y / freedom):.3g} times what is known to be uncertain is left, most where line {line} cuts, and it "
+        f"goes with nothing that was asked ({_p_in_words(p)})"
+    )
+    return [Located(str(features[at]), line, NOTHING_ASKED, p, float(np.sqrt((points.rest**2).mean())), text)]
+
+
+def _waving(
+    points: Observed, white: Array, taken: Array, left: tuple[float, int] | None
+) -> tuple[float, Covariate, Wave] | None:
+    """(logarithm of the significance, every period paid; the covariate; the wave) of the largest wave in time."""
+    time = points.run.columns.get("time_s")
+    if time is None:
+        return None
+    wave = largest_wave(white, _directions(white @ taken), points.rest, points.normals, time)
+    if wave is None:
+        return None
+    p = _log_p(wave.gain, wave.freedom, left) + math.log(wave.asked)
+    words = f"comes and goes every {wave.period:.3g} s, which no effect that is known does"
+    return min(p, 0.0), Covariate(WAVE, words, wave.columns), wave
 
 
 # -- what may explain it ----------------------------------------------------------------------------------------------
@@ -287,24 +342,27 @@ def _whitened(
 
 def _p(white: Array, taken: Array, columns: Array, rest: Array, left: tuple[float, int] | None) -> float:
     """Logarithm of the significance of columns beside those already taken."""
-    from scipy import special, stats
-
     q = _beyond(white @ taken, white @ columns)
     m = q.shape[1]
-    if not m:
-        return 0.0
-    gain = float(((q.T @ (white @ rest)) ** 2).sum())
+    return _log_p(float(((q.T @ (white @ rest)) ** 2).sum()), m, left) if m else 0.0
+
+
+def _log_p(gain: float, m: int, left: tuple[float, int] | None) -> float:
+    """Logarithm of the significance of a gain in the sum of squares by m numbers."""
+    from scipy import special, stats
+
     if left is None:
         p = float(stats.chi2.sf(gain, m))
-        tail = (m / 2 - 1) * math.log(max(gain, TINY) / 2) - gain / 2 - special.gammaln(m / 2)
+        tail = float((m / 2 - 1) * math.log(max(gain, TINY) / 2) - gain / 2 - special.gammaln(m / 2))
     else:
         square, freedom = left
         ratio = gain / m / max(square / freedom, TINY)
         p, a, b = float(stats.f.sf(ratio, m, freedom)), freedom / 2, m / 2
         y = freedom / (freedom + m * ratio)
-        tail = a * math.log(max(y, TINY)) + b * math.log1p(-min(y, 0.5)) - math.log(a) - special.betaln(a, b)
+        beta = float(special.betaln(a, b))
+        tail = a * math.log(max(y, TINY)) + b * math.log1p(-min(y, 0.5)) - math.log(a) - beta
     return (
-        math.log(p) if p > LEAST_P else float(tail)
+        math.log(p) if p > LEAST_P else tail
     )  # its leading term (Abramowitz, Stegun 6.5.32 and 26.5.4) where p is no number any more
 
 
@@ -326,9 +384,13 @@ def _entry(
     what = "more material than" if worst > 0 else "less material than"
     text = (
         f"{feature}: up to {abs(worst) * 1e3:.2f} um {what} predicted, most where line {line} cuts; it {best.words} "
-        f"(p = {p:.1g}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
+        f"({_p_in_words(p)}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
     )
     return Located(feature, line, best.name, p, float(np.sqrt((shape**2).mean())), text)
+
+
+def _p_in_words(p: float) -> str:
+    return f"p = {p:.1g}" if p > 0.0 else f"p below {LEAST_P:.0g}"
 
 
 def _listed(names: list[str]) -> str:

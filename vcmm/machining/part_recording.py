@@ -9,16 +9,18 @@ Where the part was aligned is nobody's fault: free parameters.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
-from vcmm.core.run import Run
+from vcmm.core.run import Array, Run
 from vcmm.machining.measured import MeasuredCut
 from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
 
+ALIKE = 1e-6  # of a scatter: rounding
 LABELS = ("tool", "feature", "part", "setup")
 WITHOUT_MEANING = ("spindle_angle_rad",)  # of a milled wall: the tooth that stands out most passes everywhere
 
@@ -41,6 +43,12 @@ def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozense
     empty = Recording(
         name=name, kind="path", run=ordered, value=np.zeros(count), measuring=False, row=np.arange(count),
         direction=cut.normal[order], other=np.full(count, -1), nuisance={} if cut.in_machine else {"rigid": "run"},
-        noise=Normal(cut.noise), known=tuple((word, columns[order]) for word, columns in cut.known),
+        **_noise(cut.noise[order]), known=tuple((word, columns[order]) for word, columns in cut.known),
     )  # fmt: skip
     return replace(empty, value=baseline(empty, machine) + cut.departure[order])
+
+
+def _noise(u: Array) -> dict[str, Any]:
+    """One law where every point scatters alike, else u of each."""
+    alike = float(np.ptp(u)) <= ALIKE * float(u.max(initial=0.0))
+    return {"noise": Normal(float(u.mean()))} if alike else {"u": u}

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Pose
-from vcmm.core.run import Array
+from vcmm.core.run import Array, Series
 from vcmm.cutting.envelope import CUT
 from vcmm.cutting.index import build
 from vcmm.machining.blank import cuts_turned
@@ -23,6 +23,7 @@ from vcmm.machining.program_sweep import MOVING, driven_sweep, part_sweep
 from vcmm.machining.rotary import point_of_part
 from vcmm.machining.rotary_milling import RotaryMillingProcess
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.spindle_load import gap_of
 from vcmm.machining.tool_errors import cutting_effects, needs_forces
 from vcmm.machining.touched_zero import touched_zero, with_scatter
 from vcmm.machining.turned import turning_of
@@ -165,10 +166,10 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
             "the effect out"
         )
     line = cuts_turned(program)
-    if bends and line and not turns_with(scenario.setup, program):
+    if bends and line and not scenario.force_log and not turns_with(scenario.setup, program):
         raise ModelLimit(
             f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
-            "computed; leave out the effect, or stick_out and compliance of the tools where these bend them"
+            "computed; log them ([cut] force_log), or leave out the effect, or stick_out and compliance of the tools where these bend them"
         )
 
 
@@ -185,10 +186,15 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
                 )
 
 
+def _logs(scenario: CutScenario) -> list[tuple[str, Series]]:
+    """What was measured while such a part was cut."""
+    logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
+    return [(what, log) for what, log in logs.items() if log is not None]
+
+
 def _check_log(scenario: CutScenario, path: Toolpath) -> None:
     """A log that ends before the program says nothing of the rest."""
-    logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
-    for what, log in ((w, s) for w, s in logs.items() if s is not None):
+    for what, log in _logs(scenario):
         if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
             raise ModelLimit(
                 f"the {what} log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
@@ -231,6 +237,17 @@ def _unready(job: PreparedCut) -> list[str]:
     return []
 
 
+def _turned_part(job: PreparedCut) -> list[str]:
+    """Of a part that lies turned against its drawing: effects that name directions of the workpiece mean those of the machine's table."""
+    named = [e.id for e in job.machine.effects if needs_forces(e) and hasattr(e, "direction")]
+    if not named or np.allclose(job.pose.rotation, np.eye(3), atol=1e-9):
+        return []
+    return [
+        f"{', '.join(named)}: the part lies turned against its drawing; x, y and z are those of the workpiece on the machine, not of the "
+        "drawing"
+    ]
+
+
 def remarks(job: PreparedCut) -> tuple[str, ...]:
     """What the program, the time law and the machine leave to be said."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
@@ -239,4 +256,10 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
+    said += _turned_part(job)
+    gaps = [(what, gap) for what, log in _logs(job.scenario) if (gap := gap_of(log)) is not None]
+    said += [
+        f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line stands there"
+        for what, (a, b) in gaps
+    ]
     return (*program, *_unready(job), *job.process.remarks(), *blank_notes(job.blank), *said, *assumed)

@@ -16,6 +16,7 @@ from vcmm.machining.process import PreparedCut
 from vcmm.machining.states import seconds_at
 
 LOAD = "spindle_load_W"
+GAP, LEAST_READINGS = 10.0, 10  # times the median interval; readings from which there is a rate: chosen
 
 
 def power_log(job: PreparedCut) -> Series | None:
@@ -26,9 +27,27 @@ def power_log(job: PreparedCut) -> Series | None:
     one = job.scenario.load_log or modelled_power(job)
     if one is None or job.scenario.batch_part == 1:
         return one
+    one = of_one_part(one, job.seconds)
     begin = np.repeat(np.arange(job.scenario.batch_part) * job.seconds, len(one.time))
-    time = begin + np.tile(np.minimum(one.time, job.seconds), job.scenario.batch_part)
+    time = begin + np.tile(one.time, job.scenario.batch_part)
     return Series(time, np.tile(one.value, job.scenario.batch_part))
+
+
+def of_one_part(log: Series, seconds: float) -> Series:
+    """A log from 0 to `seconds`: what was logged before the start and behind the end belongs to no part, and the next one begins
+    with its own first value (a step, not a ramp from the last one)."""
+    inside = (log.time > 0.0) & (log.time < seconds)
+    first, last = np.interp([0.0, seconds], log.time, log.value)
+    return Series(np.r_[0.0, log.time[inside], seconds], np.r_[first, log.value[inside], last])
+
+
+def gap_of(log: Series) -> tuple[float, float] | None:
+    """(from, to) s of the longest stretch without a reading, where it is GAP times as long as readings are apart; else None."""
+    apart = np.diff(log.time)
+    if len(apart) < LEAST_READINGS or apart.max() <= GAP * np.median(apart):
+        return None
+    k = int(np.argmax(apart))
+    return float(log.time[k]), float(log.time[k + 1])
 
 
 def modelled_power(job: PreparedCut) -> Series | None:

@@ -36,6 +36,7 @@ NUISANCES = (
     "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment", "index",
     "profile",
 )  # fmt: skip
+UNKNOWN = "unknown "  # begins the name of a known covariance that stands for physics without a name
 WHICH = "recording"  # the label that says of several which recording a row is of
 ALL_ROWS = ("", "run")  # label words for one value in all rows
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vcmm.machining.measured import BesidePrediction, MeasuredCut
-from vcmm.machining.mismatch import Located
+from vcmm.machining.mismatch import LEAST_P, Located
 from vcmm.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, entry, records
 
@@ -23,7 +23,7 @@ MISMATCH: tuple[Column[Located], ...] = (
     Column("feature", lambda m: m.feature, key="feature"),
     Column("line", lambda m: m.line, NUMBER_TEXT, key="line"),
     Column("goes with", lambda m: m.covariate, key="covariate"),
-    Column("p", lambda m: f"{m.p:.1g}", NUMBER_TEXT),
+    Column("p", lambda m: f"{m.p:.1g}" if m.p > 0 else f"< {LEAST_P:.0g}", NUMBER_TEXT),
     entry("p", lambda m: m.p),
     entry("rms_um", lambda m: m.rms * 1e3),
     Column("what", lambda m: m.text, key="text"),

@@ -1,0 +1,106 @@
+"""The finished surface corrected, not only the path: the new program read back and cut on the machine as it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vcmm
+from tests.machining import shop
+from vcmm.compensating.job import compensate
+from vcmm.compensating.surface import nearest_share, surface_errors
+from vcmm.core.errors import UsageError
+from vcmm.machining.job import finished_part
+from vcmm.machining.preparation import set_up
+from vcmm.nc.moves import Move, Source
+
+SETUP = shop.SETUP.replace("[offsets]", "[control]\ncompensation = []\n[offsets]")
+LARGER = '[[effects]]\neffect = "tool_radius"\ntool = "1"\ndr = "10 um"\n'
+SLOT = """\
+%
+O1 (SLOT)
+G21 G17 G40 G49 G80 G90 G94
+T1 M6
+G54 G0 X-80. Y0. S3000 M3
+G43 H1 Z5.
+Z-2.
+G1 X80. Y0. F600
+G0 Z50.
+M30
+%
+"""
+WALLS = """\
+[part.features]
+low = { type = "plane", point = "0 -10 -1 mm", normal = [0, 1, 0], size = "80 1 mm" }
+high = { type = "plane", point = "0 10 -1 mm", normal = [0, -1, 0], size = "80 1 mm" }
+[[part.characteristics]]
+name = "width"
+type = "distance"
+between = ["low", "high"]
+"""
+
+
+def off_drawing(scenario, program=None) -> np.ndarray:
+    """Departures of the part along its normals, mm."""
+    _, world, _ = finished_part(set_up(replace(scenario, program=program or scenario.program)))
+    return world.contacts.surface(world.moved)
+
+
+def compensated(scenario, folder, surface):
+    new = folder / "new.nc"
+    made = compensate(scenario.program, scenario.setup, scenario.machine, surface=surface, decimals=4)
+    new.write_text(made.text)
+    return new, made
+
+
+def test_a_tool_10_um_too_large_in_radius_goes_round_the_boss_10_um_farther_out(tmp_path):
+    """Before 10 um of material are missing all round the boss, by no error of the path; after, rounding and splits are left."""
+    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, setup=SETUP))
+    before = off_drawing(scenario)
+    assert before.min() == pytest.approx(-10e-3, abs=1e-6)
+    surface = surface_errors(scenario)
+    assert surface is not None
+    assert (surface.largest, surface.effects, surface.against) == (
+        pytest.approx(10e-3, abs=1e-6), ("tool_radius[1]",), ()
+    )  # fmt: skip
+    plain, _ = compensated(scenario, tmp_path, None)
+    assert np.abs(off_drawing(scenario, plain)).max() == pytest.approx(10e-3, abs=1e-6)  # the path was right
+    new, made = compensated(scenario, tmp_path, surface)
+    assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
+    assert any("tool_radius[1]: corrected where" in w for w in made.warnings)
+
+
+def test_both_walls_of_a_slot_cannot_be_moved_apart_by_one_way_of_the_tool(tmp_path):
+    """Each wall wants the tool to go 10 um the other way: it stays where it is, and both walls are named."""
+    text = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + WALLS
+    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, text, SLOT, SETUP))
+    surface = surface_errors(scenario)
+    assert surface is not None
+    assert surface.against == ("high", "low")
+    assert surface.left == pytest.approx(10e-3, rel=0.01)
+    assert np.abs(surface.value).max() < 0.1e-3
+    _, made = compensated(scenario, tmp_path, surface)
+    assert any("high, low: what is off there stays" in w for w in made.warnings)
+
+
+def test_nothing_beside_the_path_is_nothing_to_correct(tmp_path):
+    assert surface_errors(vcmm.load_cut(shop.write(tmp_path, "", setup=SETUP))) is None
+
+
+def test_a_surface_of_another_program_is_refused(tmp_path):
+    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, setup=SETUP))
+    surface = surface_errors(scenario)
+    other = tmp_path / "other.nc"
+    other.write_text(scenario.program.read_text().replace("Y60.", "Y61."))
+    with pytest.raises(UsageError, match="the moves that were cut virtually are not those"):
+        compensate(other, scenario.setup, scenario.machine, surface=surface)
+
+
+def test_the_share_of_a_line_is_that_of_the_foot():
+    """3 mm beside the point at a quarter of 100 mm; before its start the share is 0."""
+    line = Move("line", Source(1, 1, 1), (0.0, 0.0, 0.0), (100.0, 0.0, 0.0))
+    share, gap = nearest_share(line, np.array([[25.0, 3.0, 0.0], [-4.0, 3.0, 0.0]]))
+    assert share.tolist() == [0.25, 0.0]
+    assert gap.tolist() == [3.0, 5.0]
