@@ -206,4 +206,6 @@ def _check_depth(file: Path, text: str) -> None:
         line += mark.count("\n")
         depth += (mark == "(") - (mark == ")")
         if depth > DEEPEST:
-            raise DataError(f"{file}:{line + 1}: lists are nested deeper than {DEEPEST}; no STEP file needs that")
+            raise DataError(
+                f"{file}:{line + 1}: lists are nested deeper than {DEEPEST}; no STEP file needs that"
+            )
