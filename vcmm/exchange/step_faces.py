@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections import Counter
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,13 @@ def read_faces(path: Path) -> StepFaces:
     """The faces of a file, read by a child. DataError: no shape, a fault of Open CASCADE, too long; Environment: it is missing."""
     if importlib.util.find_spec("OCP") is None:
         raise Environment(NEEDED)
+    state = path.stat()
+    return _by_child(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=1)
+def _by_child(path: Path, _changed: int, _size: int) -> StepFaces:
+    """As `read_faces`; the last file is kept, because a part whose drawing contradicts itself is read twice."""
     home = str(Path(__file__).resolve().parents[2])
     around = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [home, os.environ.get("PYTHONPATH")]))}
     with tempfile.TemporaryDirectory(prefix="vcmm-step-") as folder:
