@@ -36,21 +36,6 @@ def result(scenario):
     return vcmm.uncertainty(scenario)
 
 
-def test_a_distribution_has_area_one_its_interval_and_its_limits():
-    # 2 in (0, 1], 6 in (1, 3]: densities 2 / 8 and 6 / 8 / 2
-    ax = charts.distribution(
-        np.array([0.0, 1.0, 3.0]), np.array([2, 6]), interval=(0.5, 2.5), limits=(-np.inf, 4.0), marks={"result": 2.0}
-    )  # fmt: skip
-    *bars, shaded = ax.patches
-    assert [b.get_height() for b in bars] == pytest.approx([0.25, 0.375])
-    assert sum(b.get_height() * b.get_width() for b in bars) == pytest.approx(1.0)
-    assert (shaded.get_x(), shaded.get_width()) == pytest.approx((0.5, 2.0))
-    assert [line.get_xdata()[0] for line in ax.get_lines()] == [
-        4.0,
-        2.0,
-    ]  # no line for the limit that is none
-
-
 def test_budgets_show_their_shares_largest_first_and_sum_the_rest():
     lines = [
         SimpleNamespace(what=f"n{i}", u=1.0, share=s) for i, s in enumerate([0.1, 0.5, float("nan"), 0.4])
@@ -106,13 +91,13 @@ def test_readings_stand_over_the_axis_that_moved_by_their_sense(tmp_path):
         "X_mm,Y_mm,Z_mm,sense_X,dx_um\n0,9,0,1,1\n50,9,0,1,2\n100,9,0,1,3\n50,9,0,-1,5\n0,9,0,-1,6\n"
     )
     ax = load_recording(tmp_path / "r.toml")[0].plot()
-    up, down = ax.get_lines()
+    up, down, _ = ax.get_lines()  # and the line of zero
     assert (up.get_xdata().tolist(), up.get_ydata().tolist()) == ([0, 50, 100], pytest.approx([1, 2, 3]))
     assert (down.get_xdata().tolist(), down.get_ydata().tolist()) == ([50, 0], pytest.approx([5, 6]))
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("X / mm", "µm")
 
 
-def test_a_band_is_two_standard_uncertainties_wide():
+def test_a_band_holds_95_percent():
     nodes, value, u = (
         np.array([0.0, 100.0, 300.0]),
         np.array([0.0, 2e-3, -1e-3]),
@@ -126,27 +111,13 @@ def test_a_band_is_two_standard_uncertainties_wide():
     ax = Calibration.plot(found, "EXX")
     assert ax.get_lines()[0].get_ydata() == pytest.approx([0.0, 2.0, -1.0])
     edge = ax.collections[0].get_paths()[0].vertices[:, 1]
-    assert (edge.min(), edge.max()) == pytest.approx((-3.0, 3.0))
+    assert (edge.min(), edge.max()) == pytest.approx((-2.96, 2.98))  # -1 - 1.96, 2 + 1.96 / 2
     turned = Calibration.plot(found, "EBX")
     assert (ax.get_ylabel(), turned.get_ylabel()) == ("µm", "µrad")
-
-
-def test_a_map_leaves_out_what_is_not_allowed():
-    values = np.array([[1.0, np.nan], [3.0, 4.0]])
-    ax = charts.pose_map(
-        np.array([0.0, 1]), np.array([0.0, 1]), values, names=("x / mm", "y / mm"), unit="µm", title="t"
-    )
-    shown = ax.collections[0].get_array()
-    assert np.ma.getmaskarray(shown).sum() == 1
-    assert shown.max() == 4.0
-    line = charts.pose_map(
-        np.array([0.0, 1]), np.zeros(1), values[1:], names=("x / mm", ""), unit="µm", title="t"
-    )
-    assert line.get_lines()[0].get_ydata().tolist() == [3.0, 4.0]
 
 
 def test_heights_have_symmetric_colours_and_no_point_where_no_tool_came():
     ax = charts.heights(np.eye(3), np.array([2.0, np.nan, -5.0]), "t")
     made = ax.collections[0]
-    assert made.get_clim() == (-5.0, 5.0)
+    assert (made.norm.boundaries[0], made.norm.boundaries[-1]) == (-5.0, 5.0)
     assert sorted(made.get_array().tolist()) == [-5.0, 2.0]

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from tests.tables.test_evaluated import LINE, result
+from vcmm.charts.distribution import filled
 from vcmm.pages.uncertainty import budget_table, characteristic_blocks
-from vcmm.report.histogram import filled
 
 
 def test_a_fine_histogram_in_few_bars():

@@ -26,18 +26,3 @@ def figure_in(markup: str) -> dict[str, Any]:
     found = re.search(r"data-scene>(.*?)</script>", markup, re.S)
     assert found
     return dict(json.loads(found.group(1)))
-
-
-def coordinates(path: ET.Element) -> list[tuple[float, float]]:
-    flat = [float(v) for v in re.findall(r"-?\d+\.?\d*", path.get("d") or "")]
-    return list(zip(flat[::2], flat[1::2]))
-
-
-def rects(svg: ET.Element, role: str) -> list[ET.Element]:
-    return [r for r in svg.iter("rect") if f"f-{role}" in (r.get("class") or "").split()]
-
-
-def value(element: ET.Element, name: str) -> float:
-    text = element.get(name)
-    assert text is not None
-    return float(text)

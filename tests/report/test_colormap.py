@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
+import re
 
 import numpy as np
 import pytest
 
 from tests.report.drawn import NAN
-from vcmm.report import svg
-from vcmm.report.axes import tick_text
-from vcmm.report.colormap import bands, colour_legend, legend_width, ramp
-from vcmm.report.text import text_width
+from vcmm.report.colormap import bands, legend, nice_step, ramp
+from vcmm.report.text import plain
 
 
 def test_bands_are_round_and_hold_the_data() -> None:
@@ -35,19 +33,15 @@ def test_ramps_are_monotone_in_lightness() -> None:
     assert diverging[4:] == sorted(diverging[4:], reverse=True)
 
 
-@pytest.mark.parametrize("height", [60.0, 600.0])
-def test_labels_of_a_legend_stand_beside_their_boundary_and_not_on_one_another(height: float) -> None:
+def test_a_legend_labels_what_has_room_and_both_ends():
     scale = bands(np.linspace(-5.0, 5.0, 50))
-    legend = ET.fromstring(f"<svg>{colour_legend(scale, 'um', 10.0, 20.0, 20.0 + height)}</svg>")
-    labels = sorted((float(t.get("y") or NAN), t.text) for t in legend.iter("text"))[1:]  # without the unit
-    apart = np.diff([y for y, _ in labels])
-    assert len(labels) > 1
-    assert (apart >= svg.SIZE).all()
-    assert labels[-1] == (pytest.approx(20.0 + height + 4.3), tick_text(scale.levels)[0])
+    words = [re.findall(r"<span>(.*?)</span>", legend(scale, "µm", tall)) for tall in (600.0, 60.0)]
+    assert words[0] == [plain(v) for v in scale.levels]
+    assert len(words[1]) <= 60 / 16 + 1
+    assert (words[1][0], words[1][-1]) == (plain(scale.levels[0]), plain(scale.levels[-1]))
+    assert [c for c in scale.colours if c not in legend(scale, "µm", 60.0)] == []
+    assert "none" in legend(scale, "µm", 60.0, missing=True)
 
 
-def test_a_legend_has_room_for_its_labels() -> None:
-    scale = bands(np.linspace(-5.0, 5.0, 50))
-    legend = ET.fromstring(f"<svg>{colour_legend(scale, 'um', 10.0, 20.0, 220.0)}</svg>")
-    ends = [float(t.get("x") or NAN) + text_width(t.text or "", svg.SIZE) for t in legend.iter("text")]
-    assert max(ends) <= 10.0 + legend_width(scale, "um") <= max(ends) + 10.0
+def test_steps_are_1_2_5():
+    assert [nice_step(span, 5) for span in (10.0, 4.0, 30.0, 0.6)] == pytest.approx([2.0, 1.0, 5.0, 0.1])

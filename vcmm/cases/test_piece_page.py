@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.cases.test_piece_errors import CIRCLE, PieceTwin
 from vcmm.core.run import Array
@@ -69,7 +70,9 @@ def twin_page(scenario: CutScenario, result: PieceTwin) -> str:
     for table in tables(result):
         blocks += titled_html(table)
     blocks.append(r.heading("The circle under single errors"))
-    circles = [r.polar(result.angle, result.circle[i], title=result.errors[i]) for i in DRAWN]
+    circles = [
+        draw.on_page(draw.polar, result.angle, result.circle[i], title=result.errors[i]) for i in DRAWN
+    ]
     blocks += [r.columns(*circles[i : i + 2]) for i in range(0, len(circles), 2)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
     return r.page("Which error shows in which feature", blocks, subtitle=scenario.name, footer=footer)

@@ -1,27 +1,38 @@
-"""Pictures on matplotlib Axes, for Python and notebooks. They know numbers, not measuring.
+"""Pictures on matplotlib Axes, for pages (`on_page`, as SVG), Python and notebooks. They know numbers, not measuring.
 
 Imports core, report.
 """
 
 from __future__ import annotations
 
-from vcmm.charts.bars import PlottedBudget, contributions, probabilities
-from vcmm.charts.canvas import canvas, panels
-from vcmm.charts.curves import band, readings
+from vcmm.charts.bars import PlottedBudget, bars, contributions, probabilities
+from vcmm.charts.canvas import ChartSheet, panels
+from vcmm.charts.curves import Band, PlotSeries, band, curve, readings
 from vcmm.charts.distribution import distribution
-from vcmm.charts.space import heights, motions, pose_map, touches
+from vcmm.charts.inline import on_page
+from vcmm.charts.maps import heat_map
+from vcmm.charts.polar import polar
+from vcmm.charts.space import heights, motions, touches
+from vcmm.charts.zones import zones
 
 __all__ = [
+    "Band",
+    "ChartSheet",
+    "PlotSeries",
     "PlottedBudget",
     "band",
-    "canvas",
+    "bars",
     "contributions",
+    "curve",
     "distribution",
+    "heat_map",
     "heights",
     "motions",
+    "on_page",
     "panels",
-    "pose_map",
+    "polar",
     "probabilities",
     "readings",
     "touches",
+    "zones",
 ]

@@ -1,4 +1,4 @@
-"""Pictures in space: tip errors as arrows, touches on a part, heights of a cut surface, values over poses."""
+"""Pictures in space: tip errors as arrows, touches on a part, heights of a cut surface."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.charts.canvas import canvas, plain
+from vcmm.charts.canvas import ChartSheet, canvas, named, titled
+from vcmm.charts.maps import barred, colours_of
 from vcmm.core.run import Array
+from vcmm.report.colormap import bands
 from vcmm.report.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -18,9 +20,9 @@ LONGEST = 0.12  # of the extent: the length of the largest arrow
 LABELS = ("X / mm", "Y / mm", "Z / mm")
 
 
-def motions(places: Array, vectors: Array, title: str, ax: Axes | None = None) -> Axes:
+def motions(places: Array, vectors: Array, title: str, ax: Axes | ChartSheet | None = None) -> Axes:
     """vectors (n, 3) mm at places (n, 3) mm; the magnification stands in the title, a round number."""
-    drawn = canvas(ax, 5.6, 5.0, space=True)
+    drawn = canvas(ax, 420, "3d")
     size = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
     extent = float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0
     times = round_down(LONGEST * extent / size) if size > 0 else 1.0
@@ -30,40 +32,32 @@ def motions(places: Array, vectors: Array, title: str, ax: Axes | None = None) -
 
 
 def touches(
-    places: Array, normals: Array, features: npt.NDArray[np.str_], title: str, ax: Axes | None = None
+    places: Array,
+    normals: Array,
+    features: npt.NDArray[np.str_],
+    title: str,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Touched points (n, 3) mm with their outward normals (n, 3), a colour per feature (n,) of names."""
-    drawn = canvas(ax, 5.6, 5.0, space=True)
+    drawn = canvas(ax, 420, "3d")
     reach = 0.08 * (float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0)
     for number, name in enumerate(dict.fromkeys(str(f) for f in features)):
         mine, colour = features == name, LIGHT[f"c{1 + number % 6}"]
-        drawn.scatter(*places[mine].T, color=colour, s=10, label=name)
+        drawn.scatter(*places[mine].T, color=colour, s=10, label=named(name))
         drawn.quiver(*places[mine].T, *(reach * normals[mine]).T, color=colour, linewidth=0.7, alpha=0.6)
     drawn.legend(fontsize=8, frameon=False)
     return _space(drawn, title, places)
 
 
-def heights(places: Array, height: Array, title: str, ax: Axes | None = None) -> Axes:
+def heights(places: Array, height: Array, title: str, ax: Axes | ChartSheet | None = None) -> Axes:
     """Departures height (n,) um of a surface at places (n, 3) mm, symmetric colours; where no tool came nothing is drawn."""
-    drawn = canvas(ax, 6.2, 5.0, space=True)
+    drawn = canvas(ax, 420, "3d")
     cut = np.isfinite(height)
-    most = float(np.abs(height[cut]).max(initial=0.0)) or 1.0
-    made = drawn.scatter(*places[cut].T, c=height[cut], cmap="RdBu_r", vmin=-most, vmax=most, s=5)
-    drawn.figure.colorbar(made, ax=drawn, shrink=0.7, label="material left over (+) / um")
+    scale = bands(height[cut], symmetric=True)
+    colours, norm = colours_of(scale)
+    made = drawn.scatter(*places[cut].T, c=height[cut], cmap=colours, norm=norm, s=5)
+    barred(drawn, made, scale, "material left over (+) / µm")
     return _space(drawn, title, places)
-
-
-def pose_map(
-    x: Array, y: Array, values: Array, *, names: tuple[str, str], unit: str, title: str, ax: Axes | None = None
-) -> Axes:  # fmt: skip
-    """values (ny, nx) over two degrees of freedom; one row: a curve. Poses that are not allowed (nan) stay white."""
-    drawn = canvas(ax)
-    if len(y) < 2:
-        drawn.plot(x, values[0], color=LIGHT["accent"], linewidth=1.5)
-        return plain(drawn, title, names[0], unit)
-    made = drawn.pcolormesh(x, y, np.ma.masked_invalid(values), shading="nearest", cmap="viridis")
-    drawn.figure.colorbar(made, ax=drawn, label=unit)
-    return plain(drawn, title, names[0], names[1])
 
 
 def round_down(value: float) -> float:
@@ -77,5 +71,4 @@ def _space(drawn: Any, title: str, places: Array) -> Any:
         getattr(drawn, f"set_{axis}label")(name, fontsize=8)
     drawn.tick_params(labelsize=7)
     drawn.set_box_aspect(np.maximum(np.ptp(places, axis=0), 0.15 * np.ptp(places, axis=0).max() or 1.0))
-    drawn.set_title(title, fontsize=10, loc="left")
-    return drawn
+    return titled(drawn, title)

@@ -76,13 +76,20 @@ def main(arguments: list[str] | None = None) -> None:
     # matrices here are small: threads of the matrix library cost more than they give, most of all on a busy machine
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = sys.argv[1:] if arguments is None else arguments
+    if sys.stderr is None:  # closed by who started us, who wants no notes
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
     if sys.stdout is None:  # closed by who started us: an opened file would take its place
         if sys.stderr is not None:
             print("vcmm: stdout is closed; give it a place to go, for example > out.txt", file=sys.stderr)
         os._exit(ENVIRONMENT)
+    import logging
+
     from vcmm.console.streams import in_plain_letters
 
     in_plain_letters()
+    logging.getLogger("matplotlib").setLevel(
+        logging.ERROR
+    )  # where its folder cannot be written it uses another
     sys.exit(run(words))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import KnownErrors, field_of, known_errors_of
+from vcmm.compensating.field import KnownErrors, PathErrors, field_of, known_errors_of
 from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensating.inlining import INLINE, check_written_out, must_be_written_out, written_out
@@ -21,6 +21,7 @@ from vcmm.compensating.languages import LANGUAGES
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
 from vcmm.compensating.offsets import with_shifts
+from vcmm.compensating.orientation import oriented_source, proved
 from vcmm.compensating.proof import (
     block_rate,
     compare,
@@ -42,7 +43,7 @@ from vcmm.compensating.refusals import (
     check_words,
     check_wound,
 )
-from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
+from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, OrientationProof, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
@@ -75,11 +76,13 @@ def compensate(
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
+    orientation: bool = False,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
-    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them.
+    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. orientation: angles
+    and directions of the tool are corrected too, where the tip is led.
 
     Raises DataError, UsageError and ModelLimit, with file and line, for whatever cannot be rewritten for certain.
     """
@@ -97,6 +100,7 @@ def compensate(
         constants=constants,
         carry=carry,
         inline=inline,
+        orientation=orientation,
     )
     try:
         return _rewritten(work, tolerance, growth, report)
@@ -150,7 +154,7 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
 def prepare(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
-    inline: float = INLINE,
+    inline: float = INLINE, orientation: bool = False,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
@@ -169,14 +173,25 @@ def prepare(
     check_words(read, source, language)
     source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
-    field = field_of(
-        known,
-        setup,
-        read.moves,
-        set_here=set_here,
-        constants={**setup.constants, **(constants or {})},
-        lathe=language.lathe,
-    )
+
+    def errors_along(program: Program) -> PathErrors:
+        columns = {**setup.constants, **(constants or {})}
+        return field_of(
+            known, setup, program.moves, set_here=set_here, constants=columns, lathe=language.lathe
+        )
+
+    field, aim = errors_along(read), None
+    if orientation:
+        aim = read
+        try:
+            source, said = oriented_source(source, read, field, decimals)
+        except (DataError, ModelLimit) as error:
+            raise at_origin(error, source.name, origin) from None
+        notes += said
+        read = _with_angles(
+            interpret(source.text, name, setup, source.name, trace=True), machine, source.name
+        )
+        field = errors_along(read)
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
@@ -201,6 +216,7 @@ def prepare(
         hashed=hashed,
         notes=said,
         carry=carry,
+        aim=aim,
     )
 
 
@@ -282,6 +298,7 @@ def _proved(
             _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
+    pointing = None if work.aim is None else _pointing(work, work.aim, new, lines)
     rounding = _rounding(work, writer, after)
     digits = min(rounding.largest, math.sqrt(3.0) * rounding.step)  # mm that the last digit can cost
     met = after.largest <= used + digits + 1e-9
@@ -314,7 +331,22 @@ def _proved(
         warnings=tuple(notes),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
+        orientation=pointing,
     )
+
+
+def _pointing(work: Work, aim: Program, new: Program, lines: Sequence[int]) -> OrientationProof:
+    """Where the tool points with the program as it is, and with the new one; lines: of the source for each line of the new program."""
+
+    def along(program: Program) -> PathErrors:
+        return replace(work.field, moves=program.moves)
+
+    low, _ = spans(work.program, new, lines)
+    origin = (0, *work.origin)
+    own = np.arange(len(aim.moves))
+    before = proved(along(aim), aim.moves, aim.moves, low=own, lines=origin)
+    own_lines = (0, *(origin[n] for n in lines))
+    return OrientationProof(before, proved(along(new), aim.moves, new.moves, low=low, lines=own_lines))
 
 
 def _check_better(work: Work, before: Departure, after: Departure, digits: float) -> None:

@@ -18,6 +18,14 @@ class Departure:
 
 
 @dataclass(frozen=True)
+class OrientationProof:
+    """Angle between the tool and where the program points it, over the cuts; `largest` and `rms` in rad."""
+
+    before: Departure
+    after: Departure
+
+
+@dataclass(frozen=True)
 class Rounding:
     """What the last decimal costs: step mm, largest and rms at the ends of blocks, and its share of the mean square residual."""
 
@@ -72,3 +80,4 @@ class CompensatedProgram:
     whole: tuple[Departure, Departure] | None = (
         None  # before and after with reversal and lag too, which are not corrected
     )
+    orientation: OrientationProof | None = None  # where angles of the tool are corrected too

@@ -47,6 +47,7 @@ class Work:
     hashed: str
     notes: tuple[str, ...]
     carry: bool
+    aim: Program | None = None  # as the tool was to point, where its angles have been corrected
 
 
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:

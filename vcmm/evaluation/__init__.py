@@ -1,4 +1,4 @@
 """Uncertainty of a task: streams, intervals, Monte Carlo, linear and exact model, budget, certificate.
 
-Imports core, fit, part, gps, effects, report, charts, measuring, response, certified.
+Imports core, fit, part, gps, effects, charts, measuring, response, certified.
 """

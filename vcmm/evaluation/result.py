@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,11 +11,11 @@ import numpy as np
 
 from vcmm import charts
 from vcmm.charts import PlottedBudget
+from vcmm.charts.distribution import filled
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.summary import Summary
 from vcmm.evaluation.truth import Truth
 from vcmm.gps.decision import Decision
-from vcmm.report.histogram import filled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -121,7 +122,17 @@ class CharacteristicResult:
             return self.half_width
         return (self.interval[1] - self.interval[0]) / 2
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    @property
+    def stated(self) -> tuple[float, float]:
+        """U and k as a result states them: NaN where the interval of the true value has no end, so that value +- U would promise one.
+
+        u and `expanded` then still say what the machine adds: by them places and plans are compared.
+        """
+        if not all(map(math.isfinite, self.interval)):
+            return math.nan, math.nan
+        return self.expanded, self.k
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
         unit, scale = SHOWN_IN[self.unit]
         from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731

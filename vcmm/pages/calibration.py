@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.calibrating.identified import is_angle
 from vcmm.calibrating.result import Calibration, rms
-from vcmm.core.axes import is_rotary
 from vcmm.tables.calibrated import Left, residuals
 from vcmm.tables.table import titled_html
 
@@ -19,7 +19,7 @@ def calibration_page(found: Calibration) -> str:
     """One self-contained HTML file."""
     blocks = [r.note(w, "warning") for w in found.warnings]
     blocks += [r.heading("Errors of the machine, 95 % bands")]
-    pictures = [picture(found, c.component) for c in found.kept.curves]
+    pictures = [draw.on_page(found.plot, c.component) for c in found.kept.curves]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
     if found.kept.pairs:
         rows = []
@@ -44,22 +44,6 @@ def calibration_page(found: Calibration) -> str:
     )
 
 
-def picture(found: Calibration, name: str) -> str:
-    """One curve with its 95 % band."""
-    nodes, value, u = found.along(name)
-    scale, unit = size_of(name)
-    axis = next(c.axis for c in found.kept.curves if c.component == name)
-    turns = is_rotary(axis)
-    nodes = np.degrees(nodes) if turns else nodes
-    one = r.PlotSeries(nodes, value * scale, "", (value - 1.96 * u) * scale, (value + 1.96 * u) * scale)
-    return r.curve(
-        [one],
-        x_label=f"{axis} in {'deg' if turns else 'mm'}",
-        y_label=f"{name} in {unit}",
-        title=f"{name} over {axis}",
-    )
-
-
 def scatter(row: Left) -> str:
     """What is left of one recording, reading by reading, over the band of its noise."""
     step = 1 + (row.part.m - 1) // DOTS
@@ -67,13 +51,14 @@ def scatter(row: Left) -> str:
     unit = "µrad" if row.unit == "rad" else "µm"
     width = 1.96 * rms(row.part.u) * row.noise.u * row.scale
     every = "" if step == 1 else f", every {step} readings one"
-    return r.curve(
-        [r.PlotSeries(number + 1, row.residual[::step] * row.scale, marker=True, line=False)],
+    return draw.on_page(
+        draw.curve,
+        [draw.PlotSeries(number + 1, row.residual[::step] * row.scale, marker=True, line=False)],
         x_label=f"reading{every}",
         y_label=f"left in {unit}",
         title=f"{row.part.recording.name}: residuals and 95 % of the noise",
-        bands=[r.Band(-width, width)],
-        height=200,
+        bands=[draw.Band(-width, width)],
+        ax=draw.ChartSheet(height=200),
     )
 
 

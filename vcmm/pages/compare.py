@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.run import Array
 from vcmm.diagnosis.comparison import Comparison, Misfit
@@ -37,11 +38,15 @@ def _pictures(rows: Sequence[Comparison], k: int) -> list[str]:
             (np.arange(first.recording.m) + 1.0, "order") if name == "order" else _values(first, name)
         )
         lines = [
-            r.PlotSeries(x, scale * c.parts[k].residual, file, marker=True, line=False)
+            draw.PlotSeries(x, scale * c.parts[k].residual, file, marker=True, line=False)
             for file, c in zip(short_names([c.file for c in rows]), rows)
             if len(c.parts[k].residual) == len(x)
         ]
-        out.append(r.curve(lines, x_label=x_label, y_label=f"residual / {unit}", title=f"over {x_label}"))
+        out.append(
+            draw.on_page(
+                draw.curve, lines, x_label=x_label, y_label=f"residual / {unit}", title=f"over {x_label}"
+            )
+        )
     return out
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.cutting.solid import picture as stock_mesh
 from vcmm.machining.result import CutResult, Patch
@@ -105,7 +106,6 @@ def _map(patch: Patch) -> str:
         np.degrees(v) if "deg" in label else v for v, label in zip((net.first, net.second), net.labels)
     )
     values = (patch.height * 1e3).reshape(len(second), len(first))
-    return r.heat_map(
+    return draw.on_page(draw.heat_map,
         values, first, second, x_label=net.labels[0], y_label=net.labels[1], unit="µm",
-        title=f"{net.feature}: departure along the normal", symmetric=True,
-    )  # fmt: skip
+        title=f"{net.feature}: departure along the normal", symmetric=True)  # fmt: skip

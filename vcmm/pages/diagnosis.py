@@ -7,6 +7,7 @@ from inspect import cleandoc
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -148,7 +149,7 @@ def without_pictures(recording: Recording, d: Diagnosis, why: str) -> str:
 def _answers(table: ResultTable[Answer]) -> list[str]:
     out = [html(table)]
     items = [(_name(a), 100 * a.share) for a in table.rows]
-    out.append(r.bars(items, unit="%", title="Share of the excess energy", share="none"))
+    out.append(draw.on_page(draw.bars, items, unit="%", title="Share of the excess energy", share="none"))
     for a in table.rows:
         kind = BY_NAME.get(a.effect)
         if kind is not None:
@@ -221,18 +222,27 @@ def _covariate(recording: Recording, name: str) -> Array | None:
 
 
 def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
-    series = [r.PlotSeries(x, before, "before", marker=True, line=False)]
+    series = [draw.PlotSeries(x, before, "before", marker=True, line=False)]
     if found:
-        series.append(r.PlotSeries(x, after, "after", marker=True, line=False))
-    return r.curve(
-        series, x_label=label, y_label=f"residual / {unit}", title=f"Residual over {label.split(',')[0]}"
+        series.append(draw.PlotSeries(x, after, "after", marker=True, line=False))
+    return draw.on_page(
+        draw.curve,
+        series,
+        x_label=label,
+        y_label=f"residual / {unit}",
+        title=f"Residual over {label.split(',')[0]}",
     )
 
 
 def _histogram(before: Array, after: Array, unit: str) -> str:
     edges = np.histogram_bin_edges(np.concatenate([before, after]), bins=40)
-    return r.histogram(
-        edges, np.histogram(after, edges)[0], x_label=f"residual after / {unit}", title="Residual after"
+    return draw.on_page(
+        draw.distribution,
+        edges,
+        np.histogram(after, edges)[0],
+        unit=unit,
+        label=f"residual after / {unit}",
+        title="Residual after",
     )
 
 

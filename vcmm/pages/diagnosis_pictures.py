@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.run import Array
 from vcmm.diagnosis.result import Diagnosis
@@ -19,7 +20,7 @@ def location_bars(d: Diagnosis) -> list[str]:
     if not items:
         return []
     title = f"Evidence that the residual depends on a covariate / nats; chance reaches {d.chance:.1f}"
-    return [r.bars(items, unit="nats", title=title, share="none")]
+    return [draw.on_page(draw.bars, items, unit="nats", title=title, share="none")]
 
 
 def zone_maps(recording: Recording, before: Array, after: Array, unit: str) -> list[str]:
@@ -34,7 +35,9 @@ def zone_maps(recording: Recording, before: Array, after: Array, unit: str) -> l
         grid, xs, ys = _cells(x, y, values)
         first, second = (f"{a} / {'mm' if a in 'XYZ' else 'rad'}" for a in sorted(axes))
         title = f"Rms of the residual {word}"
-        out.append(r.heat_map(grid, xs, ys, unit=unit, title=title, x_label=first, y_label=second))
+        out.append(
+            draw.on_page(draw.heat_map, grid, xs, ys, unit=unit, title=title, x_label=first, y_label=second)
+        )
     return out
 
 
@@ -76,18 +79,24 @@ def unknown_picture(d: Diagnosis) -> list[str]:
     scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
     if shape.y is None:
         low, high = (shape.value - 2 * shape.u) * scale, (shape.value + 2 * shape.u) * scale
-        band = r.Band(low, high, "95 % coverage band", shape.x)
-        line = r.PlotSeries(shape.x, shape.value * scale, "fitted shape")
+        band = draw.Band(low, high, "95 % coverage band", shape.x)
+        line = draw.PlotSeries(shape.x, shape.value * scale, "fitted shape")
         title = f"Unknown, over {shape.names[0]} ({shape.direction}): a proposal, not physics"
         return [
-            r.curve([line], bands=[band], x_label=shape.names[0], y_label=f"departure / {unit}", title=title)
+            draw.on_page(
+                draw.curve,
+                [line],
+                bands=[band],
+                x_label=shape.names[0],
+                y_label=f"departure / {unit}",
+                title=title,
+            )
         ]
     title = (
         f"Unknown, over {shape.names[0]} and {shape.names[1]} ({shape.direction}): a proposal, not physics"
     )
     return [
-        r.heat_map(
+        draw.on_page(draw.heat_map,
             shape.value * scale, shape.x, shape.y, x_label=shape.names[0], y_label=shape.names[1], unit=unit,
-            title=title, symmetric=True,
-        )
+            title=title, symmetric=True)
     ]  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.measuring.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
@@ -81,13 +82,11 @@ def maps(placed: Placed) -> list[str]:
     if placed.present is not None and _in_the_map(placed, placed.present.pose):
         marks.append(("present", *_at(placed, placed.present.pose)))
     labels: Any = {"x_label": WORDS[chart.names[0]], "y_label": WORDS[chart.names[1]]}
-    whole = r.heat_map(
-        chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels
-    )  # fmt: skip
+    whole = draw.on_page(draw.heat_map,
+        chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels)  # fmt: skip
     loss = np.round(100 * (chart.values / placed.best.value - 1), 3) + 0.0  # the rest is rounding
-    flat = r.heat_map(
-        np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
-    )  # fmt: skip
+    flat = draw.on_page(draw.heat_map,
+        np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels)  # fmt: skip
     return [r.columns(whole, flat)]
 
 
@@ -113,9 +112,13 @@ def _line(placed: Placed) -> str:
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     name = placed.map.names[0]
     good = np.isfinite(placed.map.values[0])
-    series = [r.PlotSeries(placed.map.shown(0)[1][good], placed.map.values[0][good] * scale, "objective")]
-    return r.curve(
-        series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
+    series = [draw.PlotSeries(placed.map.shown(0)[1][good], placed.map.values[0][good] * scale, "objective")]
+    return draw.on_page(
+        draw.curve,
+        series,
+        x_label=WORDS[name],
+        y_label=f"objective / {word}" if word else "objective",
+        title="Objective",
     )
 
 
@@ -135,7 +138,8 @@ def budgets(placed: Placed) -> list[str]:
             found_u = [(n, (present, best)[k]) for n, present, best in kept]
             items = [(n, u * scale if u > 1e-6 * c.u else 0.0) for n, u in found_u]  # the rest is rounding
             charts.append(
-                r.bars(
+                draw.on_page(
+                    draw.bars,
                     items,
                     unit=word.replace("u", "µ", 1),
                     title=f"{name}: {title}, U = {c.expanded * scale:.3g}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.machining.placement import PlacedCut
 from vcmm.machining.scenario import CutScenario
@@ -32,8 +33,7 @@ def _map(placed: PlacedCut) -> str:
     chart = placed.map
     if len(chart.names) < 2:
         return r.paragraph("One degree of freedom or none: no map.")
-    return r.heat_map(
+    return draw.on_page(draw.heat_map,
         chart.values, chart.x, chart.y, x_label=f"{chart.names[0]} / mm", y_label=f"{chart.names[1]} / mm", unit="",
         title="objective", marks=[("found", placed.best.pose[0], placed.best.pose[1]), ("present", placed.present.pose[0], placed.present.pose[1])],
-        width=900, height=480,
-    )  # fmt: skip
+        ax=draw.ChartSheet(900, 480))  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.pose import Pose
 from vcmm.gps import characteristics as gps
@@ -38,16 +39,20 @@ def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
 
         def dots(
             points: list[PlanPoint], title: str, line: bool, name: str = name, scale: float = scale
-        ) -> r.PlotSeries:
+        ) -> draw.PlotSeries:
             x, y = [p.minutes for p in points], [p.expanded[name] * scale for p in points]
-            return r.PlotSeries(x, y, title, marker=not line, line=line)
+            return draw.PlotSeries(x, y, title, marker=not line, line=line)
 
         series = [
             dots(list(result.pareto), "best plans", True),
             dots([result.chosen], "chosen", False),
             dots([result.present], "present", False),
         ]
-        charts.append(r.curve(series, x_label="measuring time / min", y_label=f"U / {word}", title=name))
+        charts.append(
+            draw.on_page(
+                draw.curve, series, x_label="measuring time / min", y_label=f"U / {word}", title=name
+            )
+        )
     return [r.columns(*charts[i : i + 2]) for i in range(0, len(charts), 2)]
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
+from vcmm.charts.distribution import filled
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import Item, task_in_machine, touches_of
-from vcmm.report.histogram import filled
 from vcmm.tables.evaluated import (
     BUDGET,
     budget_rows,
@@ -117,7 +118,8 @@ def characteristic_charts(c: CharacteristicResult) -> list[str]:
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
         charts.append(
-            r.bars(
+            draw.on_page(
+                draw.bars,
                 bars,
                 unit=word,
                 title="Budget: contributions u_i",
@@ -135,8 +137,15 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
     guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
     lower = None if c.type not in ("size", "distance", "angle") else low
     title = f"Deviation from nominal, {c.decision.rule} (ISO 14253-1)"
-    return r.zones(
-        lower, high, (c.value - c.nominal) * scale, c.expanded * scale, guard * scale, unit=word, title=title
+    return draw.on_page(
+        draw.zones,
+        lower,
+        high,
+        (c.value - c.nominal) * scale,
+        c.expanded * scale,
+        guard * scale,
+        unit=word,
+        title=title,
     )
 
 
@@ -145,16 +154,17 @@ def _histogram(c: CharacteristicResult, word: str, scale: float) -> str:
         return ""
     edges, counts = c.summary.histogram
     edges, counts = filled((edges - c.nominal) * scale, counts)
-    interval = ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale)
-    marks = [("y", (c.value - c.nominal) * scale), ("mean", (c.summary.mean - c.nominal) * scale)]
+    interval: tuple[float, float] | None = (
+        (c.interval[0] - c.nominal) * scale,
+        (c.interval[1] - c.nominal) * scale,
+    )
+    marks = {"y": (c.value - c.nominal) * scale, "mean": (c.summary.mean - c.nominal) * scale}
     title = f"Distribution of the {_what(c)}, {c.trials:,} trials"
     if c.true_value is not None:
-        return r.histogram(
-            edges, counts, x_label=f"deviation from nominal / {word}", title=title, marks=marks
-        )
-    return r.histogram(
-        edges, counts, x_label=f"deviation from nominal / {word}", title=title, interval=interval, marks=marks
-    )
+        interval = None
+    return draw.on_page(
+        draw.distribution, edges, counts, unit=word, label=f"deviation from nominal / {word}", title=title, interval=interval,
+        marks=marks)  # fmt: skip
 
 
 def _what(c: CharacteristicResult) -> str:
@@ -177,5 +187,5 @@ def budget_table(c: CharacteristicResult) -> str:
         more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
         more.append(["what inputs do only together", *blank, f"{c.interaction_share:.1%}"])
-    total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word} (p = {c.p:.0%})"
+    total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"
     return html(table, more=more, foot=[[total, *blank, ""]])

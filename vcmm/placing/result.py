@@ -57,13 +57,18 @@ class Placed:
     seed: int
     warnings: tuple[str, ...]
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """The objective over the two degrees of freedom that matter most, the others at the best pose."""
         (across, x), (up, y) = self.map.shown(0), self.map.shown(1)
         unit, scale = SHOWN_IN.get(self.objective.unit, ("objective", 1.0))
         values = self.map.values * scale
-        return charts.pose_map(
-            x, y, values, names=(across, up), unit=unit, title="where to put the part", ax=ax
+        if len(y) < 2:
+            line = [charts.PlotSeries(x, values[0], self.objective.unit)]
+            return charts.curve(
+                line, x_label=across, y_label=unit, title="where to put the part", zero_line=False, ax=ax
+            )
+        return charts.heat_map(
+            values, x, y, x_label=across, y_label=up, unit=unit, title="where to put the part", ax=ax
         )
 
     @property

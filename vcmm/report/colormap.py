@@ -5,14 +5,14 @@ Sequential: the viridis scale (dark is small). Diverging: blue, white, red, zero
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.report import svg
-from vcmm.report.axes import Array, nice_step, tick_text
-from vcmm.report.text import widest
+from vcmm.core.run import Array
+from vcmm.report.text import escape, plain
 
 SEQUENTIAL = (
     "#440154",
@@ -74,21 +74,28 @@ def ramp(count: int, diverging: bool = False) -> tuple[str, ...]:
     return tuple("#" + "".join(f"{round(v):02x}" for v in row) for row in mixed)
 
 
-def legend_width(scale: Bands, unit: str) -> float:
-    """Room that the colour legend needs, pixels."""
-    return max(14 + 8 + widest(tick_text(scale.levels), svg.SIZE), widest([unit], svg.SIZE)) + 4
-
-
-def colour_legend(scale: Bands, unit: str, left: float, top: float, bottom: float) -> str:
-    """Vertical bar of the bands, the boundaries labelled, the unit above."""
+def legend(scale: Bands, unit: str, tall: float, missing: bool = False) -> str:
+    """Bar of the bands `tall` pixels high with its labelled boundaries as HTML, the unit above, below what has no value."""
+    every = max(1, int(np.ceil(16 * len(scale.colours) / tall)))
     n = len(scale.colours)
-    tall = (bottom - top) / n
-    out = [svg.text(left, top - 10, unit, "muted")]
-    for i, colour in enumerate(scale.colours):
-        how = svg.paint(colour) + ' shape-rendering="crispEdges"'
-        out.append(svg.rect(left, bottom - (i + 1) * tall, 14, tall, how))
-    every = max(1, int(np.ceil(16 / tall)))
-    for i, words in enumerate(tick_text(scale.levels)):
-        if i == n or (i % every == 0 and i + every <= n):  # both ends, and between them what has room
-            out.append(svg.text(left + 22, bottom - i * tall + 4.3, words, "muted"))
-    return "".join(out)
+    rows = [
+        f'<li style="background:{colour}">{_label(scale.levels[i]) if (i % every == 0 and i + every <= n) or i == 0 else ""}</li>'
+        for i, colour in enumerate(scale.colours)
+    ]
+    none = f'<p><i style="background:{NO_VALUE}"></i>none</p>' if missing else ""
+    bar = (
+        f'<ol style="height:{tall:.0f}px">{"".join(rows)}<li class="end">{_label(scale.levels[n])}</li></ol>'
+    )
+    return f'<div class="bands"><p>{escape(unit)}</p>{bar}{none}</div>'
+
+
+def _label(value: float) -> str:
+    return f"<span>{plain(value)}</span>"
+
+
+def nice_step(span: float, count: int) -> float:
+    """The step of the series 1, 2, 5, 10 ... that comes closest to `count` intervals in `span` (> 0)."""
+    raw = span / max(count, 1)
+    power = 10.0 ** math.floor(math.log10(raw))
+    factor = raw / power  # borders are the geometric means of neighbours
+    return power * (1 if factor < 2**0.5 else 2 if factor < 10**0.5 else 5 if factor < 50**0.5 else 10)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from vcmm.core.errors import Environment
-from vcmm.report.palette import css_classes, css_variables
+from vcmm.report.palette import css_variables
 from vcmm.report.plotly_source import packed_plotly
 from vcmm.report.text import escape
 
@@ -43,7 +43,7 @@ def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str =
     """The whole document. `blocks` are HTML strings made by this package; texts are escaped here."""
     body = "\n".join(blocks)
     script = scripts() if "data-scene" in body else ""
-    style = css_variables() + css_classes() + "\n" + asset("style.css")
+    style = css_variables() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
     foot = f"<footer>{escape(footer)}</footer>\n" if footer else ""
     return (

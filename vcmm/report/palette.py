@@ -1,7 +1,6 @@
 """The colours of a report, by role, for a light and a dark screen. One home: Python charts and CSS both read it.
 
-Every SVG carries the light colour as a plain attribute, so a chart taken out of the page stays readable, and
-a class, so the page can repaint it (`css_variables`, `css_classes`).
+Charts and scenes name a role, which the page paints (`css_variables`): one picture serves both screens, and print.
 """
 
 from __future__ import annotations
@@ -80,8 +79,3 @@ def css_variables() -> str:
     light = "".join(f"--{role}:{colour};" for role, colour in LIGHT.items())
     dark = "".join(f"--{role}:{colour};" for role, colour in DARK.items())
     return f":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
-
-
-def css_classes() -> str:
-    """`.f-role` paints the fill, `.s-role` the stroke."""
-    return "".join(f".f-{role}{{fill:var(--{role})}}.s-{role}{{stroke:var(--{role})}}" for role in LIGHT)

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.errors import DataError, ModelLimit
-from vcmm.report import svg
-from vcmm.report.colormap import NO_VALUE, Bands, bands, colour_legend, legend_width
+from vcmm.report.colormap import Bands, bands, legend
 from vcmm.report.scene_items import Arrows, Ellipsoids, Item, SceneMesh, face_values, mesh_arrays
 from vcmm.report.scene_poster import poster
 from vcmm.report.scene_traces import reach, traces_of
@@ -43,16 +42,7 @@ def scene(
     """
     figure, scale = figure_of(items, view, axes)
     still = poster(items, scale, (width, height), view)
-    colours = ""
-    if scale is not None:
-        unit = _unit(items)
-        wide = legend_width(scale, unit) + 16
-        bar = colour_legend(scale, unit, 4, 30, 0.72 * height)
-        if _missing(items):
-            bar += svg.rect(4, 0.78 * height, 14, 10, svg.paint(NO_VALUE)) + svg.text(
-                26, 0.78 * height + 9, "none", "muted"
-            )
-        colours = f'<div class="bands" style="flex:0 0 {wide:.0f}px">{svg.document(wide, height, bar, "colours")}</div>'
+    colours = "" if scale is None else legend(scale, _unit(items), 0.72 * height, _missing(items))
     data = json.dumps(figure, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     words = " ".join(w for w in (caption, magnification(items)) if w)
     picture = (

@@ -114,11 +114,6 @@ def text_width(text: str, size: float) -> float:
     return units * size / 1000 * _MARGIN
 
 
-def widest(texts: Iterable[str], size: float) -> float:
-    """Width of the widest text, 0 for none."""
-    return max((text_width(t, size) for t in texts), default=0.0)
-
-
 def shorten(text: str, size: float, width: float) -> str:
     """`text`, cut with an ellipsis so that it fits into `width` pixels."""
     if text_width(text, size) <= width:

@@ -6,7 +6,7 @@ import json
 from importlib import resources
 
 from vcmm.report.page import asset, scripts
-from vcmm.report.palette import css_classes, css_variables
+from vcmm.report.palette import css_variables
 from vcmm.report.text import escape
 
 STYLE = """
@@ -32,7 +32,7 @@ def bench_page(name: str, token: str) -> str:
         f'style="height:420px"><div class="live"></div></div></div></figure>'
         for title in ("Part in the machine", "Touches and their standard uncertainty")
     )
-    style = css_variables() + css_classes() + asset("style.css") + STYLE
+    style = css_variables() + asset("style.css") + STYLE
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'

@@ -1,4 +1,4 @@
 """Abbe-consistent volumetric errors: slots milled under two models of the same machine.
 
-Imports core, effects, report, measuring, response, instruments, machining, files, library, tables, papers.
+Imports core, effects, report, charts, measuring, response, instruments, machining, files, library, tables, papers.
 """

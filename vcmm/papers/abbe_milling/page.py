@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -212,10 +213,11 @@ def twin_page(scenario: CutScenario, result: AbbeTwin) -> str:
 def _measured(result: AbbeTwin) -> str:
     """The paper's figures 8 and 9: left wall at mid depth, measured and by both models, each slot aligned by itself."""
     charts = [
-        r.curve(
+        draw.on_page(
+            draw.curve,
             [
-                r.PlotSeries(slot.along, slot.measured, "measured", marker=True, line=False),
-                *(r.PlotSeries(slot.along, values, name) for name, values in slot.predicted.items()),
+                draw.PlotSeries(slot.along, slot.measured, "measured", marker=True, line=False),
+                *(draw.PlotSeries(slot.along, values, name) for name, values in slot.predicted.items()),
             ],
             x_label="along the slot / mm",
             y_label="departure of the left wall / µm",
@@ -236,7 +238,7 @@ def _maps(machine: Machine) -> list[str]:
         np.linalg.norm(_geometric(one, position), axis=1).reshape(xx.shape) * 1e3
         for one in (conventional(machine), machine)
     )
-    chart = partial(r.heat_map, x_label="X / mm", y_label="Y / mm", unit="µm")
+    chart = partial(draw.on_page, draw.heat_map, x_label="X / mm", y_label="Y / mm", unit="µm")
     more = chart(doubled - once, x, y, title="Conventional less Abbe-consistent", symmetric=True)
     height = r.paragraph(
         f"At Z = {z:g} mm, machine of the scenario. Size of the vector; plus: the conventional model predicts more."
@@ -264,10 +266,11 @@ def _profiles(result: AbbeTwin) -> list[str]:
             net = result.seen[place][0].net
             middle = slice(len(net.first), 2 * len(net.first))
             both = (("conventional", slot.conventional), ("Abbe-consistent", slot.consistent))
-            series = [r.PlotSeries(net.first, found[net.feature][middle], name) for name, found in both]
+            series = [draw.PlotSeries(net.first, found[net.feature][middle], name) for name, found in both]
             title = f"{place}, work zero set {ZERO_SET[slot.zero_set_here]}"
             charts.append(
-                r.curve(
+                draw.on_page(
+                    draw.curve,
                     series,
                     x_label="along the slot / mm",
                     y_label="departure of the left wall / µm",

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
@@ -239,7 +240,17 @@ def maps(scenario: Scenario) -> list[str]:
         values = field_map(d, axis, plane, HEIGHT, SHOWN_READING.curve)
         title = f"{letter}: {'XYZ'[axis]}, {plane}"
         out.append(
-            r.heat_map(values, x, y, x_label="X / mm", y_label="Y / mm", unit="µm", title=title, marks=marks)
+            draw.on_page(
+                draw.heat_map,
+                values,
+                x,
+                y,
+                x_label="X / mm",
+                y_label="Y / mm",
+                unit="µm",
+                title=title,
+                marks=marks,
+            )
         )
     return [r.columns(*out[:2]), r.columns(*out[2:4]), out[4]]
 
@@ -254,7 +265,7 @@ def charts(result: GaskaTwin) -> list[str]:
             for one in result.matrix
         ]
         title = f"U of the {what}, mean over the places"
-        out.append(r.bars([("Table 3", mean), *items], unit="µm", title=title, share="none"))
+        out.append(draw.on_page(draw.bars, [("Table 3", mean), *items], unit="µm", title=title, share="none"))
     return [r.columns(*out)]
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.run import Array
 from vcmm.machining.scenario import CutScenario
@@ -286,16 +287,16 @@ def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
 
 def _volume(result: MarinTwin) -> str:
     v = result.volume
-    return r.heat_map(
-        v.error, v.x, v.y, x_label="X / mm", y_label="Y / mm", unit="µm", title="Length of the error, middle of Z"
-    )  # fmt: skip
+    return draw.on_page(draw.heat_map,
+        v.error, v.x, v.y, x_label="X / mm", y_label="Y / mm", unit="µm", title="Length of the error, middle of Z")  # fmt: skip
 
 
 def _day(result: MarinTwin) -> str:
     """Sensors, and the first parameter as it is and as the regression says."""
     today, minute = result.today, result.today.minute
-    sensors = [r.PlotSeries(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
-    one = r.curve(
+    sensors = [draw.PlotSeries(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
+    one = draw.on_page(
+        draw.curve,
         sensors,
         x_label="minute of the day",
         y_label="sensor / °C",
@@ -304,12 +305,13 @@ def _day(result: MarinTwin) -> str:
     )
     said = result.model.at(today.sensors)
     both = [
-        r.PlotSeries(minute, today.parameters[:, 0], "true"),
-        r.PlotSeries(minute, said[:, 0], "regression"),
+        draw.PlotSeries(minute, today.parameters[:, 0], "true"),
+        draw.PlotSeries(minute, said[:, 0], "regression"),
     ]
     return r.columns(
         one,
-        r.curve(
+        draw.on_page(
+            draw.curve,
             both,
             x_label="minute of the day",
             y_label="EZZ, displacement of the head / µm",

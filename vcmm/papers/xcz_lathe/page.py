@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
+from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.core.run import Array
 from vcmm.papers.xcz_lathe.flat import CELL, RADIUS, cells
@@ -218,21 +219,19 @@ def twin_page(result: XczTwin) -> str:
 def pictures(shown: Pictured) -> list[str]:
     """Straightness, tilt, and six maps of the flat."""
     straight, spindle = shown.survey.straight, shown.survey.spindle
-    lines = r.curve(
+    lines = draw.on_page(draw.curve,
         [
-            r.PlotSeries(straight.nodes, straight.machine / NM, "E_ZX", (straight.machine - 2 * straight.u) / NM, (straight.machine + 2 * straight.u) / NM),
-            r.PlotSeries(straight.nodes, straight.artefact / NM, "mirror", dashed=True),
+            draw.PlotSeries(straight.nodes, straight.machine / NM, "E_ZX", (straight.machine - 2 * straight.u) / NM, (straight.machine + 2 * straight.u) / NM),
+            draw.PlotSeries(straight.nodes, straight.artefact / NM, "mirror", dashed=True),
         ],
-        x_label="X / mm", y_label="nm", title="Straightness reversal",
-    )  # fmt: skip
+        x_label="X / mm", y_label="nm", title="Straightness reversal")  # fmt: skip
     degrees = np.degrees(CIRCLE)
-    lobes = r.curve(
+    lobes = draw.on_page(draw.curve,
         [
-            r.PlotSeries(degrees, RADIUS * spindle.curve("EBC", CIRCLE) / NM, "10 mm * E_BC"),
-            r.PlotSeries(degrees, spindle.curve("EZC", CIRCLE) / NM, "E_ZC", dashed=True),
+            draw.PlotSeries(degrees, RADIUS * spindle.curve("EBC", CIRCLE) / NM, "10 mm * E_BC"),
+            draw.PlotSeries(degrees, spindle.curve("EZC", CIRCLE) / NM, "E_ZC", dashed=True),
         ],
-        x_label="C / deg", y_label="nm", title="Face reversal, fixed direction",
-    )  # fmt: skip
+        x_label="C / deg", y_label="nm", title="Face reversal, fixed direction")  # fmt: skip
     names = {
         NONE: "On machine",
         "map": "Error map",
@@ -250,7 +249,8 @@ def _flat_map(height: Array, title: str) -> str:
     side = np.arange(-RADIUS + CELL / 2, RADIUS, CELL)
     values = np.full((len(side), len(side)), np.nan)
     values[np.rint((y - side[0]) / CELL).astype(int), np.rint((x - side[0]) / CELL).astype(int)] = height
-    return r.heat_map(
+    return draw.on_page(
+        draw.heat_map,
         values,
         side,
         side,
@@ -259,5 +259,5 @@ def _flat_map(height: Array, title: str) -> str:
         unit="nm",
         title=title,
         symmetric=True,
-        height=420,
+        ax=draw.ChartSheet(height=420),
     )
