@@ -204,6 +204,7 @@ def test_a_lesson_as_a_notebook_repeats():
     assert text == generator()["notebook"](lesson)
     assert '"outputs": []' in text
     assert "A first uncertainty" in text
+    assert '"scenario.plot();"' in text
 
 
 def test_examples_of_effects_can_be_read():
