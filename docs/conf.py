@@ -32,6 +32,7 @@ suppress_warnings = [
 ]  # links that leave docs/ (to tests, README) are checked by tests/test_docs.py
 exclude_patterns = ["_build"]
 nb_execution_mode = "cache"
+nb_execution_in_temp = True  # lessons write files
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True

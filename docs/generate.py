@@ -172,6 +172,8 @@ def notebook(lesson: Path) -> str:
     made = jupytext.read(lesson, fmt="py:percent")
     for number, cell in enumerate(made.cells):
         cell["id"] = f"cell-{number}"
+        if cell.cell_type == "code" and re.search(r"\.plot\([^\n]*\)$", cell.source):
+            cell.source += ";"  # the picture alone, without the name of its axes
     made.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3"}
     made.metadata["language_info"] = {"name": "python", "pygments_lexer": "ipython3"}
     return str(jupytext.writes(made, fmt="ipynb"))

@@ -21,12 +21,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vcmm
-from vcmm import charts
 from vcmm.calibrating.job import calibrate
 from vcmm.calibrating.machine_file import machine_texts, residual_texts
 from vcmm.calibrating.tested import put_to_test
 from vcmm.calibrating.thermal import thermal_model
 from vcmm.calibrating.thermal_file import thermal_text
+from vcmm.charts.canvas import canvas
 from vcmm.library import folder, path
 
 lengths, bare = vcmm.load_recording(path("traced_cmm"))
@@ -116,7 +116,7 @@ warm_file.write_text(thermal_text(model, machine, cmm, warm_file, ["warm_up.toml
 
 time = warm.run.column("time_s") / 3600.0
 warmed = vcmm.load_machine(warm_file)
-ax = charts.canvas(None)
+ax = canvas(None)
 ax.plot(time, 1e3 * warm.value, "o", markersize=3, label="read")
 drift = -warmed.tip_error(warm.run)[:, 2] + machine.tip_error(warm.run)[:, 2]
 ax.plot(time, 1e3 * (drift - drift.mean() + warm.value.mean()), label="machine file")

@@ -17,7 +17,7 @@
 # %%
 import numpy as np
 
-from vcmm import charts
+from vcmm.charts.canvas import canvas
 from vcmm.papers.echerfaoui2017 import page, twin
 
 rng = np.random.default_rng(7)
@@ -25,7 +25,7 @@ cmm = twin.drawn_cmm(rng)
 readings, square = twin.measured(cmm, "precision", rng)
 nets = twin.by_nets(readings, "i, 2i+1, o", rng)
 
-ax = charts.canvas(None)
+ax = canvas(None)
 for k, name in enumerate(("EXX", "EYX", "EZX")):
     ax.plot(twin.NODES, 1e3 * cmm.curves["X"][:, k], label=f"{name} true")
     ax.plot(twin.TARGETS, 1e3 * readings["X"][:, k], "o", color=ax.get_lines()[-1].get_color(), markersize=3)

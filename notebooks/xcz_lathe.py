@@ -16,7 +16,7 @@
 # %%
 import numpy as np
 
-from vcmm import charts
+from vcmm.charts.canvas import canvas
 from vcmm.papers.xcz_lathe import flat, joint, lathe, surveys, twin
 
 rng = np.random.default_rng(4)
@@ -24,7 +24,7 @@ drawn, shape, tried = twin.consistent(rng)
 found = surveys.survey(drawn, rng)
 nm = 1e6
 
-ax = charts.canvas(None)
+ax = canvas(None)
 ax.plot(found.straight.nodes, nm * found.straight.machine, label="E_ZX")
 ax.plot(found.straight.nodes, nm * found.straight.artefact, "--", label="mirror")
 ax.set(xlabel="X / mm", ylabel="nm", title="straightness reversal")
@@ -60,7 +60,7 @@ print(
 
 # %%
 x, y = flat.cells()
-ax = charts.canvas(None, height=4.8)
+ax = canvas(None, height=4.8)
 dots = ax.scatter(x, y, c=flat.levelled(fit.surface) * nm, s=9, cmap="RdBu_r")
 ax.set(xlabel="x / mm", ylabel="y / mm", title="the flat / nm", aspect="equal")
 _ = ax.figure.colorbar(dots)

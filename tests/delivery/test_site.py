@@ -51,3 +51,11 @@ def test_local_links_are_answered(site: Path) -> None:
             if not (page.parent / unquote(link)).exists():
                 missing.append(f"{page.name}: {link}")
     assert missing == []
+
+
+def test_the_lessons_stand_there_as_they_were_run(site: Path) -> None:
+    """Each with a picture and with what it printed: U of the ring gauge is that of its file (0.54 um)."""
+    pages = {p.stem: p.read_text(encoding="utf-8") for p in (site / "lesson").glob("*.html")}
+    assert sorted(pages) == sorted(p.stem for p in (ROOT / "notebooks").glob("[0-9][0-9]_*.py"))
+    assert [name for name, page in pages.items() if "<img" not in page or "Traceback" in page] == []
+    assert "U = 0.54 um" in pages["01_first_uncertainty"]

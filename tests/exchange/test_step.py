@@ -200,9 +200,27 @@ def test_units_that_are_none() -> None:
 def test_without_open_cascade_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.step"
     path.write_text("ISO-10303-21;\n#1=A();\n")
-    monkeypatch.setitem(sys.modules, "OCP.BRepAdaptor", None)
+    monkeypatch.setitem(sys.modules, "OCP", None)
     with pytest.raises(Environment, match=r"pip install \"vcmm\[step\]\""):
         read_step(path)
     answer = ask(("convert", str(path), "--out", str(tmp_path / "made")))
     assert answer.code == 3
     assert not (tmp_path / "made").exists()
+
+
+def test_a_fault_of_open_cascade_ends_its_child_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The child is made to end as a full stack ends it: the caller goes on with one sentence."""
+    pytest.importorskip("OCP", reason='Open CASCADE is missing: pip install "vcmm[step]"')
+    path = tmp_path / "a.step"
+    path.write_text("ISO-10303-21;\n#1=A();\n")
+    monkeypatch.setattr(
+        "vcmm.exchange.step_faces.CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+    )
+    with pytest.raises(
+        DataError, match=r"a\.step:1: Open CASCADE ended by a fault .*signal 11.*export it again"
+    ):
+        read_step(path)
+    monkeypatch.setattr("vcmm.exchange.step_faces.CHILD", "import time; time.sleep(9)")
+    monkeypatch.setattr("vcmm.exchange.step_faces.LONGEST", 0.2)
+    with pytest.raises(DataError, match="was not done after 0 s"):
+        read_step(path)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import runpy
+import shlex
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -118,6 +119,40 @@ def test_every_verb_is_documented():
     assert not sorted(set(VERBS) - shown)
 
 
+def command_lines() -> Iterator[tuple[str, list[str]]]:
+    """(where, words) of every `vcmm ...` that a page shows, in its blocks and in its text; lines with "..." show only a part."""
+    for page in PAGES:
+        shown = [
+            (f"{name(page)}:{b.line + i}", line.strip().removeprefix(".venv/bin/"))
+            for b in blocks(page) if b.language in ("text", "sh") for i, line in enumerate(b.text.splitlines())
+        ]  # fmt: skip
+        text = FENCE.sub("", page.read_text(encoding="utf-8"))
+        shown += [(name(page), " ".join(code.split())) for code in re.findall(r"`(vcmm [^`]+)`", text)]
+        for where, line in shown:
+            words = re.split(r"\s{2,}|\s#", line)[0].split(" | ")[0]
+            if words.startswith("vcmm ") and words.split()[1][0].islower() and "..." not in words:
+                yield where, shlex.split(words)[1:]
+
+
+def test_every_command_that_is_shown_is_understood():
+    """Verbs, options and their values, as the command line itself reads them; nothing is run. NAME stands for a value."""
+    from cyclopts import CycloptsError, MissingArgumentError
+
+    from vcmm.cli import build_app
+
+    app, wrong = build_app(), []
+    found = list(command_lines())
+    for where, words in found:
+        try:
+            app.parse_args([w for w in words if not w.isupper()], print_error=False, exit_on_error=False)
+        except MissingArgumentError:
+            pass  # the text names a verb or an option, without its file
+        except CycloptsError as error:
+            wrong.append(f"{where}: vcmm {' '.join(words)}: {error}")
+    assert len(found) > 200
+    assert wrong == []
+
+
 def test_json_keys_are_documented():
     """The keys of the uncertainty document, from a real one."""
     from vcmm.api import uncertainty
@@ -169,6 +204,7 @@ def test_a_lesson_as_a_notebook_repeats():
     assert text == generator()["notebook"](lesson)
     assert '"outputs": []' in text
     assert "A first uncertainty" in text
+    assert '"scenario.plot();"' in text
 
 
 def test_examples_of_effects_can_be_read():

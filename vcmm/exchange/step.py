@@ -9,63 +9,32 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vcmm.core.errors import DataError, Environment
+from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.exchange.drawn import DrawnPart, deg, mm, unit
 from vcmm.exchange.part21 import Part21, read_part21
 from vcmm.exchange.scenario_text import features_of
+from vcmm.exchange.step_faces import KINDS, SAME, SurfaceFace, read_faces
 from vcmm.exchange.step_tolerances import add_tolerances
 
-NEEDED = 'STEP files are read by Open CASCADE, which is not installed: pip install "vcmm[step]" (380 MB)'
-KINDS = {
-    "GeomAbs_Plane": "plane", "GeomAbs_Cylinder": "cylinder", "GeomAbs_Cone": "cone", "GeomAbs_Sphere": "sphere",
-    "GeomAbs_Torus": "torus",
-}  # fmt: skip
 SURFACES = {
     "PLANE": "plane", "CYLINDRICAL_SURFACE": "cylinder", "CONICAL_SURFACE": "cone", "SPHERICAL_SURFACE": "sphere",
     "TOROIDAL_SURFACE": "torus", "DEGENERATE_TOROIDAL_SURFACE": "torus",
 }  # fmt: skip
-SAME = 1e-5  # mm and rad: faces of one surface; modellers keep 1e-6 mm or better
 WHOLE = 2.0 * math.pi * 0.98  # rad of a round feature that the standard plan can touch all around
-FINE, LEAST = (
-    21,
-    4,
-)  # places tried along each side of a plane whose edges cut the grid; fewest that fix a plane and its form
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceFace:
-    """A face: its number in the file, kind, place, frame (rows u, v, axis), sizes in mm and rad, reach (u0, u1, v0, v1).
-
-    sizes: cylinder (radius), cone (radius at the place, half angle), sphere (radius), torus (ring, tube).
-    axis of a plane: its outward normal. inside: the material is around it. touches: (n, 2) in u and v, of a plane whose edges cut
-    the plain grid.
-    """
-
-    number: int
-    kind: str
-    place: Array
-    frame: Array
-    sizes: tuple[float, ...]
-    reach: tuple[float, float, float, float]
-    inside: bool
-    touches: Array | None = None
-
-    @property
-    def axis(self) -> Array:
-        return np.asarray(self.frame[2])
 
 
 def read_step(path: str | Path) -> DrawnPart:
     """Raises DataError (no STEP file, no faces that vcmm has, broken tolerances), Environment (Open CASCADE is missing)."""
     text = read_part21(path)
-    faces, left = _faces(text)
+    read = read_faces(text.path)
+    faces, left = _numbered(text, read.found, read.kinds), read.left
     drawn = DrawnPart(Path(path).name, _name(text))
     names, part_of = _add_features(drawn, faces)
     if not names:
@@ -90,39 +59,6 @@ def _name(text: Part21) -> str:
         v for v in (product.values("PRODUCT")[:2] if product else []) if isinstance(v, str) and v.strip()
     ]
     return words[-1].strip() if words else text.path.stem
-
-
-def _faces(text: Part21) -> tuple[list[SurfaceFace], Counter[str]]:
-    """Faces with a surface that vcmm has, lengths in mm; how many others there are by kind of surface."""
-    try:
-        from OCP.BRepAdaptor import BRepAdaptor_Surface
-        from OCP.IFSelect import IFSelect_ReturnStatus
-        from OCP.STEPControl import STEPControl_Reader
-        from OCP.TopAbs import TopAbs_FACE, TopAbs_REVERSED
-        from OCP.TopExp import TopExp_Explorer
-        from OCP.TopoDS import TopoDS
-    except ImportError:
-        raise Environment(NEEDED) from None
-    reader = STEPControl_Reader()
-    if (
-        reader.ReadFile(str(text.path)) != IFSelect_ReturnStatus.IFSelect_RetDone
-        or not reader.TransferRoots()
-    ):
-        raise DataError(f"{text.path}:1: Open CASCADE finds no shape in this file")
-    explorer = TopExp_Explorer(reader.OneShape(), TopAbs_FACE)
-    found: list[SurfaceFace] = []
-    left, kinds = Counter[str](), []
-    while explorer.More():
-        shape = TopoDS.Face(explorer.Current())
-        surface = BRepAdaptor_Surface(shape)
-        kinds.append(surface.GetType().name)
-        if kinds[-1] in KINDS:
-            face = _face(len(kinds) - 1, kinds[-1], surface, shape.Orientation() == TopAbs_REVERSED)
-            found.append(replace(face, touches=_spread(shape, face.reach)) if face.kind == "plane" else face)
-        else:
-            left[kinds[-1].removeprefix("GeomAbs_")] += 1
-        explorer.Next()
-    return _numbered(text, found, kinds), left
 
 
 def _numbered(text: Part21, found: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
@@ -150,67 +86,6 @@ def _surface(text: Part21, face: int) -> tuple[str, float]:
     surface = text[text[face].values("ADVANCED_FACE", "FACE_SURFACE")[2]]
     name, values = next(iter(surface.parts.items()))
     return name, float(values[2]) if len(values) > 2 and isinstance(values[2], float) else 0.0
-
-
-def _face(number: int, name: str, surface: Any, reversed_: bool) -> SurfaceFace:
-    kind = KINDS[name]
-    shape = getattr(surface, name.removeprefix("GeomAbs_"))()
-    position = shape.Position()
-    frame = np.array(
-        [[d.X(), d.Y(), d.Z()] for d in (position.XDirection(), position.YDirection(), position.Direction())]
-    )
-    read: dict[str, tuple[str, ...]] = {
-        "plane": (), "cylinder": ("Radius",), "cone": ("RefRadius", "SemiAngle"), "sphere": ("Radius",), "torus": ("MajorRadius", "MinorRadius"),
-    }  # fmt: skip
-    sizes = tuple(float(getattr(shape, n)()) for n in read[kind])
-    inwards = reversed_ != (not position.Direct())  # the normal of the surface is that of u x v
-    if kind == "plane":
-        frame[2] = np.cross(frame[0], frame[1]) * (-1.0 if reversed_ else 1.0)
-    p = position.Location()
-    reach = (
-        surface.FirstUParameter(),
-        surface.LastUParameter(),
-        surface.FirstVParameter(),
-        surface.LastVParameter(),
-    )
-    place = np.array([p.X(), p.Y(), p.Z()])
-    inside = kind != "plane" and inwards
-    return SurfaceFace(number, kind, place, frame=frame, sizes=sizes, reach=reach, inside=inside)
-
-
-def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | None:
-    """Nine places (9, 2) within the edges of a plane face, far from each other; None where the plain grid of 3 x 3 is within them."""
-    from OCP.gp import gp_Pnt2d
-    from OCP.IntTools import IntTools_FClass2d
-    from OCP.TopAbs import TopAbs_IN
-
-    inside = IntTools_FClass2d(shape, SAME)
-    u0, u1, v0, v1 = reach
-    margin = 0.1 * min(u1 - u0, v1 - v0)
-
-    def within(u: float, v: float) -> bool:
-        around = ((0, 0), (margin, 0), (-margin, 0), (0, margin), (0, -margin))
-        return all(inside.Perform(gp_Pnt2d(u + 0.99 * a, v + 0.99 * b)) == TopAbs_IN for a, b in around)
-
-    plain = [
-        (u, v)
-        for u in np.linspace(u0 + margin, u1 - margin, 3)
-        for v in np.linspace(v0 + margin, v1 - margin, 3)
-    ]
-    if all(within(*place) for place in plain):
-        return None
-    free = [(u, v) for u in np.linspace(u0, u1, FINE) for v in np.linspace(v0, v1, FINE) if within(u, v)]
-    return _far_apart(np.array(free)) if len(free) >= LEAST else None
-
-
-def _far_apart(places: Array) -> Array:
-    """Nine of the places (n, 2), each as far as possible from those before it."""
-    chosen = [int(np.argmin(places.sum(axis=1)))]
-    nearest = np.full(len(places), np.inf)
-    while len(chosen) < min(9, len(places)):
-        nearest = np.minimum(nearest, np.linalg.norm(places - places[chosen[-1]], axis=1))
-        chosen.append(int(np.argmax(nearest)))
-    return places[chosen]
 
 
 def _add_features(drawn: DrawnPart, faces: Iterable[SurfaceFace]) -> tuple[dict[int, str], dict[str, float]]:
