@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vcmm.charts import Sheet, bars
+from vcmm.charts import ChartSheet, bars
 from vcmm.charts.bars import percent, shares
 from vcmm.core.errors import UsageError
 
@@ -15,7 +15,7 @@ NAN = math.nan
 
 def test_bars_are_as_long_as_their_values_with_figures_and_shares():
     # u = 5: (4 / 5)^2 = 0.64, (3 / 5)^2 = 0.36
-    ax = bars([("a", 4.0), ("b", 3.0), ("c", NAN)], unit="µm", title="t", total=5.0, ax=Sheet())
+    ax = bars([("a", 4.0), ("b", 3.0), ("c", NAN)], unit="µm", title="t", total=5.0, ax=ChartSheet())
     assert [b.get_width() for b in ax.patches] == [4.0, 3.0, 0.0]
     assert [t.get_text() for t in ax.texts] == ["4.00 · 64 %", "3.00 · 36 %", "– · –"]
     assert ax.get_xlim()[0] == 0.0
@@ -23,14 +23,14 @@ def test_bars_are_as_long_as_their_values_with_figures_and_shares():
 
 
 def test_negative_bars_go_left_in_another_colour():
-    up, down = bars([("a", 1.0), ("b", -2.0)], unit="µm", title="t", share="none", ax=Sheet()).patches
+    up, down = bars([("a", 1.0), ("b", -2.0)], unit="µm", title="t", share="none", ax=ChartSheet()).patches
     assert (up.get_width(), down.get_width()) == (1.0, -2.0)
     assert up.get_facecolor() != down.get_facecolor()
 
 
 def test_charts_side_by_side_have_one_scale():
     short, long = (
-        bars([("a", v)], unit="µm", title="t", longest=4.0, ax=Sheet()).get_xlim() for v in (1.0, 4.0)
+        bars([("a", v)], unit="µm", title="t", longest=4.0, ax=ChartSheet()).get_xlim() for v in (1.0, 4.0)
     )
     assert short == long
 

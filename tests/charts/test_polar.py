@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from vcmm.charts import Sheet, polar
+from vcmm.charts import ChartSheet, polar
 from vcmm.core.errors import DataError
 
 
 def test_deviations_stand_on_their_reference_circle():
-    ax = polar([0.0, math.pi / 2, math.pi], [2.0, -1.0, 0.0], title="t", ax=Sheet())
+    ax = polar([0.0, math.pi / 2, math.pi], [2.0, -1.0, 0.0], title="t", ax=ChartSheet())
     reference, lowest, highest, profile = ax.get_lines()
     assert [set(line.get_ydata()) for line in (reference, lowest, highest)] == [{0.0}, {-1.0}, {2.0}]
     assert profile.get_ydata().tolist() == [2.0, -1.0, 0.0, 2.0]  # closed
@@ -19,4 +19,4 @@ def test_deviations_stand_on_their_reference_circle():
     assert (-1.0 - ax.get_rorigin()) / (2.0 - ax.get_rorigin()) == pytest.approx(0.34)
     assert ax.get_title(loc="left").endswith("about this reference: 3.00 µm.")
     with pytest.raises(DataError, match="polar"):
-        polar([0.0], [math.nan], title="t", ax=Sheet())
+        polar([0.0], [math.nan], title="t", ax=ChartSheet())

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vcmm.charts import Sheet, zones
+from vcmm.charts import ChartSheet, zones
 from vcmm.charts.zones import zone_list, zone_of
 from vcmm.core.errors import UsageError
 
@@ -29,7 +29,7 @@ def test_zone_list():
 
 
 def test_zones_limits_and_result_are_drawn_at_their_place():
-    ax = zones(10.0, 20.0, 12.5, 1.0, 1.0, unit="mm", title="t", ax=Sheet())
+    ax = zones(10.0, 20.0, 12.5, 1.0, 1.0, unit="mm", title="t", ax=ChartSheet())
     # what is shown reaches from 9 to 21, and 14 % of 12 beyond on both sides
     assert ax.get_xlim() == pytest.approx((7.32, 22.68))
     assert [p.get_x() for p in ax.patches] == pytest.approx([7.32, 9.0, 11.0, 19.0, 21.0])
@@ -44,8 +44,8 @@ def test_zones_limits_and_result_are_drawn_at_their_place():
 
 
 def test_no_result_is_said_and_wrong_limits_are_refused():
-    said = zones(None, 1.0, NAN, 0.1, 0.1, unit="mm", title="t", ax=Sheet()).get_title(loc="left")
+    said = zones(None, 1.0, NAN, 0.1, 0.1, unit="mm", title="t", ax=ChartSheet()).get_title(loc="left")
     assert said.endswith("The result is not available.")
     for lower, upper, guard in ((None, None, 0.1), (2.0, 1.0, 0.1), (0.0, 1.0, -1.0), (0.0, 1.0, NAN)):
         with pytest.raises(UsageError):
-            zones(lower, upper, 0.5, 0.1, guard, unit="mm", title="t", ax=Sheet())
+            zones(lower, upper, 0.5, 0.1, guard, unit="mm", title="t", ax=ChartSheet())

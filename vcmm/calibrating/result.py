@@ -60,7 +60,7 @@ class Calibration:
         u = np.sqrt(np.einsum("ij,jk,ik->i", weights, self.covariance[part, part], weights))
         return q, weights @ self.theta[part], u
 
-    def plot(self, name: str, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, name: str, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
         nodes, value, u = self.along(name) if len(self.band(name)[0]) > 1 else self.band(name)
         unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)

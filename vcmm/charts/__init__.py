@@ -6,7 +6,7 @@ Imports core, report.
 from __future__ import annotations
 
 from vcmm.charts.bars import PlottedBudget, bars, contributions, probabilities
-from vcmm.charts.canvas import Sheet, panels
+from vcmm.charts.canvas import ChartSheet, panels
 from vcmm.charts.curves import Band, PlotSeries, band, curve, readings
 from vcmm.charts.distribution import distribution
 from vcmm.charts.inline import on_page
@@ -17,9 +17,9 @@ from vcmm.charts.zones import zones
 
 __all__ = [
     "Band",
+    "ChartSheet",
     "PlotSeries",
     "PlottedBudget",
-    "Sheet",
     "band",
     "bars",
     "contributions",

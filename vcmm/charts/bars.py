@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from vcmm.charts.canvas import MUTED, TICK, Sheet, canvas, named, plain
+from vcmm.charts.canvas import MUTED, TICK, ChartSheet, canvas, named, plain
 from vcmm.charts.inline import HINT
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.report.palette import LIGHT
@@ -34,13 +34,13 @@ class _Contribution(Protocol):
 class PlottedBudget(tuple[Any, ...]):
     """The lines of a budget, a tuple of BudgetLine with a picture."""
 
-    def plot(self, ax: Axes | Sheet | None = None, title: str = "budget") -> Axes:
+    def plot(self, ax: Axes | ChartSheet | None = None, title: str = "budget") -> Axes:
         """Shares of u^2, the largest first."""
         return contributions(self, title, ax)
 
 
 def contributions(
-    lines: Sequence[_Contribution], title: str = "budget", ax: Axes | Sheet | None = None
+    lines: Sequence[_Contribution], title: str = "budget", ax: Axes | ChartSheet | None = None
 ) -> Axes:
     """One bar per line (share of u^2 in percent), the largest on top; past the twelfth they are summed up.
 
@@ -55,7 +55,7 @@ def contributions(
 
 
 def probabilities(
-    names: Sequence[str], values: Sequence[float], title: str, ax: Axes | Sheet | None = None
+    names: Sequence[str], values: Sequence[float], title: str, ax: Axes | ChartSheet | None = None
 ) -> Axes:
     """One bar per name, probability in percent, in the order given."""
     items = [(name, 100.0 * v) for name, v in zip(names, values)]
@@ -95,7 +95,7 @@ def bars(
     share: Share = "square",
     longest: float = 0.0,
     label: str = "",
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """One bar per (name, value) in the order given, with the value and its share in percent (see `shares`).
 

@@ -17,14 +17,14 @@ INCH = 100.0  # pixels of a page
 
 
 @dataclass(frozen=True)
-class Sheet:
+class ChartSheet:
     """Axes for a page, so many pixels large (height None: what the chart likes); made without pyplot, so in any thread."""
 
     width: int = 500
     height: int | None = None
 
 
-def canvas(where: Axes | Sheet | None, height: int = 300, projection: str | None = None) -> Any:
+def canvas(where: Axes | ChartSheet | None, height: int = 300, projection: str | None = None) -> Any:
     """The Axes to draw on: those given, those of a sheet, or those of a new figure of pyplot `height` pixels high."""
     options: dict[str, Any] = {"subplot_kw": {"projection": projection}}
     if where is None:
@@ -32,7 +32,7 @@ def canvas(where: Axes | Sheet | None, height: int = 300, projection: str | None
 
         size = (6.4, max(3.6, 1.2 * height / INCH))
         return plt.subplots(figsize=size, layout="constrained", **options)[1]
-    if not isinstance(where, Sheet):
+    if not isinstance(where, ChartSheet):
         return where
     from matplotlib.figure import Figure
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.charts.canvas import Sheet, canvas, keyed, named, plain
+from vcmm.charts.canvas import ChartSheet, canvas, keyed, named, plain
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.report.palette import LIGHT, SERIES
@@ -56,7 +56,7 @@ def curve(
     title: str,
     bands: Sequence[Band] = (),
     zero_line: bool = True,
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
     drawn = canvas(ax)
@@ -103,7 +103,7 @@ def _checked(one: PlotSeries) -> tuple[Array, ...]:
 
 def band(
     nodes: Array, value: Array, u: Array, *, unit: str, title: str, label: str = "position / mm",
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:  # fmt: skip
     """value (n,) over nodes (n,) with the 95 % band value +- 1.96 u, all in `unit`."""
     one = PlotSeries(nodes, value, "± 1.96 u", value - 1.96 * u, value + 1.96 * u)
@@ -118,7 +118,7 @@ def readings(
     unit: str,
     title: str,
     label: str,
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Readings (n,) in `unit` over position (n,), those of each sense of motion (+1, -1, 0) in a colour of their own."""
     series = []

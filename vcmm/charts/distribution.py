@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.charts.canvas import MUTED, TICK, Sheet, canvas, keyed, named, plain
+from vcmm.charts.canvas import MUTED, TICK, ChartSheet, canvas, keyed, named, plain
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.report.palette import LIGHT
@@ -27,7 +27,7 @@ def distribution(
     unit: str = "mm",
     label: str = "",
     title: str = "",
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Bars of area proportional to the counts (edges (n + 1,), counts (n,)), darker inside the interval; lines for limits and marks.
 

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from vcmm.charts.canvas import INCH, Sheet
+from vcmm.charts.canvas import INCH, ChartSheet
 from vcmm.report.palette import LIGHT
 from vcmm.report.text import escape
 
@@ -24,11 +24,11 @@ _FRACTION = re.compile(r"-?\d*\.\d{3,}(?:e-?\d+)?")
 
 
 def on_page(chart: Callable[..., Axes], *args: Any, **options: Any) -> str:
-    """<figure> of a chart: `on_page(curve, series, x_label=...)`; `ax` is a Sheet, or what the chart likes.
+    """<figure> of a chart: `on_page(curve, series, x_label=...)`; `ax` is a ChartSheet, or what the chart likes.
 
     Its title goes above it as text, the lines after the first small.
     """
-    ax: Any = chart(*args, **({"ax": Sheet()} | options))
+    ax: Any = chart(*args, **({"ax": ChartSheet()} | options))
     title, _, more = ax.get_title(loc="left").replace(r"\$", "$").partition("\n")
     ax.set_title("", loc="left")
     below = f'<span class="caption">{escape(more)}</span>' if more else ""

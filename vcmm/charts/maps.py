@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.charts.canvas import INK, MUTED, RULE, TICK, WORD, Sheet, canvas, named, plain
+from vcmm.charts.canvas import INK, MUTED, RULE, TICK, WORD, ChartSheet, canvas, named, plain
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.report.colormap import Bands, bands
@@ -29,7 +29,7 @@ def heat_map(
     title: str,
     symmetric: bool = False,
     marks: Sequence[tuple[str, float, float]] = (),
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """`values` (ny, nx) at cell centres x (nx,) and y (ny,), both increasing. Cells without a value are hatched.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.charts.canvas import GRID, MUTED, TICK, Sheet, canvas, titled
+from vcmm.charts.canvas import GRID, MUTED, TICK, ChartSheet, canvas, titled
 from vcmm.core.errors import DataError
 from vcmm.report.palette import LIGHT
 from vcmm.report.text import number
@@ -26,7 +26,7 @@ def polar(
     low_um: npt.ArrayLike | None = None,
     high_um: npt.ArrayLike | None = None,
     closed: bool = True,
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Deviations radii_um (n,) from the reference circle at angles_rad (n,), counter-clockwise from +x.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.charts.canvas import Sheet, canvas, named, titled
+from vcmm.charts.canvas import ChartSheet, canvas, named, titled
 from vcmm.charts.maps import barred, colours_of
 from vcmm.core.run import Array
 from vcmm.report.colormap import bands
@@ -20,7 +20,7 @@ LONGEST = 0.12  # of the extent: the length of the largest arrow
 LABELS = ("X / mm", "Y / mm", "Z / mm")
 
 
-def motions(places: Array, vectors: Array, title: str, ax: Axes | Sheet | None = None) -> Axes:
+def motions(places: Array, vectors: Array, title: str, ax: Axes | ChartSheet | None = None) -> Axes:
     """vectors (n, 3) mm at places (n, 3) mm; the magnification stands in the title, a round number."""
     drawn = canvas(ax, 420, "3d")
     size = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
@@ -32,7 +32,11 @@ def motions(places: Array, vectors: Array, title: str, ax: Axes | Sheet | None =
 
 
 def touches(
-    places: Array, normals: Array, features: npt.NDArray[np.str_], title: str, ax: Axes | Sheet | None = None
+    places: Array,
+    normals: Array,
+    features: npt.NDArray[np.str_],
+    title: str,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Touched points (n, 3) mm with their outward normals (n, 3), a colour per feature (n,) of names."""
     drawn = canvas(ax, 420, "3d")
@@ -45,7 +49,7 @@ def touches(
     return _space(drawn, title, places)
 
 
-def heights(places: Array, height: Array, title: str, ax: Axes | Sheet | None = None) -> Axes:
+def heights(places: Array, height: Array, title: str, ax: Axes | ChartSheet | None = None) -> Axes:
     """Departures height (n,) um of a surface at places (n, 3) mm, symmetric colours; where no tool came nothing is drawn."""
     drawn = canvas(ax, 420, "3d")
     cut = np.isfinite(height)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from vcmm.charts.canvas import INK, MUTED, WORD, Sheet, canvas, keyed, named, plain
+from vcmm.charts.canvas import INK, MUTED, WORD, ChartSheet, canvas, keyed, named, plain
 from vcmm.core.errors import UsageError
 from vcmm.report.palette import LIGHT
 from vcmm.report.text import plain as as_given
@@ -66,7 +66,7 @@ def zones(
     *,
     unit: str,
     title: str,
-    ax: Axes | Sheet | None = None,
+    ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
 

@@ -25,12 +25,6 @@ from vcmm.compensating.proof import (
     block_rate,
     compare,
     compare_comments,
-    departure,
-    departures,
-    end_departures,
-    errors_on,
-    spans,
-    walk,
 )
 from vcmm.compensating.refusals import (
     check_dialect,
@@ -44,6 +38,7 @@ from vcmm.compensating.refusals import (
 )
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
+from vcmm.compensating.run_again import both_paths, departed
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.writer import Writer
@@ -75,11 +70,13 @@ def compensate(
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
+    follow: bool = False,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
-    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them.
+    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. follow: keep
+    both paths with their errors.
 
     Raises DataError, UsageError and ModelLimit, with file and line, for whatever cannot be rewritten for certain.
     """
@@ -98,6 +95,7 @@ def compensate(
         carry=carry,
         inline=inline,
     )
+    work = replace(work, follow=follow)
     try:
         return _rewritten(work, tolerance, growth, report)
     except (DataError, ModelLimit) as error:
@@ -274,12 +272,13 @@ def _proved(
     compare_comments(work.source.text, text, mark, work.dialect.name in SEMICOLON)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
-    after = _departed(work, work.known, new, lines)
+    after = departed(work, work.known, new, lines)
+    paths = both_paths(work, new, lines) if work.follow else None
     whole = None
     if work.known.dynamic:
         full = work.known.whole()
         whole = (
-            _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
+            _at(departed(work, full, work.program, ()), origin), _at(departed(work, full, new, lines), origin)
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
     rounding = _rounding(work, writer, after)
@@ -314,6 +313,7 @@ def _proved(
         warnings=tuple(notes),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
+        paths=paths,
     )
 
 
@@ -359,21 +359,6 @@ def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> 
 def _at(departed: Departure, origin: Sequence[int]) -> Departure:
     """With the line of the file."""
     return replace(departed, line=origin[departed.line])
-
-
-def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
-    """The program run on the machine, against the path of the original; lines: empty for the original itself."""
-    field = field_of(
-        known, work.setup, program.moves, set_here=work.field.set_here, constants=work.field.constants,
-        lathe=work.dialect.lathe,
-    )  # fmt: skip
-    w = walk(program.moves)
-    low, high = spans(work.program, program, lines) if lines else (np.arange(len(program.moves)),) * 2
-    actual = w.tip + errors_on(field, w)
-    gap = departures(actual, work.program.moves, low[w.move], high[w.move])
-    gap = np.maximum(gap, end_departures(actual, w, program.moves, work.program.moves, low, high))
-    at = [program.moves[i].source.line for i in w.move.tolist()]
-    return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
 
 def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:

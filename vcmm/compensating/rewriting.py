@@ -47,6 +47,7 @@ class Work:
     hashed: str
     notes: tuple[str, ...]
     carry: bool
+    follow: bool = False  # keep the paths with their errors
 
 
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:

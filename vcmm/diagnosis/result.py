@@ -149,7 +149,7 @@ class Diagnosis:
     pulls: tuple[Pull, ...] = ()  # of what the machine file states of itself
     searched: tuple[int, int] = (0, 0)  # observations in which names were searched, and all of them
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Names found and candidates, with their probability."""
         names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.answer]
         return charts.probabilities(names, [a.probability for a in self.answer], self.verdict, ax)

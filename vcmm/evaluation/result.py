@@ -121,7 +121,7 @@ class CharacteristicResult:
             return self.half_width
         return (self.interval[1] - self.interval[0]) / 2
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
         unit, scale = SHOWN_IN[self.unit]
         from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731

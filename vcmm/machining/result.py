@@ -83,7 +83,7 @@ class CutResult:
     def characteristics(self) -> tuple[CharacteristicResult, ...]:
         return self.uncertainty.characteristics
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """The cut surface, coloured by what is left over (+) or taken too much (-), um."""
         none = np.zeros((0, 3))
         places = np.concatenate([none, *(p.net.points for p in self.patches)])

@@ -46,7 +46,7 @@ class Scenario:
     surroundings: Surroundings = field(default_factory=Surroundings)
     record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the sheet
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Touches of the plan with their outward normals, in workpiece axes of the machine."""
         placed = self.task().touches
         normals = placed.pose.turn(placed.normals)

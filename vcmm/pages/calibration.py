@@ -58,7 +58,7 @@ def scatter(row: Left) -> str:
         y_label=f"left in {unit}",
         title=f"{row.part.recording.name}: residuals and 95 % of the noise",
         bands=[draw.Band(-width, width)],
-        ax=draw.Sheet(height=200),
+        ax=draw.ChartSheet(height=200),
     )
 
 

@@ -36,4 +36,4 @@ def _map(placed: PlacedCut) -> str:
     return draw.on_page(draw.heat_map,
         chart.values, chart.x, chart.y, x_label=f"{chart.names[0]} / mm", y_label=f"{chart.names[1]} / mm", unit="",
         title="objective", marks=[("found", placed.best.pose[0], placed.best.pose[1]), ("present", placed.present.pose[0], placed.present.pose[1])],
-        ax=draw.Sheet(900, 480))  # fmt: skip
+        ax=draw.ChartSheet(900, 480))  # fmt: skip

@@ -57,7 +57,7 @@ class Placed:
     seed: int
     warnings: tuple[str, ...]
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """The objective over the two degrees of freedom that matter most, the others at the best pose."""
         (across, x), (up, y) = self.map.shown(0), self.map.shown(1)
         unit, scale = SHOWN_IN.get(self.objective.unit, ("objective", 1.0))

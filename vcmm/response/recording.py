@@ -115,7 +115,7 @@ class Recording:
                     f"recording {self.name}: {name} is {values[row]:g} in row {row + 1}; a sense is -1, 1, or 0 where it is not known"
                 )
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
         moved = {axis: float(np.ptp(q[self.row])) for axis, q in self.run.position.items()}
         axis = max(moved, key=lambda a: moved[a])

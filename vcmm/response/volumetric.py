@@ -42,7 +42,7 @@ class ErrorField:
     def size(self) -> Array:
         return np.linalg.norm(self.tip_error, axis=1)
 
-    def plot(self, ax: Axes | charts.Sheet | None = None) -> Axes:
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Tip errors (actual - nominal) as arrows in the volume."""
         most = 1e3 * float(self.size.max(initial=0.0))
         at = [self.run.position.get(a, np.zeros(self.run.n)) for a in LINEAR]

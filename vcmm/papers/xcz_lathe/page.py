@@ -259,5 +259,5 @@ def _flat_map(height: Array, title: str) -> str:
         unit="nm",
         title=title,
         symmetric=True,
-        ax=draw.Sheet(height=420),
+        ax=draw.ChartSheet(height=420),
     )
