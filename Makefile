@@ -34,7 +34,7 @@ demo: .venv/.installed ## install, then measure, evaluate and write a report
 test: lint types ## install, then lint, types, tests, examples of the documentation, notebooks
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope
 
-test-all: .venv/.installed-all ## install, then pages and workbench in a browser, documentation, wheel, STEP, long fuzz
+test-all: .venv/.installed-all ## install, then pages and workbench in a browser, documentation, wheel, STEP, long fuzz, whole jobs
 	$(BIN)/python -m pytest -m thorough -n $(JOBS) --dist loadscope
 
 lint: .venv/.installed-dev ## style and formatting
@@ -65,7 +65,7 @@ audit: .venv/.installed-dev ## count coverage of the published tasks and write d
 	$(BIN)/python tools/audit_table.py
 
 clean: ## remove .venv, caches and everything that was made
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md vcmm-demo
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md docs/reference.md docs/lesson vcmm-demo
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/.installed: pyproject.toml constraints.txt

@@ -1,13 +1,17 @@
-"""The page of effects, written from the effect classes: a new effect is documented by being declared.
+"""Pages that come from the code: effects, the reference of functions and commands, the lessons as notebooks.
 
-python docs/generate.py      writes docs/effects.md
+python docs/generate.py      writes docs/effects.md, docs/reference.md, docs/lesson/*.ipynb
+
+A new effect, function or option is documented by being declared.
 """
 
 from __future__ import annotations
 
+import importlib
 import re
-from inspect import cleandoc
+from inspect import cleandoc, getdoc, isfunction, signature
 from pathlib import Path
+from typing import Any
 
 from vcmm.core.effect import Effect, key_fields, parameter_fields, place_fields
 from vcmm.core.units import EXAMPLES, dimension_of, parse_unit
@@ -33,9 +37,18 @@ def page() -> str:
     return HEAD + "\n".join(rows) + "\n\n" + "\n".join(section(e) for e in ALL)
 
 
-def write(path: Path) -> None:
-    """Write the page; an unchanged file keeps its time stamp."""
-    text = page()
+def write_all(docs: Path) -> None:
+    """Every generated page of a folder of documentation."""
+    write(docs / "effects.md")
+    write(docs / "reference.md", reference())
+    (docs / "lesson").mkdir(exist_ok=True)
+    for lesson in sorted((docs.parent / "notebooks").glob("[0-9][0-9]_*.py")):
+        write(docs / "lesson" / f"{lesson.stem}.ipynb", notebook(lesson))
+
+
+def write(path: Path, text: str | None = None) -> None:
+    """Write a page, that of effects unless given; an unchanged file keeps its time stamp."""
+    text = page() if text is None else text
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
@@ -115,5 +128,54 @@ def number(unit: str, shape: str, scan: tuple[float, ...], **_: object) -> str:
     return " ".join([one] + ["0"] * (count - 1)) + f" {unit}"
 
 
+REFERENCE = """# Reference
+
+What `import vcmm` offers and what the command `vcmm` understands, written from the code; {doc}`python` and {doc}`cli` explain them with examples.
+Inside: mm, rad, s, degC, N.
+"""
+
+
+def reference() -> str:
+    """Functions and classes of `vcmm`, then every verb with its options."""
+    import vcmm
+    from vcmm.cli import VERBS
+
+    parts = [REFERENCE, "## In Python", ""]
+    for name in vcmm.__all__[1:]:
+        parts += [f"### vcmm.{name}", "", *described(f"vcmm.{name}", getattr(vcmm, name))]
+    parts += ["## On the command line", ""]
+    for verb, line in VERBS.items():
+        command = getattr(importlib.import_module(f"vcmm.cli.{verb}"), f"{verb}_command")
+        parts += [f"### vcmm {verb}", "", line, "", *fenced(options(command))]
+    return "\n".join(parts)
+
+
+def described(name: str, item: Any) -> list[str]:
+    """How it is called, and its docstring as it stands in the code."""
+    called = f"{name}{signature(item)}" if isfunction(item) else f"class {name}"
+    return [*fenced(called), *fenced(getdoc(item) or "")]
+
+
+def options(command: Any) -> str:
+    """The docstring of a verb, which its --help shows too."""
+    return cleandoc(command.__doc__ or "")
+
+
+def fenced(text: str) -> list[str]:
+    return ["```text", text.strip(), "```", ""] if text.strip() else []
+
+
+def notebook(lesson: Path) -> str:
+    """A lesson as a notebook of Jupyter without outputs; ids of cells are their numbers, so that it repeats."""
+    import jupytext
+
+    made = jupytext.read(lesson, fmt="py:percent")
+    for number, cell in enumerate(made.cells):
+        cell["id"] = f"cell-{number}"
+    made.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3"}
+    made.metadata["language_info"] = {"name": "python", "pygments_lexer": "ipython3"}
+    return str(jupytext.writes(made, fmt="ipynb"))
+
+
 if __name__ == "__main__":
-    write(Path(__file__).with_name("effects.md"))
+    write_all(Path(__file__).parent)

@@ -100,15 +100,21 @@ def evaluate(
 def _given_points(
     scenario: Scenario, path: str | Path, tip_centres: bool
 ) -> tuple[tuple[GivenPoints, ...], bool, tuple[str, ...]]:
-    """Points of a CSV or QIF file, whether they are centres of the tip, and what the file could not say.
+    """Points of a CSV or QIF file or of a bare list, whether they are centres of the tip, and what the file could not say.
 
     UsageError and DataError where a QIF file says otherwise than the call or the plan: it states its own tip.
     """
+    from vcmm.exchange.point_lists import read_point_list
     from vcmm.exchange.qif import is_qif
     from vcmm.files.measured import read_measured_points
 
     if not is_qif(path):
-        return read_measured_points(path), tip_centres, ()
+        listed = read_point_list(path)
+        return (
+            (read_measured_points(path), tip_centres, ())
+            if listed is None
+            else ((listed.points,), tip_centres, listed.notes)
+        )
     from vcmm.exchange.qif_points import TIP, read_qif_points
 
     found = read_qif_points(path)

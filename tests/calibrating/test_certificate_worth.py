@@ -48,6 +48,7 @@ def u_of(rows: list[dict], name: str) -> dict[str, float]:
     return {r["known"]: r["U_mm"] * 1e3 for r in rows if r["characteristic"] == name}
 
 
+@pytest.mark.thorough
 def test_priors_facts_and_machines_at_the_limit(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -80,6 +80,7 @@ def test_a_plan_file(tmp_path):
         plan_of([], machine)
 
 
+@pytest.mark.thorough
 def test_a_recalibration_keeps_what_was_not_read(tmp_path):
     """EXX gets 6 um/m more; only X is read again. Its slope follows, everything of Y and Z stays to the last digit."""
     from vcmm.calibrating.machine_file import machine_texts

@@ -234,6 +234,14 @@ def test_doctor(capsys, monkeypatch):
     assert {"vcmm", "Python", "numpy", "scipy", "cores"} <= {c["what"] for c in found["checks"]}
 
 
+def test_doctor_compiles_nothing_that_it_cannot_keep(capsys, monkeypatch):
+    monkeypatch.setattr("vcmm.cli.doctor._rendering", lambda: ["off-screen OpenGL", "not tried", "ok"])
+    monkeypatch.setattr("vcmm.core._compile_kernels.KEPT", False)
+    rows = {row["what"]: row for row in document(capsys, "doctor", "--warm")["checks"]}
+    assert rows["kernels compiled"]["found"] == "no"
+    assert "NUMBA_CACHE_DIR" in rows["kernels compiled"]["state"]
+
+
 def test_doctor_with_something_missing(capsys, monkeypatch):
     monkeypatch.setattr("vcmm.cli.doctor._rendering", lambda: ["off-screen OpenGL", "not tried", "ok"])
     monkeypatch.setattr("vcmm.cli.doctor.REQUIRED", ("numpy", "no-such-package"))

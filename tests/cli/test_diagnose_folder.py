@@ -151,6 +151,7 @@ def test_words_that_make_no_sense_here(shop, tmp_path, capsys):
         assert said in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_workers_give_the_same_document(shop, capsys):
     one = document(["diagnose", str(shop), "--json"], capsys)
     two = document(["diagnose", str(shop), "--json", "--workers", "2"], capsys)

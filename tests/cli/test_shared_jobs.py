@@ -64,6 +64,7 @@ def test_audit_of_a_folder_has_a_row_of_every_task(folder):
     assert rows[1].startswith("ring.toml,")
 
 
+@pytest.mark.thorough
 def test_a_shop_is_shared_out(folder):
     fast = ("--evaluations", "60", "--scan", "40", "--trials", "2000")
     words = ("place", "ring.toml", "--machines", "shop", *fast)

@@ -156,6 +156,7 @@ def test_what_cannot_be_written_out_is_refused_with_its_line(tmp_path):
         go(tmp_path, text)
 
 
+@pytest.mark.thorough
 def test_conditions_that_only_the_machine_knows(tmp_path):
     text = HEAD + "#1=0\nWHILE[#1 LT 3]DO1\nG31 X100. F500\n#1=#5061\nEND1\nM30\n%\n"
     with pytest.raises(DataError, match=r"part\.nc:6.*G31"):

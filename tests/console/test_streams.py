@@ -59,3 +59,10 @@ def test_a_closed_stdout_is_the_computers_fault():
     done = subprocess.run([*VCMM, "list", "units"], preexec_fn=lambda: os.close(1), stderr=subprocess.PIPE, text=True, check=False)  # fmt: skip
     assert done.returncode == 3
     assert "stdout is closed" in done.stderr
+
+
+@pytest.mark.parametrize(("scenario", "code"), [("units", 0), ("nonsense", 2)])
+def test_a_closed_stderr_loses_the_messages_only(scenario, code):
+    done = subprocess.run([*VCMM, "list", scenario], preexec_fn=lambda: os.close(2), stdout=subprocess.PIPE, text=True, check=False)  # fmt: skip
+    assert done.returncode == code
+    assert bool(done.stdout) == (code == 0)

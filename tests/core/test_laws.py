@@ -233,3 +233,23 @@ def test_the_bound_of_a_sample_holds_its_characteristic_function():
     t = np.concatenate([[0.0, 0.1, 1.0], np.array([2.0, 20.0, 200.0]) / width])
     assert law.bound(t) == pytest.approx([1.0, 1.0, 1.0, 1.0, 0.1, 0.01])
     assert (np.abs(law.cf(t)) <= law.bound(t) + 1e-12).all()
+
+
+def test_many_quantities_of_few_directions():
+    """cos(x_i - x_j) has two directions: with the first as reference its triangular factor is (cos, sin) of x_i - x_0."""
+    x = np.linspace(0.0, 6.0, 300)
+    factor = MultivariateNormal(4.0 * np.cos(x[:, None] - x)).factor
+    assert factor.shape == (300, 2)
+    np.testing.assert_allclose(factor, 2.0 * np.stack([np.cos(x), np.sin(x)], axis=1), atol=1e-6)
+
+
+def test_many_quantities_with_a_covariance_that_is_none_are_refused():
+    x = np.linspace(0.0, 6.0, 300)
+    covariance = np.cos(x[:, None] - x)
+    covariance[250, 30] = covariance[30, 250] = 0.99  # of two directions this pair has -0.29
+    with pytest.raises(UsageError, match="not positive semidefinite"):
+        MultivariateNormal(covariance)
+
+
+def test_many_independent_quantities_keep_their_directions():
+    assert MultivariateNormal(np.diag(np.full(250, 9.0))).factor == pytest.approx(3.0 * np.eye(250))

@@ -51,6 +51,7 @@ def test_rapids_and_idle_moves_are_named() -> None:
     assert done.stock.volume == pytest.approx(48000.0)  # rapids are reported, not cut
 
 
+@pytest.mark.thorough
 def test_nodes_are_exact() -> None:
     """All tools on ramps, level moves and a helix: the heights equal the envelope along +Z to 1e-9 mm."""
     tools = (flat(3.0), ball(3.0), bull(3.0, 1.0), cone(3.0, 1.6, 0.5))

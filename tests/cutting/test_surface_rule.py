@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from vcmm.core.laws import Array
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, surface_left
@@ -51,6 +52,7 @@ def expected(s: Array, gone: Array) -> tuple[float, int]:
     return (s[zero + above[0]], CUT) if len(above) else (np.nan, UNCUT)
 
 
+@pytest.mark.thorough
 def test_the_rule_against_sampled_membership() -> None:
     """60 random rays: same status, s within the step of the samples.
 

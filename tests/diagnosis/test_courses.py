@@ -61,6 +61,7 @@ def test_scales_and_part_are_felt_through_the_chain():
 
 
 @pytest.mark.parametrize(("hidden", "what"), [(breathing, "a scale of Y"), (growing, "a size of the part")])
+@pytest.mark.thorough
 def test_a_course_without_a_name_is_seen_and_takes_the_place_of_names(hidden, what):
     problem, white, null, selection, setting = searched((), 0.0, 7, hidden)
     alone = departure(problem, joint((), setting), white, null)
@@ -81,6 +82,7 @@ def test_a_right_course_of_a_sensor_keeps_its_name():
     assert field is None or not field.wins
 
 
+@pytest.mark.thorough
 def test_names_pay_their_priors_and_each_beyond_the_first_the_threshold():
     """Two names against one field: with priors 2 nats lower the lead rises by 2 each, with the threshold 1 nat higher by 1."""
     problem, white, null, selection, setting = searched((), 0.0, 7, growing)

@@ -111,6 +111,7 @@ def test_mistakes_of_the_table_are_named(component, factor, what):
     assert diagnosis_json(found)["answer"][0]["effect"] == "map_mistake"
 
 
+@pytest.mark.thorough
 def test_an_abbe_error_counted_twice_is_named():
     stored = tables(np.random.default_rng(5))
     plain = make.machine(*stored)
@@ -128,6 +129,7 @@ def test_an_abbe_error_counted_twice_is_named():
     assert found.answer[0].where == {"axis": "X"}
 
 
+@pytest.mark.thorough
 def test_same_seed_same_report_and_the_document_is_complete():
     case = make.make(("linear_drift",), 10.0, 51)
     one, two = (json.dumps(diagnosis_json(diagnose(case))) for _ in range(2))

@@ -185,6 +185,7 @@ def test_what_a_field_leaves_to_the_names():
     assert weighed((answer, answer), Field(0.0, unknown, (1,), np.zeros((3, 0))))[0] == answer
 
 
+@pytest.mark.thorough
 def test_a_field_that_wins_is_the_unknown_and_the_names_are_candidates():
     case = make.make((), 0.0, 8)
     run = make_problem(case.recording, make.machine()).run
@@ -197,6 +198,7 @@ def test_a_field_that_wins_is_the_unknown_and_the_names_are_candidates():
     assert {a.effect for a in found.candidates} == {"geometric_change"}  # which follows it, and is not it
 
 
+@pytest.mark.thorough
 def test_a_right_name_beside_a_wrong_one_stands_and_does_not_shield_it():
     """A swirl is followed by changes of geometry; a backlash is there too. The field takes the former and leaves the latter."""
     case = make.make(("backlash",), 14.0, 8)
@@ -209,6 +211,7 @@ def test_a_right_name_beside_a_wrong_one_stands_and_does_not_shield_it():
     assert found.unknown is not None
 
 
+@pytest.mark.thorough
 def test_what_templates_may_leave_does_not_depend_on_how_the_noise_was_stated():
     """A strong backlash and weak stairs, the noise stated three times too large and twice too small: one answer."""
     answers = set()

@@ -44,10 +44,19 @@ def test_laser_run(error, names):
     assert sorted(a.effect for a in found.answer) == sorted(names)
 
 
-def test_scale_and_cosine_error_are_one_label_on_a_laser_run():
-    found = diagnose_recording(laser(lambda q, s: 8e-6 * q), make.machine(), 1, 500)
-    names = {found.answer[0].effect, *found.answer[0].cannot_be_told_from}
-    assert {"scale_factor", "cosine_error"} <= names
+def test_scale_and_cosine_error_share_a_laser_run_that_reads_short_and_not_one_that_reads_long():
+    """A beam askew reads L (1 - theta^2 / 2): what is read too long is the axis. Short, either may be: odds of a few, and the next
+    measurement says what separates them.
+    """
+    short, long = (
+        diagnose_recording(laser(lambda q, s, k=k: k * q), make.machine(), 1, 500) for k in (-8e-6, 8e-6)
+    )
+    (one,) = short.answer
+    assert {one.effect, *one.cannot_be_told_from} >= {"scale_factor", "cosine_error"}
+    assert 0.2 < one.probability < 0.8
+    assert any({"scale_factor", "cosine_error"} == {*s.separates} for s in short.next_measurement)
+    (one,) = long.answer
+    assert (one.effect, one.cannot_be_told_from) == ("scale_factor", ())
 
 
 def circle(error, rho=0.6, noise=0.3 * UM, seed=2):

@@ -123,6 +123,7 @@ def three_ways() -> list:
     return out
 
 
+@pytest.mark.thorough
 def test_the_answer_is_that_of_all_rows(three_ways):
     plain, screened, half = three_ways
     names = [[a.id for a in d.found] for d in three_ways]
@@ -136,6 +137,7 @@ def test_the_answer_is_that_of_all_rows(three_ways):
         assert [h.fold for h in d.fit.held_out] == [h.fold for h in plain.fit.held_out]
 
 
+@pytest.mark.thorough
 def test_what_thinning_loses_is_said(three_ways):
     plain, screened, half = (diagnosis_json(d) for d in three_ways)
     assert plain["searched"] == screened["searched"] == {"observations": 500, "of": 500, "loss": 1.0}

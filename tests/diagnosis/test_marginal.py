@@ -37,6 +37,7 @@ def test_a_side_lobe_and_a_moment_beyond_a_worse_one_are_within_the_range():
     assert _gaps(time, 25.0, lambda value: not 50.0 < value < 60.0) == [(20.0, 30.0), (50.0, 60.0)]
 
 
+@pytest.mark.thorough
 def test_the_size_of_a_drift_carries_what_its_lag_leaves_open():
     case = make.make(("thermal_drift",), 12.0, 31, replace(make.RICH, n=120))
     found = diagnose_recording(case.recording, make.machine(), 1, 400)

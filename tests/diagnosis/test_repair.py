@@ -85,6 +85,7 @@ dof = 6
 """
 
 
+@pytest.mark.thorough
 def test_the_corrected_table_is_written(tmp_path, capsys):
     stored = [t for t in tables(np.random.default_rng(5)) if t.component in ("EXX", "EYX", "EZX")]
     grid = stored[0].grids[0]
@@ -111,6 +112,7 @@ def test_the_corrected_table_is_written(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["verdict"] == "nothing missing"
 
 
+@pytest.mark.thorough
 def test_a_second_period_stands_beside_the_first_with_an_input_of_its_own():
     known = ScrewPitch("X", 2e-3, 0.0, 20.0)
     machine = make.machine(known)

@@ -12,8 +12,10 @@ from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.outlying import worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.search import further, named
+from vcmm.diagnosis.search import further, named, settled
 from vcmm.diagnosis.select import Setting, cleaned, select
+from vcmm.effects.backlash import Backlash
+from vcmm.effects.play import BacklashRamp
 from vcmm.evaluation.gaussian import whitener
 
 ROWS = 200
@@ -47,6 +49,24 @@ def test_a_curve_that_explains_most_alone_does_not_hide_two_simple_names_that_ex
     setting = setting_of(true + NOISE, one=one[:, None], two=two[:, None], curve=free)
     assert names_of(select(setting)) == ["curve"]
     assert names_of(named(setting, None)[0]) == ["one", "two"]
+
+
+def test_a_ramp_that_another_name_explains_is_no_part_of_a_play():
+    """Play of delta 20, and a signal of delta 12 half of which looks like its ramp. Alone the play with a ramp is worth more than the
+    play; beside the other name it is not, and one number is left of it.
+    """
+    sense, way, other = (x / np.linalg.norm(x) for x in np.random.default_rng(8).standard_normal((3, ROWS)))
+    both = (way + other) / np.sqrt(2.0)
+    setting = setting_of(20.0 * sense + 12.0 * both + NOISE, play=sense[:, None], other=both[:, None])
+    plain = replace(_option(sense[:, None]), effect=Backlash("Y"), log_prior=-np.log(2.0))
+    ramp = replace(_option(np.column_stack([sense, way])), effect=BacklashRamp("Y"), log_prior=-np.log(2.0))
+    play, one = setting.found.families
+    families = (replace(play, options=(plain, ramp)), one)
+    as_it_is = cast(Refiner, lambda option, r, basis: option)
+    setting = replace(setting, found=dictionary(families, setting.white), refine=as_it_is)
+    alone = replace(setting, found=dictionary(families[:1], setting.white))
+    assert [t.white.shape[1] for t in select(alone).terms] == [2]
+    assert [(t.family.name, t.white.shape[1]) for t in select(setting).terms] == [("play", 1), ("other", 1)]
 
 
 def test_two_bad_readings_are_no_step():
@@ -83,6 +103,7 @@ def test_one_bad_reading_is_no_name_and_a_name_of_several_readings_stays():
     assert (names_of(answer), names_of(none)) == (["first_reading"], [])
     assert worth_of_all_rows(answer, about) > worth_of_all_rows(none, setting) + 3.0
     assert names_of(named(setting, None)[0]) == []
+    assert names_of(settled(answer, setting, setting, None)[0]) == []  # as beside a mistake of the table
     four = (np.arange(ROWS) < 4).astype(float)[:, None]
     setting = replace(setting_of(NOISE - 12.0 * four[:, 0], first_readings=four), threshold=16.0)
     assert names_of(select(setting)) == []

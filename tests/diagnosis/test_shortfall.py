@@ -60,6 +60,7 @@ def test_generalisations_stand_aside_and_others_are_rivals(searched):
     assert not generalises("tip_form", "backlash")
 
 
+@pytest.mark.thorough
 def test_scatter_without_a_name_is_told_and_not_called_nothing():
     recording = make.make((), 0.0, 41).recording
     found = diagnose_recording(replace(recording, value=1.35 * recording.value), make.machine(), 1, 500)

@@ -29,6 +29,7 @@ def plate(bend: float) -> Recording:
 
 
 @pytest.mark.parametrize("bend", [0.0, 6e-3])
+@pytest.mark.thorough
 def test_scales_and_squareness_are_read_off(bend):
     found = diagnose(plate(bend), DRILL, seed=1)
     answer = {(a.effect, *a.where.values()): a for a in found.answer if not a.alias_of}

@@ -20,6 +20,7 @@ def region():
     return case, diagnose_recording(case.recording, make.machine(), 1, 500)
 
 
+@pytest.mark.thorough
 def test_a_soft_spot_is_placed_and_written_as_a_product(region):
     _, found = region
     assert found.unknown is not None
@@ -32,6 +33,7 @@ def test_a_soft_spot_is_placed_and_written_as_a_product(region):
     assert found.unknown.gain > 10
 
 
+@pytest.mark.thorough
 def test_the_document_holds_shape_and_formula_and_calls_them_a_proposal(region):
     case, found = region
     body = diagnosis_json(found)
@@ -57,10 +59,12 @@ def test_a_rhythm_has_its_period_in_the_formula():
     assert (shape.u > 0).all()
 
 
+@pytest.mark.thorough
 def test_nothing_unknown_no_formula():
     assert diagnose_recording(make.make((), 0.0, 11).recording, make.machine(), 1, 500).unknown is None
 
 
+@pytest.mark.thorough
 def test_a_map_is_written_over_the_first_covariate_then_the_second(region):
     """The spot at X = 320, Y = 260 (generator) is the extreme of the map, indexed as `over` says."""
     shape = diagnosis_json(region[1])["unknown"]["shape"]

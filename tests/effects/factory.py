@@ -171,7 +171,7 @@ def some_run(n: int = 12) -> Run:
     down /= np.linalg.norm(down, axis=1)[:, None]
     columns |= {f"down_{c}": down[:, i] for i, c in enumerate("xyz")}
     position = {"X": tip[:, 0], "Y": tip[:, 1], "Z": tip[:, 2], "C": rng.uniform(-1.0, 1.0, n)}
-    labels = {"stylus": np.array(["down"] * n), "event": np.array(["A"] * n)}
+    labels = {"stylus": np.array(["down"] * n), "event": np.array(["A"] * n), "probed": np.array(["1"] * n)}
     log = Series(np.array([0.0, 200.0, 600.0]), np.array([20.0, 21.0, 20.5]))
     load = Series(log.time, np.array([300.0, 900.0, 100.0]))
     series = {"air": log, "spindle_load_W": load}

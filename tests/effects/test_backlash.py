@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from tests.build import machine
+from vcmm.core.effect import parameter_fields, typical
 from vcmm.core.run import Run
 from vcmm.effects.backlash import Backlash
+from vcmm.effects.play import BacklashRamp
+from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
 
 
 def _run(sense: list[float]) -> Run:
@@ -26,3 +29,11 @@ def test_reversal_error_of_iso_230_2_is_minus_the_gap():
     # B = mean(up) - mean(down) = -0.6 - (+0.6) = -1.2 um
     up, down = machine(Backlash("X", 1.2e-3)).tip_error(_run([1.0, -1.0]))[:, 0]
     assert up - down == pytest.approx(-1.2e-3, abs=1e-15)
+
+
+@pytest.mark.parametrize("effect", [Backlash, BacklashRamp, Hysteresis, LostMotion, ReversalSpike])
+def test_play_of_an_axis_that_turns_is_an_angle(effect):
+    """5-30 arcsec are 24-145 urad; 1 um taken for 1e-3 rad would be 206 arcsec."""
+    (name,) = {"gap", "amplitude", "g0", "height"} & {f.name for f in parameter_fields(effect)}
+    assert typical(effect("C"), name) == pytest.approx(50e-6)
+    assert typical(effect("Y"), name) >= 1e-3

@@ -60,6 +60,7 @@ def test_an_oval_is_seen_by_each_criterion_as_they_are():
     assert v["form C"] == pytest.approx(10e-3, abs=1e-5)
 
 
+@pytest.mark.thorough
 def test_tiers_agree(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (200, 200))
     monkeypatch.setattr(inversion, "COUNTED", (60, 60))

@@ -84,6 +84,7 @@ def test_tip_radius_signs():
     assert found["length"].bias == pytest.approx(+2e-3, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_tiers_agree_on_a_mixture_of_laws():
     inputs = (
         Input("scatter", "", "value", StudentT(0.8e-3, 6), "touch"),

@@ -142,6 +142,7 @@ def test_next_measurement_is_printed() -> None:
     assert "told apart 1 of 1" in text
 
 
+@pytest.mark.thorough
 def test_the_report_of_a_ringing_trace_follows_its_accelerations(tmp_path: Path) -> None:
     case = blocks.build(
         "A", 3, 33, tmp_path
@@ -152,6 +153,7 @@ def test_the_report_of_a_ringing_trace_follows_its_accelerations(tmp_path: Path)
     assert "follows = 1" in (tmp_path / "out" / "machine.toml").read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_a_process_of_its_own_gives_the_same_document(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

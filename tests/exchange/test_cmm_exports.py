@@ -66,6 +66,84 @@ def test_a_pc_dmis_report(tmp_path: Path) -> None:
     assert exported_values(path, ["DIST1.M"])[0][0][0].number == pytest.approx(40.005)  # type: ignore[index]
 
 
+POSITION = """DIM POS1= TRUE POSITION OF CIRCLE BORE  UNITS=MM ,$
+GRAPH=OFF  TEXT=OFF  MULT=10.00  OUTPUT=BOTH  DEV PERPEN CENTERLINE=ON
+AX     NOMINAL       MEAS       +TOL       -TOL      BONUS        DEV     OUTTOL
+X      15.0000    15.0031                                      0.0031
+Y      20.0000    19.9990                                     -0.0010
+DF     30.0000    30.0104     0.0210     0.0000     0.0104     0.0104     0.0000
+TP         MMC     0.0065     0.0500                0.0104     0.0065     0.0000
+END OF DIMENSION POS1
+DIM ANGL1= 2D ANGLE (TRUE) FROM LINE LIN1 TO LINE LIN2  ,$
+AX    NOMINAL    +TOL     -TOL     MEAS     DEV      OUTTOL
+A     45,0000    0,1000   0,1000  45,0180   0,0180   0,0000
+FCFFLAT1 FLATNESS OF PLN1
+"""
+
+
+def test_rows_of_a_position_leave_cells_empty(tmp_path: Path) -> None:
+    """Each number under its heading, proved by deviation = measured - nominal; an angle without UNITS is in degrees."""
+    path = tmp_path / "report.txt"
+    path.write_text(POSITION)
+    found = exported_values(path, ["POS1.X", "POS1.DF", "POS1.TP", "ANGL1"])
+    assert found is not None
+    ((x, diameter, position, angle),) = found[0]
+    assert [x.number, diameter.number, position.number] == [15.0031, 30.0104, 0.0065]
+    assert (angle.angle, angle.number) == (True, pytest.approx(math.radians(45.018)))
+    assert "POS1.Y" in found[1]
+    assert ":12: FCFFLAT1: geometric tolerance commands (FCF...) are not read" in found[1]
+
+
+@pytest.mark.parametrize("shift", [-7, 9])
+def test_a_short_row_that_does_not_stand_under_its_heading_is_refused(tmp_path: Path, shift: int) -> None:
+    """Moved by most of a column, X would read as another number: it is refused where it is asked for, and only there."""
+    row = "X      15.0000    15.0031                                      0.0031"
+    moved = row[:7] + row[7:].replace(
+        "    15.0031", " " * (4 + shift) + "15.0031" if shift > 0 else "15.0031" + " " * 4
+    )
+    path = tmp_path / "report.txt"
+    path.write_text(POSITION.replace(row, moved))
+    assert exported_values(path, ["POS1.DF"]) is not None
+    with pytest.raises(DataError, match=r"not each under its heading|no measured value"):
+        exported_values(path, ["POS1.X"])
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252", "utf-8-sig"])
+def test_decimal_commas_and_encodings(tmp_path: Path, encoding: str) -> None:
+    text = (HEAD + ROW.format(part="Gehäuse", id="Bohrung Ø30", actual="30,0104", unit="mm")).replace(
+        "\n", "\r\n"
+    )
+    path = tmp_path / "plan_chr.txt"
+    path.write_bytes(text.encode(encoding))
+    found = exported_values(path, ["Bohrung Ø30"])
+    assert found is not None
+    ((value,),) = found[0]
+    assert (value.part, value.number, value.where) == ("Gehäuse", 30.0104, f"{path}:2")
+    assert ("read as Windows-1252" in found[1]) == (encoding == "cp1252")
+
+
+def test_a_whole_table_with_all_columns(tmp_path: Path) -> None:
+    """The heading and a row as a converter in use publishes them: 45 columns and a tab at the end, the rows cut after the groups."""
+    first = "planid partnb id type idsymbol actual nominal uppertol lowertol deviation exceed warningLimitCF featureid featuresigma"
+    more = "comment link linkmode mmc useruppertol userlowertol fftphi fftphiunit zoneroundnessangle groupname groupname2 datumAid"
+    last = (
+        "datumBid datumCid natuppertolid natlowertolid decimalplaces featurePosX featurePosY featurePosZ unit"
+    )
+    head = [*f"{first} {more} {last}".split(), *(f"group{i}" for i in range(1, 11))]
+    cells = dict.fromkeys(head[:37], "") | {
+        "planid": "p",
+        "partnb": "815",
+        "id": "bore",
+        "actual": "16.0012",
+        "unit": "mm",
+    }
+    path = tmp_path / "p_chr.txt"
+    path.write_text("\t".join(head) + "\t\n" + "\t".join(cells.values()) + "\nEND\n")
+    found = exported_values(path, ["bore"])
+    assert found is not None
+    assert [(v.part, v.number) for v in found[0][0]] == [("815", 16.0012)]
+
+
 def test_evaluate_takes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario = edited(tmp_path)
     rows = ({"part": p, "id": n, "actual": a} for p, n, a in (("a", "bore diameter", "30.010"), ("b", "bore diameter", "30.012"), ("b", "top", "0.1")))  # fmt: skip
@@ -83,8 +161,11 @@ def test_evaluate_takes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         (HEAD + ROW.format(part="", id="bore", actual="30.0", unit="furlong"), ':2: the unit "furlong" is not known'),
         (HEAD + 2 * ROW.format(part="", id="bore", actual="30.0", unit="mm"), ':3: "bore" stands in'),
         (HEAD + "plan\t\n", ":2: the row has no id"),
+        (HEAD + ROW.format(part="", id="bore", actual="1.234,5", unit="mm"), ':2: "1.234,5" in column actual is not a number'),
+        (HEAD + ROW.format(part="", id="bore", actual="30.0", unit=""), ":2: no unit is stated"),
+        ("planid\tpartnb\tfeatureid\tx\ty\n1\t2\t3\t4\t5\n", ":1: this table of CALYPSO holds features or head data"),
         (HEAD + ROW.format(part="", id="Bohrung", actual="30.0", unit="mm"), "it holds none of the characteristics of the part (bore)"),
-        (REPORT.replace("LOC1", "bore").replace("30.0104   30.0104 30.0104   0.0104   0.0000 ----#----", "30.01"), ":6: 5 cells where the heading names 9"),
+        (REPORT.replace("LOC1", "bore").replace("X     15.0000   0.0100   0.0100  15.0031   15.0031 15.0031   0.0031   0.0000 ----#----\n", "").replace("30.0104   30.0104 30.0104   0.0104   0.0000 ----#----", "30.01"), ":5: 5 cells where the heading names 9, and not each"),
         (REPORT.replace("DIST1", "bore").replace("MEAS     DEV", "WERT     DEV"), ":10: the heading of bore has no column MEAS"),
     ],
 )  # fmt: skip

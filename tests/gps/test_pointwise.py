@@ -9,9 +9,10 @@ import pytest
 
 from tests.build import scenario
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.measuring.explicit import on_surface
 from vcmm.measuring.plan import Plan, Step
 from vcmm.measuring.settings import Settings
-from vcmm.measuring.strategies import Grid, on_surface, plan_points
+from vcmm.measuring.strategies import Grid, plan_points
 from vcmm.measuring.task import evaluate_all, fit_features, measured_points
 from vcmm.part.mesh import Mesh
 from vcmm.part.part import Characteristic, Feature, Part

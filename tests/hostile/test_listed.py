@@ -156,6 +156,12 @@ def test_too_little_memory_is_no_bug(tmp_path, monkeypatch):
             ",-8\n",
             'diameter = "-8 mm" must be positive',
         ),  # its position at MMC has no feature then
+        (
+            "dmis",
+            "PTMEAS/CART,-30,-20,20,0,0,1",
+            "PTMEAS/CART,-30,-20,20,0,0,0",
+            "PTMEAS: the direction has no length",
+        ),
     ],
 )
 def test_files_of_other_systems(name, old, new, words, tmp_path):

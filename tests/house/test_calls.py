@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from tests.house.test_layers import KERNELS, PACKAGE
+from tests.house.test_layers import KERNELS, PACKAGE, sources, tree
 
 MOST = 6
 # Compiled kernels take no keywords in the loops where they are called, so files of kernels are left out (KERNELS), and
@@ -19,11 +19,11 @@ ROOMS = ("diagnosis",)  # that still have such calls: what they hold is to be bu
 def long_calls() -> dict[str, list[str]]:
     """Room -> "file:line callee (number)" of calls with more than MOST positional values."""
     out: dict[str, list[str]] = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for module, path in sources().items():
         if path.stem.endswith(KERNELS):
             continue
         room = path.relative_to(PACKAGE).parts[0]
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(tree(module)):
             if isinstance(node, ast.Call) and len(node.args) > MOST:
                 file = path.relative_to(PACKAGE.parent).as_posix()
                 if (file, ast.unparse(node.func)) in KERNEL_CALLS:

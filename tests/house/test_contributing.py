@@ -6,6 +6,8 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 from tests.house.test_layers import PACKAGE
 
 CONTRIBUTING = PACKAGE.parent / "CONTRIBUTING.md"
@@ -66,6 +68,7 @@ def blocks() -> list[str]:
     return re.findall(r"```python\n(.*?)```", CONTRIBUTING.read_text(encoding="utf-8"), re.DOTALL)
 
 
+@pytest.mark.thorough
 def test_the_example_does_all_that_is_promised(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(PACKAGE.parent)!r})\n{STORY}"],

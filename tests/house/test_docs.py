@@ -25,6 +25,7 @@ PAGES = [
     ROOT / "DESIGN.md",
     *sorted((ROOT / "docs").glob("*.md")),
 ]
+GENERATED = ("effects.md", "reference.md")  # by docs/generate.py, when the pages are built
 FENCE = re.compile(r"^```(\w+)[ \t]*([^\n`]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -48,9 +49,17 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize(
-    "page", [p for p in PAGES if any(b.language == "python" for b in blocks(p))], ids=name
-)
+LONG = ("docs/criteria.md", "docs/cutting_geometry.md")  # more than three seconds each: make test-all
+
+
+def with_examples() -> list[Any]:
+    """Pages with Python in them, as parameters of a test."""
+    pages = [p for p in PAGES if any(b.language == "python" for b in blocks(p))]
+    marks = {file: [pytest.mark.thorough] for file in LONG}
+    return [pytest.param(p, id=name(p), marks=marks.get(name(p), [])) for p in pages]
+
+
+@pytest.mark.parametrize("page", with_examples())
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     namespace: dict[str, Any] = {"__name__": "__main__"}
@@ -144,6 +153,24 @@ def test_the_page_of_effects_holds_every_effect_and_parameter(tmp_path: Path):
             assert str(f.metadata["doc"]) in section, f"{effect.name}.{f.name}"
 
 
+def test_the_reference_holds_every_function_and_every_verb():
+    import vcmm
+    from vcmm.cli import VERBS
+
+    page = generator()["reference"]()
+    assert all(f"### vcmm.{name}\n" in page for name in vcmm.__all__[1:])
+    assert all(f"### vcmm {verb}\n" in page for verb in VERBS)
+    assert "points: 'str | Path | None' = None" in page
+
+
+def test_a_lesson_as_a_notebook_repeats():
+    lesson = ROOT / "notebooks" / "01_first_uncertainty.py"
+    text = generator()["notebook"](lesson)
+    assert text == generator()["notebook"](lesson)
+    assert '"outputs": []' in text
+    assert "A first uncertainty" in text
+
+
 def test_examples_of_effects_can_be_read():
     from vcmm.effects import ALL
     from vcmm.files.effects import build_effect
@@ -170,7 +197,7 @@ def test_named_tests_exist(page: Path):
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_links_between_pages_exist(page: Path):
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", FENCE.sub("", page.read_text(encoding="utf-8"))):
-        generated = target.endswith("effects.md")  # written by make docs
+        generated = target in GENERATED
         if "://" not in target and not generated:
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
@@ -178,4 +205,6 @@ def test_links_between_pages_exist(page: Path):
 def test_the_index_lists_every_page():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     listed = set(re.search(r"```\{toctree\}\n.*?\n\n(.*?)```", index, re.DOTALL)[1].split())  # type: ignore[index]
-    assert listed == {p.stem for p in (ROOT / "docs").glob("*.md")} - {"index"} | {"effects"}
+    assert listed == {p.stem for p in (ROOT / "docs").glob("*.md")} - {"index"} | {
+        g.removesuffix(".md") for g in GENERATED
+    }

@@ -56,6 +56,7 @@ def test_nobody_imports_a_single_effect():
     assert not wrong, "ask vcmm.effects for a role, or the effect for a declaration:\n" + "\n".join(wrong)
 
 
+@pytest.mark.thorough
 def test_every_file_of_effects_can_be_deleted():
     """Each with its line; then everything else is imported. Twins of papers that are made of it may miss it."""
     done = subprocess.run(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections import defaultdict
 
-from tests.house.test_layers import PACKAGE
+from tests.house.test_layers import PACKAGE, sources, tree
 
 # Names that stand more than once, and why.
 TWICE: dict[str, str] = {
@@ -21,8 +21,8 @@ TWICE: dict[str, str] = {
 def homes() -> dict[str, list[str]]:
     """Class name -> files (without vcmm/) in which it is defined at the top of a module."""
     out: dict[str, list[str]] = defaultdict(list)
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for module, path in sources().items():
+        for node in tree(module).body:
             if isinstance(node, ast.ClassDef):
                 out[node.name].append(path.relative_to(PACKAGE).as_posix())
     return out

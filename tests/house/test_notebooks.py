@@ -13,6 +13,8 @@ import pytest
 
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "notebooks").glob("*.py"))
 IN_A_KERNEL = "test_piece"  # the quickest
+LONG = ("five_papers", "marin2004", "measured_block")  # more than three seconds each: make test-all
+RUN = [pytest.param(p, id=p.stem, marks=[pytest.mark.thorough] if p.stem in LONG else []) for p in NOTEBOOKS]
 
 
 def read(path: Path) -> Any:
@@ -29,7 +31,7 @@ def run_cell(source: str, name: str, namespace: dict[str, Any]) -> None:
         repr(eval(compile(ast.Expression(last.value), name, "eval"), namespace))
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", RUN)
 def test_notebook_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
     monkeypatch.chdir(tmp_path)

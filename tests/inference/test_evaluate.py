@@ -13,6 +13,8 @@ from vcmm.api import measure
 from vcmm.cli import run
 from vcmm.evaluation import inversion
 from vcmm.files.scenario import load_scenario
+from vcmm.inference.given import GivenPoints
+from vcmm.inference.job import evaluate_points
 
 ROUND = """vcmm = "scenario/1"
 [machine]
@@ -230,3 +232,39 @@ def test_audit_counts_and_its_exit_code_follows(tmp_path: Path, capsys: pytest.C
     assert 0.92 <= size["attained"] <= 0.98
     assert code == int(any(r["verdict"] == "outside" for r in rows))
     assert run(["audit", str(edited(tmp_path)), "--parts", "10"]) == 2
+
+
+OVAL = """vcmm = "scenario/1"
+[machine]
+structure = "w b Y X Z t"
+axes = { X = { travel = ["0 mm", "600 mm"] }, Y = { travel = ["0 mm", "500 mm"] }, Z = { travel = ["-400 mm", "0 mm"] } }
+repeatability = { law = "normal", u = "0.5 um" }
+[part.features]
+ring = { type = "circle", point = "0 0 10 mm", axis = [0, 0, 1], diameter = "30 mm", inside = true }
+[[part.characteristics]]
+name = "mating"
+type = "size"
+of = "ring"
+criterion = "GX"
+[pose]
+shift = "300 250 -200 mm"
+[plan]
+styli.down = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }
+steps = [{ feature = "ring", stylus = "down", points = { strategy = "even", n = 24 } }]
+[job]
+trials = 2000
+"""
+
+
+def test_an_element_that_is_not_the_only_one_is_told_of_the_part_that_has_it(tmp_path: Path) -> None:
+    """A circle inscribed in an oval ring slides along; in a ring of three lobes it is held. 14.997 mm in both."""
+    (tmp_path / "s.toml").write_text(OVAL)
+    angle = np.arange(24) * (2 * np.pi / 24)
+    given = []
+    for name, lobes in (("three", 3), ("oval", 2), ("three again", 3)):
+        radius = 15 + 0.003 * np.cos(lobes * angle)
+        points = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(24, 10.0)], axis=1)
+        given.append(GivenPoints(name, points, tuple(f"p.csv:{i}" for i in range(24)), ("ring",) * 24))
+    found = evaluate_points(load_scenario(tmp_path / "s.toml"), given)
+    assert [any("is not the only one" in w for w in p.warnings) for p in found] == [False, True, False]
+    assert [p.characteristics[0].measured for p in found] == pytest.approx([29.994] * 3, abs=1e-6)

@@ -56,6 +56,7 @@ def departures(scenario, growth, program) -> np.ndarray:
     return world.contacts.surface(world.moved)
 
 
+@pytest.mark.thorough
 def test_the_next_part_is_better(job, mill, tmp_path):
     """14 um of growth with 900 s are concealed in the points of the example; floors of the next part are within 1.2 um, not 13."""
     given = read_measured_points(FOLDER / "points.csv")[0]

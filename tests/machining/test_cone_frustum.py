@@ -48,6 +48,7 @@ def test_the_program_is_that_of_its_generator():
     assert shipped == generator().program()
 
 
+@pytest.mark.thorough
 def test_a_perfect_machine_leaves_the_chords_of_the_program(tmp_path):
     """720 blocks: the tip runs on chords of its circle of 55 mm, 55 (1 - cos 0.25 deg) = 0.52 um at most; the angles run on chords too."""
     _, beside = with_effects(tmp_path)
@@ -56,6 +57,7 @@ def test_a_perfect_machine_leaves_the_chords_of_the_program(tmp_path):
     assert np.ptp(beside) > 0.1 * UM
 
 
+@pytest.mark.thorough
 def test_a_table_beside_its_place_changes_the_size_not_the_form(tmp_path):
     """C stands 8 um off in X. The zero turns with the part, so the tool is off by d - R(C) d: a shift of 8 um, and 8 um towards where
     the tool stands. C follows the azimuth of the tool axis; that is the azimuth of the surface only where the cone stands upright,

@@ -47,6 +47,7 @@ trials = 4000
 """
 
 
+@pytest.mark.thorough
 def test_flatness_does_not_grow_with_the_points_that_are_looked_at(tmp_path):
     """Drawn per point it would: 1 um scatter, range of n normals 2.97 (9), 4.5 (49) and 5.6 (225) um."""
     found = []

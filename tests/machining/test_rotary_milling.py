@@ -262,6 +262,7 @@ def test_rotary_travel_is_checked(tmp_path):
         rs.shop_of(rs.write(tmp_path, short, FACE.format(b=90), RIGHT, CUTTER))
 
 
+@pytest.mark.thorough
 def test_a_stock_cut_from_two_sides(tmp_path):
     program = FACE.format(b=0) + FACE.format(b=90)
     path = rs.write(tmp_path, hmc(), program, FRONT + RIGHT, CUTTER)

@@ -56,6 +56,7 @@ def test_program_mesh_and_points_are_those_of_the_generator():
     assert (folder() / "s_piece" / "flank.obj").read_text() == made.mesh()
 
 
+@pytest.mark.thorough
 def test_a_cylinder_cuts_a_twisted_flank_too_deep_where_it_does_not_touch():
     """R (1 - cos a), a the angle between the normals there and in the middle of the ruling; chords of 960 blocks add 0.1 um."""
     made = generator()
@@ -68,6 +69,7 @@ def test_a_cylinder_cuts_a_twisted_flank_too_deep_where_it_does_not_touch():
     assert np.abs(perfect()[[0, 2]]).max() > 0.3 * UM
 
 
+@pytest.mark.thorough
 def test_a_table_beside_its_place_shifts_the_flank_as_far_as_the_table_turns():
     """X0C = 8 um: the zero turns with the part, so the tool is off by d - R(C) d in the part, |d - R d| = 2 d sin(C / 2) at most."""
     moved = departures(RotaryLocation("X0C", offset=8 * UM)) - perfect()

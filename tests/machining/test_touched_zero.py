@@ -7,7 +7,7 @@ import pytest
 
 import vcmm
 from tests.machining import shop
-from vcmm.core.errors import DataError, ModelLimit
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.placement import place_cut
 from vcmm.machining.preparation import set_up
@@ -179,3 +179,97 @@ def test_a_touch_errs_as_at_its_moment_and_in_its_part(tmp_path):
     first, later = moved(files(tmp_path, drift))[0], moved(files(tmp_path, drift, scenario=eleventh))[0]
     assert 0.0 < abs(first) < 0.045
     assert later == pytest.approx(first, abs=1e-6)
+
+
+def told(folder, text, program=PROBED, setup=SETUP):
+    """u (um) of the place of the wall from one entry of [cut] tools, and of work_offset; nothing else is uncertain."""
+    said = SCENARIO.replace('setup = "setup.toml"', f'setup = "setup.toml"\n{text}')
+    world = finished_part(set_up(files(folder, program=program, scenario=said, setup=setup)))[1]
+    normal = world.measuring.task.touches.run.normal
+    per = [np.einsum("nik,ni->nk", f.response, normal)[0] for f in world.influences()]
+    return {f.input.effect: abs(float(p[0])) for f, p in zip(world.influences(), per)}
+
+
+def test_what_the_probe_errs_by_goes_into_what_it_sets(tmp_path):
+    # one touch sets X: its scatter and the radius of its ball go into the wall as they are; a zero that was set by hand does not
+    found = told(
+        tmp_path,
+        'work_offset = { u = "5 um" }\n[cut.tools]\n9 = { u_touch = "0.5 um", u_radius = "1 um", u_length = "2 um" }\n1 = { u_radius = "1 um" }\n',
+    )
+    assert found["probe_touch"] == pytest.approx(1.0, abs=1e-9)
+    assert found["tool_radius"] == pytest.approx(1.0, abs=1e-9)
+    assert found["tool_length"] == pytest.approx(0.0, abs=1e-9)
+    assert found["work_offset"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_offset_that_is_probed_under_another_needs_no_hand(tmp_path):
+    other = PROBED.replace(
+        "#5221=#5221+#5061+53.\n", "#5241=#5221+#5061+53.\n#5242=#5222\n#5243=#5223\n"
+    ).replace("G43 H1 Z20.", "G55 G43 H1 Z20.")
+    found = told(
+        tmp_path,
+        'work_offset = { u = "5 um" }',
+        other,
+        SETUP.replace("[tools.1]", 'G55 = ["290 mm", "240 mm", "-350 mm"]\n[tools.1]'),
+    )
+    assert found["work_offset"] == pytest.approx(0.0, abs=1e-9)
+
+
+BOTH = PROBED.replace(
+    "#5221=#5221+#5061+53.\n",
+    "#101=#5061\nG0 X-80.\nZ20.\nX80.\nZ-6.\nG31 X40. F100.\n#5221=#5221+[#101+#5061]/2.\nG0 X80.\nZ20.\n",
+)
+
+
+def test_the_mean_of_two_touches_scatters_less_and_its_ball_does_not_count(tmp_path):
+    world = finished_part(
+        set_up(
+            files(
+                tmp_path,
+                program=BOTH,
+                scenario=SCENARIO.replace(
+                    'setup = "setup.toml"',
+                    'setup = "setup.toml"\n[cut.tools]\n9 = { u_touch = "0.5 um", u_radius = "1 um" }\n',
+                ),
+            )
+        )
+    )[1]
+    normal = world.measuring.task.touches.run.normal
+    found = [float(np.einsum("nik,ni->nk", f.response, normal)[0, 0]) for f in world.influences()]
+    names = [f.input.effect for f in world.influences()]
+    touches = sorted(abs(v) for v, n in zip(found, names) if n == "probe_touch")
+    assert touches == pytest.approx([0.5, 0.5], abs=1e-9)  # 0.35 um together
+    assert [v for v, n in zip(found, names) if n == "tool_radius"] == pytest.approx([0.0], abs=1e-9)
+
+
+def test_a_scatter_of_a_tool_that_does_not_probe_is_refused(tmp_path):
+    said = SCENARIO.replace(
+        'setup = "setup.toml"', 'setup = "setup.toml"\n[cut.tools]\n1 = { u_touch = "1 um" }\n'
+    )
+    with pytest.raises(UsageError, match=r"tools\.1\.u_touch: .* does not probe with tool 1"):
+        set_up(files(tmp_path, scenario=said))
+
+
+def test_a_surface_that_no_set_up_states_stays_where_it_is(tmp_path):
+    # P9811 twice on a face that nothing states: the second touch finds what the first set; only the second counts, the zero by hand not
+    bare = SETUP[: SETUP.index("[stock]")]
+    twice = PROBED.replace(
+        "G31 X-40. F100.\n#5221=#5221+#5061+53.\n", "G65 P9811 X-50. S1.\nG65 P9811 X-50. S1.\n"
+    )
+    job = set_up(files(tmp_path, LONG, program=twice, setup=bare))
+    assert moved(job.scenario)[0] == pytest.approx(-0.5, abs=0.002)
+    last = job.touched.weight[-3, 1]  # G1 Y60: X follows the second touch alone
+    assert last[0] == pytest.approx([0.0, 1.0], abs=1e-6)
+    assert not job.touched.held[-3, 0]
+
+
+def test_an_arc_whose_radius_follows_a_touch_grows_with_it(tmp_path):
+    # the half circle about X0 Y0 from (-R, 0) to (R, 0) with R = -#5061: 1 mm less per mm that the touch reads further
+    round_ = PROBED.replace("#5221=#5221+#5061+53.\n", "#101=-#5061\n").replace(
+        "G1 X-58. F600.\nY60.\nX-80.\n", "G1 X-#101 Y0. F600.\nG2 X#101 Y0. I#101 J0.\nG1 X80.\n"
+    )
+    touched = set_up(files(tmp_path, program=round_)).touched
+    number = next(iter(touched.arcs))
+    weight = touched.at(np.full(3, number), np.array([0.0, 0.5, 1.0]))[:, :, 0]
+    # from the left over the top to the right: inward by 1 at each
+    assert weight == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]), abs=1e-6)

@@ -300,8 +300,8 @@ def test_a_milling_tool_that_is_never_called_does_not_make_x_a_set_zero(tmp_path
 
 
 def test_a_driven_tool_is_refused_by_its_line(tmp_path):
-    """Polar interpolation turns C while it cuts; only turning is simulated on a lathe. Cylindrical: C turns without it."""
-    for on, off, line in (("G12.1", "G13.1", 21), ("G7.1 C20.", "G7.1 C0", 22)):
+    """Polar and cylindrical interpolation turn C while the tool cuts: that takes a driven tool, which the set-up has not."""
+    for on, off, line in (("G12.1", "G13.1", 22), ("G7.1 C20.", "G7.1 C0", 22)):
         driven = f"G98\n{on}\nG1 X60. F100\nC10.\n{off}\nG99\n"
         path = lathe.write(tmp_path, program=lathe.HEAD + lathe.CONTOUR + driven + lathe.TAIL)
         with pytest.raises(VcmmError, match=rf"{line}(?::| of the program) .*driven tool"):

@@ -248,7 +248,7 @@ def test_centres_that_are_not_stated_are_told():
 
 
 def test_polar_interpolation_on_a_lathe_keeps_the_angles_of_the_program():
-    """Without Y nothing is solved: C is what the reading of the program says; simulated it is refused."""
+    """Without Y nothing is solved: C is what the reading of the program says; simulated, X and C follow: (20, 20) is 28.28 mm at 45 deg."""
     structure = "w C' b Z X t"
     axes = {a: Axis(a, (-500.0, 500.0)) for a in "XZ"} | {"C": Axis("C", (-99.0, 99.0))}
     lathe = Machine("turn", "machine-tool", parse_structure(structure), axes, ())
@@ -258,5 +258,6 @@ def test_polar_interpolation_on_a_lathe_keeps_the_angles_of_the_program():
     assert found == moves
     assert not said
     assert moves[-1].rotary_end[2] == pytest.approx(math.pi / 4)
-    with pytest.raises(ModelLimit, match=r":4: the tip is led over the workpiece here"):
-        in_machine_axes(moves, lathe)
+    last = in_machine_axes(moves, lathe)[0][-1]
+    assert last.end == pytest.approx((math.sqrt(800.0), 0.0, 2.0))
+    assert last.rotary_end[2] == pytest.approx(math.pi / 4)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vcmm.nc.touching import Face, Round, box_faces, first_contact
+from vcmm.nc.touching import Face, Round, box_faces, first_contact, left_contact, stopped_at
 
 
 def test_a_ball_stops_its_radius_before_a_face():
@@ -68,3 +68,38 @@ def test_a_ball_that_touches_already_is_in_contact():
     for start in (-13.0, -13.000000001, -12.9999999999):
         tip, _, _ = first_contact([boss], (start, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0)
         assert tip[0] == pytest.approx(-13.0, abs=1e-8)
+
+
+def test_a_ball_over_the_edge_of_a_box_stops_on_the_edge():
+    # 1 mm over the top at z 0, r 3: sqrt(9 - 1) = 2.8284 before the side at x -50; the normal leans by 1/3
+    box = box_faces((-50.0, -30.0, -30.0), (100.0, 60.0, 30.0))
+    tip, _, normal = first_contact(box, (-70.0, 0.0, 1.0), (70.0, 0.0, 1.0), 3.0)
+    assert tip == pytest.approx((-50.0 - math.sqrt(8.0), 0.0, 1.0), abs=1e-12)
+    assert normal == pytest.approx((-math.sqrt(8.0) / 3.0, 0.0, 1.0 / 3.0), abs=1e-12)
+    # a corner: 1 mm over the top and 1 mm beside the side at y 30: sqrt(9 - 2) before
+    tip, _, _ = first_contact(box, (-70.0, 31.0, 1.0), (70.0, 31.0, 1.0), 3.0)
+    assert tip[0] == pytest.approx(-50.0 - math.sqrt(7.0), abs=1e-12)
+    assert first_contact(box, (-70.0, 0.0, 3.1), (70.0, 0.0, 3.1), 3.0) is None
+
+
+def test_a_boss_ends_where_it_ends():
+    boss = Round((0.0, 0.0, 0.0), 15.0, inside=False, low=-10.0, high=0.0)
+    assert first_contact([boss], (-40.0, 0.0, -5.0), (40.0, 0.0, -5.0), 3.0)[0][0] == -18.0
+    assert first_contact([boss], (-40.0, 0.0, 1.0), (40.0, 0.0, 1.0), 3.0) is None
+    assert first_contact([boss], (-40.0, 0.0, -11.0), (40.0, 0.0, -11.0), 3.0) is None
+
+
+def test_a_ball_that_lies_on_a_surface_leaves_it_where_it_is():
+    face = Face((10.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    assert left_contact([face], (7.0, 5.0, -2.0), (0.0, 5.0, -2.0), 3.0) == (
+        (7.0, 5.0, -2.0), (-1.0, 0.0, 0.0), (-1.0, 0.0, 0.0),
+    )  # fmt: skip
+    assert left_contact([face], (6.9, 5.0, -2.0), (0.0, 5.0, -2.0), 3.0) is None
+
+
+def test_what_is_expected_stops_a_way_beside_it():
+    # 2 um beside the way it stops as far along it, on the way itself
+    found = stopped_at((0.0, 0.0, 0.0), (5.0, 0.002, 0.0), (10.0, 0.0, 0.0))
+    assert found == ((5.0, 0.0, 0.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    assert stopped_at((0.0, 0.0, 0.0), (11.0, 0.0, 0.0), (10.0, 0.0, 0.0)) is None
+    assert stopped_at((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (10.0, 0.0, 0.0)) is None

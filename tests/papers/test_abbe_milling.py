@@ -172,6 +172,7 @@ def result(scenario):
     return twin.run(scenario, draws=3)
 
 
+@pytest.mark.thorough
 def test_documentation_of_the_slots(result):
     """The slots belong to the scenario's machine, so they do not depend on the number of draws."""
     written = (DOCS / "abbe_milling.md").read_text(encoding="utf-8")
@@ -180,6 +181,7 @@ def test_documentation_of_the_slots(result):
     assert "smaller prediction" in written
 
 
+@pytest.mark.thorough
 def test_demo_of_abbe_milling_prints_the_paper_beside_ours(result, tmp_path, capsys, monkeypatch):
     instead(monkeypatch, twin, "abbe_milling", result, draws=3)
     assert command(["demo", "--twin", "abbe_milling", "--draws", "3", "--out", str(tmp_path)]) == 0

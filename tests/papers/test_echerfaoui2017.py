@@ -64,6 +64,7 @@ def test_published_sizes_are_met_by_every_machine():
         assert (six[3:] >= 7 * ARCSEC - 1e-12).all()
 
 
+@pytest.mark.thorough
 def test_a_kelvin_and_the_norm_of_the_diagonal():
     """Scales that are 7, 23 and 12 um long at 400 mm: norm sqrt(49 + 529 + 144) = 26.87 um, along the diagonal 42 / sqrt(3) = 24.25."""
     assert result().thermal == pytest.approx(4.6)  # um: 11.5e-6 x 400 mm

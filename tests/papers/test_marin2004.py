@@ -148,6 +148,7 @@ def test_geometry_is_learnt_from_noisy_readings(scenario):
     assert learnt.with_tables(table, {"EXX": 2 * cubic}).effects[0].values == pytest.approx(2 * cubic)
 
 
+@pytest.mark.thorough
 def test_what_is_learnt_of_the_drawn_machine(result):
     """Noise alone: 11 readings of 0.8 um and arms to some 500 mm times 1.5 urad make about 1.5 um."""
     rms = {one.method: np.median(one.rms) for one in result.learnt}
@@ -252,6 +253,7 @@ def test_logs_of_a_cut():
     assert np.interp(-600.0, stairs.time, stairs.value) == pytest.approx(today.sensors[90, 0], abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_rewriting_before_and_after_warm_up(result):
     by = {(c.state, c.model): c.departure for c in result.cuts}
     worst = {k: max(np.abs(v).max() for v in d.values()) for k, d in by.items()}
@@ -264,6 +266,7 @@ def test_rewriting_before_and_after_warm_up(result):
     assert worst[warm, twin.UPDATED] < worst[warm, twin.TABLE] < worst[warm, twin.AXES]
 
 
+@pytest.mark.thorough
 def test_updating_is_worth_what_the_head_moves_meanwhile(result):
     """By hand from the sensors: what the regression says of the ledge's height when it is cut, less what it said at the start."""
     model = regression([day(seed) for seed in twin.LEARNED], twin.LAGS)
@@ -280,6 +283,7 @@ def test_updating_is_worth_what_the_head_moves_meanwhile(result):
     assert abs(expected) > 1.0
 
 
+@pytest.mark.thorough
 def test_documentation_shows_what_the_command_prints(scenario, result):
     assert_documented("marin2004", page.tables(result))
     assert_titled(page, scenario, result)

@@ -182,6 +182,7 @@ def test_their_gain_and_its_uncertainty():
     assert 0.25 < low < 0.67 < high < 1.0
 
 
+@pytest.mark.thorough
 def test_the_joint_fit_is_nearer_to_the_flat_than_the_map():
     flats = [m.flats for m in result().lathes]
     wrong = {kind: np.median([f[kind].wrong for f in flats]) for kind in twin.KINDS}

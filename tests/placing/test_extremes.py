@@ -16,6 +16,7 @@ from vcmm.placing.extremes import _factors
 from vcmm.placing.objective import Uncertain
 
 
+@pytest.mark.thorough
 def test_extreme_values_follow_the_monte_carlo_from_pose_to_pose():
     """The approximation of a form: its ratio between poses, against 20 000 trials."""
     paper = load_scenario(path("gaska2014"))

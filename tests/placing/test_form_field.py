@@ -59,6 +59,7 @@ def test_three_touches_take_three_lobes_for_diameter():
     assert lobed(5, 3) == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_form_agrees_with_draws_and_fits():
     """A cylinder whose form is drawn from the field and fitted: the spread of its diameter is that of the closed form."""
     bore = Feature("bore", "cylinder", np.zeros(3), Z, np.array([15.0]), inside=True, extent=(20.0,))

@@ -36,6 +36,7 @@ def test_order_of_the_poses_and_the_full_evaluation(placed):
             assert result.characteristics[i].expanded == pytest.approx(at.expanded[i], rel=0.02)
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_answer(tmp_path, monkeypatch):
     monkeypatch.setattr("vcmm.placing.confirmation.TRIALS", 100)
     scenario = with_field(plate(tmp_path), 5)

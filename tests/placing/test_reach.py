@@ -188,6 +188,7 @@ def test_pocket_floor_is_reached_and_its_wall_is_not_crossed():
 
 
 @pytest.mark.parametrize("both", [False, True])
+@pytest.mark.thorough
 def test_no_violation_against_an_independent_test(both):
     feasible, infeasible, wrong = compare(110, seed=11, both=both)
     assert wrong == 0

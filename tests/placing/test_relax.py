@@ -12,6 +12,7 @@ from vcmm.placing.relax import no_reachable_pose, relaxation
 HERE = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])
 
 
+@pytest.mark.thorough
 def test_relaxation_by_hand():
     """x may only lie between 170 and 190: the nearest, 170, lacks 5 mm of travel, and nothing else."""
     check = Feasibility.of(job(both=False))

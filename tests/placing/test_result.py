@@ -25,6 +25,7 @@ def test_poses_and_maps_as_json():
     }
 
 
+@pytest.mark.thorough
 def test_a_scan_that_is_too_coarse_estimates_nothing(placed):
     from dataclasses import replace
 

@@ -53,7 +53,7 @@ def test_touches_by_hand():
     assert s.left[0] == pytest.approx([1.0, 0.0, 5.0])  # along the normal
     assert s.start[2] == pytest.approx([1.0, 0.0, 3.5])
     assert s.pairs().tolist() == [[0, 1]]
-    assert s.ends().tolist() == [0, 1, 2]
+    assert s.ends.tolist() == [0, 1, 2]
 
 
 def test_gaps_that_are_kept():

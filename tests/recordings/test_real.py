@@ -80,11 +80,23 @@ def test_slit_axes_have_a_reversal_error(axis, diagnosed, tmp_path):
         assert fold["rms_after_um"] < 0.2 * fold["rms_before_um"]
     if axis == 2:
         scale = answer(found, "scale_factor", axis="X")
-        assert "cosine_error" in scale["cannot_be_told_from"]  # one line of measurement cannot tell
+        assert not scale["cannot_be_told_from"]  # a beam askew reads short, these read long: no cosine error
         assert 19.0 < value(scale, "k") < 24.0
         # reversal = up - down = -gap: at 15 mm 15.0002 - 14.9980 = 2.2 um, at 55 mm 55.0013 - 54.9986 = 2.7 um
         gap = reversal["parameters"]["g0" if reversal["effect"] == "lost_motion" else "gap"]["value"]
         assert -2.8 < gap < -2.0
+
+
+def test_a_play_with_a_ramp_is_one_name_and_not_two_parts_of_it():
+    """Dial gauge on Z in steps of 1 um: a play of 20 um that is made up after the reversal leaves 4.36 um of 7.91. Beside a field over
+    the way since the reversal it had been told as a hysteresis and a spike.
+    """
+    source = data_file("data/recordings_2/dialz/recording.toml")
+    found = diagnose(*load_recording(source), seed=1)
+    (one,) = found.answer
+    assert {one.effect, *one.cannot_be_told_from} == {"backlash", "hysteresis", "reversal_spike"}
+    assert found.next_measurement
+    assert found.fit.after < 1.15 * 4.36e-3
 
 
 def test_sensor_that_is_worse_than_the_axis_blames_no_part_of_the_axis(diagnosed, tmp_path):
@@ -115,6 +127,7 @@ def test_reversal_that_changes_sign_along_the_travel(tmp_path):
     assert found.verdict == "partly explained"  # 2.6 um where 1 um was stated
 
 
+@pytest.mark.thorough
 def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):
     """Branches 2.4 deg apart. Rests before and after agree, so it is a delay: 34.0 ms by least squares. Harmonic 2."""
     source = data_file("data/recordings/resolver_cyclic_latency/VoltageDividerSineCosCoils.csv")
@@ -131,6 +144,7 @@ def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):
         assert fold["rms_after_um"] < 0.3 * fold["rms_before_um"]
 
 
+@pytest.mark.thorough
 def test_resolver_error_repeats_four_times_a_turn(diagnosed, tmp_path):
     """Makers: a cyclic error from the signal levels. Least squares: harmonic 4, amplitude 8.15 deg."""
     source = data_file("data/recordings/resolver_cyclic_latency/ResolverCiclicError2.csv")
@@ -142,6 +156,7 @@ def test_resolver_error_repeats_four_times_a_turn(diagnosed, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["run1_2021-06-13_05-41-53", "run2_2021-06-13_20-04-43"])
+@pytest.mark.thorough
 def test_gantry_grows_with_the_frame_by_more_than_its_length(name, diagnosed, tmp_path):
     """Makers: Z follows the frame by more than 530 mm x 23.4e-6/K = 12.4 um/K, and something after that is not caught."""
     source = data_file(f"data/recordings/klipper_frame_thermal/{name}.csv")
@@ -201,6 +216,7 @@ def cool_down(run: str, tmp_path: Path) -> tuple[set[str], float, float]:
 @pytest.mark.parametrize(
     ("run", "least"), [("run1_2021-06-13_05-41-53", 13.8e-3), ("run2_2021-06-13_20-04-43", 28.3e-3)]
 )
+@pytest.mark.thorough
 def test_heating_names_frame_and_bed_and_predicts_the_cool_down(run, least, tmp_path):
     """The bed shows in the first ten of 185 rows, which about the frame alone are outliers. Least squares: frame with two lags
     and bed 13.8 um of 88 on run 1, frame and bed 28.3 um of 59 on run 2.
@@ -215,6 +231,7 @@ def test_heating_names_frame_and_bed_and_predicts_the_cool_down(run, least, tmp_
     strict=True,
     reason="the rows of the heating call for a second lag of the bed (2.2 um left, 4.0 without); it does not hold: 14 um",
 )
+@pytest.mark.thorough
 def test_cool_down_is_predicted_from_the_heating(tmp_path):
     """Run 1; least squares with one lag each leaves 8.3 um."""
     sensors, before, after = cool_down("run1_2021-06-13_05-41-53", tmp_path)
@@ -258,6 +275,7 @@ def test_mounts_stand_askew(name, of_date, base, index_only, left_over, tmp_path
             assert fold.rms_after < 0.5 * fold.rms_before
 
 
+@pytest.mark.thorough
 def test_a_field_common_to_the_petals_predicts_a_petal(diagnosed, tmp_path):
     """Petals 3, 5, 6, 7 share most of their deviation; 7 to 10 um of each are its own. Causes are documented nowhere."""
     folder = "data/recordings/desi_petal_metrology"

@@ -122,3 +122,15 @@ def test_the_largest_lines_come_first_and_stay_where_U_has_no_end():
     )
     told = in_terminal(evaluated.largest([endless])).rows
     assert [row[1] for row in told] == ["scatter.value", "form[top].between points"]
+
+
+def test_without_an_end_of_the_interval_no_expanded_uncertainty_is_stated():
+    """u, and with it the budget, goes on saying what the machine adds."""
+    endless = result(extreme=True, half_width=2e-4, interval=(0.0, math.inf))
+    row = evaluated.characteristic_json(endless)
+    assert math.isnan(row["U_mm"])  # null in the document
+    assert math.isnan(row["k"])
+    assert row["u_mm"] == endless.u
+    assert endless.expanded == 2e-4
+    assert evaluated.combined(endless).what.startswith("no U: the true value is not bounded; p = 0.95")
+    assert result().stated == (result().expanded, result().k)

@@ -35,7 +35,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
-    "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file: part and plan, machine, quantities.",
+    "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file, or of what PC-DMIS or CALYPSO exported.",
     "view": "A machine or a measuring task in a window, or as a picture.",
     "serve": "A task as a live page on this machine: knobs, and U, decision and budget moving with them.",
     "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",
@@ -76,13 +76,20 @@ def main(arguments: list[str] | None = None) -> None:
     # matrices here are small: threads of the matrix library cost more than they give, most of all on a busy machine
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = sys.argv[1:] if arguments is None else arguments
+    if sys.stderr is None:  # closed by who started us, who wants no notes
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
     if sys.stdout is None:  # closed by who started us: an opened file would take its place
         if sys.stderr is not None:
             print("vcmm: stdout is closed; give it a place to go, for example > out.txt", file=sys.stderr)
         os._exit(ENVIRONMENT)
+    import logging
+
     from vcmm.console.streams import in_plain_letters
 
     in_plain_letters()
+    logging.getLogger("matplotlib").setLevel(
+        logging.ERROR
+    )  # where its folder cannot be written it uses another
     sys.exit(run(words))
 
 

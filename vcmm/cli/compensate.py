@@ -12,7 +12,7 @@ from cyclopts import Parameter
 def compensate_command(
     program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
-    inline: float = 200.0, out: Path | None = None, offset_only: bool = False, diff: bool = False, points: Path | None = None,
+    inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False, points: Path | None = None,
     table: str | None = None, plot: bool = False, json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
@@ -39,6 +39,8 @@ def compensate_command(
         How many times as many blocks there may be before the tolerance is relaxed.
     inline
         Most blocks for each line of the program when subprograms and loops are written out; 0 refuses such programs.
+    orientation
+        Correct the angles (or directions) of the tool too, in programs that lead its tip (G43.4, G43.5, TRAORI, M128).
     out
         File (for --table: folder) of the result; default: PROGRAM-compensated in the current folder.
     offset_only
@@ -64,7 +66,9 @@ def compensate_command(
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
-    options = {"tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline}  # fmt: skip
+    options = {
+        "tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline, "orientation": orientation,
+    }  # fmt: skip
     return _rewritten(given, out, options, (diff, plot), json)
 
 
@@ -180,7 +184,7 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
 def compensation_json(result: Any, target: Path) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them."""
 
-    from vcmm.tables.compensated import departure_json, shifts_json
+    from vcmm.tables.compensated import departure_json, pointing_json, shifts_json
 
     r, b = result.rounding, result.blocks
     return {
@@ -190,6 +194,9 @@ def compensation_json(result: Any, target: Path) -> dict[str, Any]:
             "before": departure_json(result.before), "offset_only": departure_json(result.offset_only), "after": departure_json(result.after),
             "before_with_dynamic": departure_json(result.whole[0]) if result.whole else None,
             "after_with_dynamic": departure_json(result.whole[1]) if result.whole else None,
+        },
+        "orientation": None if result.orientation is None else {
+            "before": pointing_json(result.orientation.before), "after": pointing_json(result.orientation.after),
         },
         "offset_shift_mm": shifts_json(result),
         "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
@@ -203,9 +210,11 @@ def compensation_json(result: Any, target: Path) -> dict[str, Any]:
 
 def _show(result: Any) -> None:
     from vcmm.console.terminal import say, show_table
-    from vcmm.tables.compensated import before_and_after, departures, shifts
+    from vcmm.tables.compensated import before_and_after, departures, pointings, shifts
 
     show_table(departures(result, before_and_after(result)))
+    if result.orientation is not None:
+        show_table(pointings(result.orientation))
     show_table(shifts(result))
     r, b = result.rounding, result.blocks
     print(

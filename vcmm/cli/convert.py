@@ -19,12 +19,12 @@ def convert_command(
     """Make vcmm files of a file of another system: a part with plan, a machine with errors, quantities of a certificate.
 
     STEP (planes, cylinders, cones, spheres, tori; tolerances of AP242; needs vcmm[step]), QIF 3.0 (features, characteristics, measured points, 21 errors of a machine), DMIS (features, tolerances, touches), DCC
-    (quantities). What the file does not say is assumed and said; what vcmm has no word for is left out and said.
+    (quantities), values and points that PC-DMIS or CALYPSO exported. What the file does not say is assumed and said; what vcmm has no word for is left out and said.
 
     Parameters
     ----------
     file
-        The file: .step, .stp, .qif, .dmi, .dmis, .xml (DCC).
+        The file: .step, .stp, .qif, .dmi, .dmis, .xml (DCC), .txt, .asc, .xyz (exports).
     machine
         Machine file (machine/1) of the scenario; without it a machine with a certificate stands in.
     out

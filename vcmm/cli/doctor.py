@@ -88,9 +88,15 @@ def _warmed() -> list[str]:
 
     from vcmm.cli import run
     from vcmm.console.terminal import progress
-    from vcmm.core._compile_kernels import FOLDER
+    from vcmm.core._compile_kernels import FOLDER, KEPT
     from vcmm.library import path
 
+    if not KEPT:
+        return [
+            "kernels compiled",
+            "no",
+            "nothing can be kept: let NUMBA_CACHE_DIR name a folder that can be written",
+        ]
     began = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder, progress() as report:
         extreme = Path(folder) / "plate.toml"

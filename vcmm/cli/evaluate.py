@@ -134,7 +134,7 @@ def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:
 
 def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
     from vcmm.console.documents import document, sources
-    from vcmm.tables.inferred import evaluate_json
+    from vcmm.tables.inferred import evaluate_json, warnings_of_parts
 
     assert measured is not None
     return document(
@@ -142,7 +142,7 @@ def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, An
         evaluate_json(parts),
         seed=parts[0].uncertainty.seed,
         files=[*sources(scenario), measured],
-        warnings=list(dict.fromkeys(w for p in parts for w in p.warnings)),
+        warnings=warnings_of_parts(parts),
     )
 
 

@@ -65,7 +65,7 @@ def _effects() -> Rows:
 
 
 def _features() -> Rows:
-    from vcmm.files.part import TABLES
+    from vcmm.files.features import TABLES
 
     rows = [[name, ", ".join(k for k in model.model_fields if k != "type")] for name, model in TABLES.items()]
     return ["feature", "keys"], rows

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,6 @@ from vcmm.compensating.contours import points
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.nc.moves import Move
-
-if TYPE_CHECKING:
-    from vcmm.compensating.proof import Walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +27,18 @@ class FollowedPath:
     line: Ints
 
 
-def followed(moves: Sequence[Move], w: Walk, error: Array, lines: Sequence[int] = ()) -> FollowedPath:
-    """Moves in pieces between the knots of a walk (one piece where it has none), each with the larger error (k,) mm of its ends.
+def followed(
+    moves: Sequence[Move], knot: Ints, tip: Array, error: Array, lines: Sequence[int] = ()
+) -> FollowedPath:
+    """Moves in pieces between the knots of a walk (k,), which belong to moves `knot` and lie at tip (k, 3) mm, one piece where there are
+    none; each with the larger error (k,) mm of its ends.
 
     lines: source line of each line of the program, where it was rewritten.
     """
-    first = np.searchsorted(w.move, np.arange(len(moves) + 1))
+    first = np.searchsorted(knot, np.arange(len(moves) + 1))
     at, which, value = [np.array([moves[0].start])], [], []
     for i, (a, b) in enumerate(zip(first[:-1].tolist(), first[1:].tolist())):
-        own = w.tip[a + 1 : b] if b - a > 1 else points(moves[i], np.ones(1))
+        own = tip[a + 1 : b] if b - a > 1 else points(moves[i], np.ones(1))
         at.append(own)
         which.append(np.full(len(own), i))
         value.append(np.maximum(error[a : b - 1], error[a + 1 : b]) if b - a > 1 else np.full(1, np.nan))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import KnownErrors, field_of, known_errors_of
+from vcmm.compensating.field import KnownErrors, PathErrors, field_of, known_errors_of
 from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensating.inlining import INLINE, check_written_out, must_be_written_out, written_out
@@ -21,6 +21,7 @@ from vcmm.compensating.languages import LANGUAGES
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
 from vcmm.compensating.offsets import with_shifts
+from vcmm.compensating.orientation import oriented_source
 from vcmm.compensating.proof import (
     block_rate,
     compare,
@@ -38,7 +39,7 @@ from vcmm.compensating.refusals import (
 )
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
-from vcmm.compensating.run_again import both_paths, departed
+from vcmm.compensating.run_again import both_paths, departed, pointing_of
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.writer import Writer
@@ -71,12 +72,13 @@ def compensate(
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
     follow: bool = False,
+    orientation: bool = False,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
-    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. follow: keep
-    both paths with their errors.
+    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. orientation: angles
+    and directions of the tool are corrected too, where the tip is led. follow: keep both paths with their errors.
 
     Raises DataError, UsageError and ModelLimit, with file and line, for whatever cannot be rewritten for certain.
     """
@@ -94,10 +96,10 @@ def compensate(
         constants=constants,
         carry=carry,
         inline=inline,
+        orientation=orientation,
     )
-    work = replace(work, follow=follow)
     try:
-        return _rewritten(work, tolerance, growth, report)
+        return _rewritten(replace(work, follow=follow), tolerance, growth, report)
     except (DataError, ModelLimit) as error:
         raise at_origin(error, work.source.name, work.origin) from None
 
@@ -148,7 +150,7 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
 def prepare(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
-    inline: float = INLINE,
+    inline: float = INLINE, orientation: bool = False,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
@@ -167,14 +169,25 @@ def prepare(
     check_words(read, source, language)
     source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
-    field = field_of(
-        known,
-        setup,
-        read.moves,
-        set_here=set_here,
-        constants={**setup.constants, **(constants or {})},
-        lathe=language.lathe,
-    )
+
+    def errors_along(program: Program) -> PathErrors:
+        columns = {**setup.constants, **(constants or {})}
+        return field_of(
+            known, setup, program.moves, set_here=set_here, constants=columns, lathe=language.lathe
+        )
+
+    field, aim = errors_along(read), None
+    if orientation:
+        aim = read
+        try:
+            source, said = oriented_source(source, read, field, decimals)
+        except (DataError, ModelLimit) as error:
+            raise at_origin(error, source.name, origin) from None
+        notes += said
+        read = _with_angles(
+            interpret(source.text, name, setup, source.name, trace=True), machine, source.name
+        )
+        field = errors_along(read)
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
@@ -199,6 +212,7 @@ def prepare(
         hashed=hashed,
         notes=said,
         carry=carry,
+        aim=aim,
     )
 
 
@@ -281,6 +295,7 @@ def _proved(
             _at(departed(work, full, work.program, ()), origin), _at(departed(work, full, new, lines), origin)
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
+    pointing = None if work.aim is None else pointing_of(work, work.aim, new, lines)
     rounding = _rounding(work, writer, after)
     digits = min(rounding.largest, math.sqrt(3.0) * rounding.step)  # mm that the last digit can cost
     met = after.largest <= used + digits + 1e-9
@@ -314,6 +329,7 @@ def _proved(
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
         paths=paths,
+        orientation=pointing,
     )
 
 

@@ -19,6 +19,14 @@ class Departure:
 
 
 @dataclass(frozen=True)
+class OrientationProof:
+    """Angle between the tool and where the program points it, over the cuts; `largest` and `rms` in rad."""
+
+    before: Departure
+    after: Departure
+
+
+@dataclass(frozen=True)
 class Rounding:
     """What the last decimal costs: step mm, largest and rms at the ends of blocks, and its share of the mean square residual."""
 
@@ -74,3 +82,4 @@ class CompensatedProgram:
         None  # before and after with reversal and lag too, which are not corrected
     )
     paths: tuple[FollowedPath, FollowedPath] | None = None  # before and after, where they are asked for
+    orientation: OrientationProof | None = None  # where angles of the tool are corrected too

@@ -48,6 +48,7 @@ class Work:
     notes: tuple[str, ...]
     carry: bool
     follow: bool = False  # keep the paths with their errors
+    aim: Program | None = None  # as the tool was to point, where its angles have been corrected
 
 
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from vcmm.compensating.field import KnownErrors, field_of
+from vcmm.compensating.field import KnownErrors, PathErrors, field_of
 from vcmm.compensating.followed import FollowedPath, followed
+from vcmm.compensating.orientation import proved
 from vcmm.compensating.proof import Walk, departure, departures, end_departures, errors_on, spans, walk
-from vcmm.compensating.result import Departure
+from vcmm.compensating.result import Departure, OrientationProof
 from vcmm.compensating.rewriting import Work
 from vcmm.core.run import Array
 from vcmm.nc.moves import Program
@@ -42,5 +44,19 @@ def both_paths(work: Work, new: Program, lines: Sequence[int]) -> tuple[Followed
         w, gap = _gaps(work, work.known, program, source)
         of_file = [work.origin[n - 1] for n in (source or range(1, len(work.source.lines) + 1)) if n]
         ahead = sum(n == 0 for n in source)  # lines of the mark, which move nothing
-        out.append(followed(program.moves, w, gap, [0] * ahead + of_file))
+        out.append(followed(program.moves, w.move, w.tip, gap, [0] * ahead + of_file))
     return out[0], out[1]
+
+
+def pointing_of(work: Work, aim: Program, new: Program, lines: Sequence[int]) -> OrientationProof:
+    """Where the tool points with the program as it is, and with the new one; lines: of the source for each line of the new program."""
+
+    def along(program: Program) -> PathErrors:
+        return replace(work.field, moves=program.moves)
+
+    low, _ = spans(work.program, new, lines)
+    origin = (0, *work.origin)
+    own = np.arange(len(aim.moves))
+    before = proved(along(aim), aim.moves, aim.moves, low=own, lines=origin)
+    own_lines = (0, *(origin[n] for n in lines))
+    return OrientationProof(before, proved(along(new), aim.moves, new.moves, low=low, lines=own_lines))

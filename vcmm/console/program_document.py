@@ -21,7 +21,7 @@ def move_text(move: Move, axes: str = "ABC") -> str:
     turned = (
         move.rotary_end != ORIGIN or move.rotary_start != ORIGIN or move.led or move.tool_axis_end is not None
     )
-    if turned or move.kind not in ("rapid", "line"):
+    if turned or move.work_spindle != 1 or move.kind not in ("rapid", "line"):
         return json.dumps(move_json(move, axes), separators=(",", ":"), allow_nan=False)
     (a, b, c), (x, y, z) = move.start, move.end
     feed = "null" if move.feed is None else repr(move.feed)

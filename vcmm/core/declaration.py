@@ -39,6 +39,7 @@ ROLES: Mapping[str, str] = {
     "work zero": "(direction), Input of `shift`; [cut] work_offset",
     "tool length": "(tool), Input of `dl`; [cut] tools",
     "tool radius": "(tool), Input of `dr`; [cut] tools",
+    "probe touch": "(touch), Input of `shift`; u_touch of [cut] tools",
     "tool offset": "(tool, direction), Input of `shift`; [cut] tools",
     "tool bending": ".of_rod(compliance, tool), .of_edge(compliance, tool) of a turning tool, Input of `compliance`; stick_out or compliance of a tool",
 }

@@ -205,10 +205,11 @@ def unit_of(effect: Effect, name: str) -> str:
 def typical(effect: Effect, name: str) -> float:
     """Typical size of each element of a linear parameter, canonical unit; 1 of its own unit where none is declared.
 
-    For "mm or rad" that is 1 um, or 1 urad for the rotations EA., EB., EC. Raises UsageError for an unknown parameter.
+    For "mm or rad" that is 1 um, or 1 urad for the rotations EA., EB., EC.; what lies along an axis that turns is an angle. Raises UsageError for an unknown parameter.
     """
     spec = parameter(effect, name)
-    turns = str(getattr(effect, "component", ""))[1:2] in tuple("ABC")
+    along = effect.along_axis and is_rotary(str(getattr(effect, "axis", "")))
+    turns = along or str(getattr(effect, "component", ""))[1:2] in tuple("ABC")
     known: Typical | None = spec.metadata["typical"]
     if known is not None:
         return known.turn if turns and known.turn else known.amount

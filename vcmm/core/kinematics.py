@@ -360,7 +360,7 @@ def _by_link(motions: Sequence[Motion], n: int) -> Summed:
     summed: Summed = {}
     for motion in motions:
         key = (motion.link, motion.place)
-        summed[key] = summed.get(key, np.zeros((n, 6))) + motion.six
+        summed[key] = summed[key] + motion.six if key in summed else motion.six
     return summed
 
 
@@ -382,5 +382,7 @@ def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: Summed) -> 
 
 def _small(six: Array, pivot: Array) -> Frame:
     """p -> pivot + exp([r]x)(p - pivot) + t."""
+    if not six[:, 3:].any():
+        return Frame(None, six[:, :3])
     rotation = rotation_from_vector(six[:, 3:])
     return Frame(rotation, pivot - rotation @ pivot + six[:, :3])

@@ -12,6 +12,7 @@ A pose may hold one rotation (3, 3) or a batch (m, 3, 3), one per trial. Arrays 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -79,10 +80,11 @@ class Pose:
         object.__setattr__(self, "shift", frozen(self.shift))
         _check(self.rotation, self.shift)
 
-    @classmethod
-    def identity(cls) -> Pose:
-        """The pose that changes nothing."""
-        return cls(np.eye(3), np.zeros(3))
+    @staticmethod
+    @cache
+    def identity() -> Pose:
+        """The pose that changes nothing; one object, whose arrays cannot be written."""
+        return Pose(np.eye(3), np.zeros(3))
 
     @classmethod
     def from_turns(cls, shift: npt.ArrayLike, turns: npt.ArrayLike) -> Pose:
@@ -142,6 +144,10 @@ class Pose:
         if shift.shape != self.shift.shape or not np.all(np.isfinite(shift)):
             raise UsageError("A pose holds a number that is not finite; give finite mm and rad.")
         return _sound(self.rotation, shift)
+
+    def each(self) -> list[Pose]:
+        """The single poses of a batch (m,)."""
+        return [_sound(rotation, shift) for rotation, shift in zip(self.rotation, self.shift)]
 
     def then(self, after: Pose) -> Pose:
         """b_from_a.then(c_from_b) = c_from_a: this pose acts first."""

@@ -23,6 +23,7 @@ TOOL_AXIS_COLUMNS = (
     "tool_axis_z",
 )  # workpiece axes, where rotary axes turn the tool
 OFFSET_LABEL = "work_offset"  # the label that names the work offset a row was cut under
+PROBED = "probed"  # label: which touch of a program a row is, counted from 1, "" for others
 
 
 @dataclass(frozen=True)

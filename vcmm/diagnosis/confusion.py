@@ -29,7 +29,7 @@ from vcmm.diagnosis.constants import (
     THIRD,
     UNSEEN,
 )
-from vcmm.diagnosis.evidence import Dictionary, Scorer, only, orthonormal, scorer
+from vcmm.diagnosis.evidence import IMPOSSIBLE, Dictionary, Scorer, only, orthonormal, scorer
 from vcmm.diagnosis.select import Selection, Setting, Term, best_option
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import thin_svd, without_span
@@ -203,7 +203,7 @@ def _rivals(
     freer: dict[str, None] = {}
     for j in np.argsort(-scores, kind="stable"):
         family = found.families[j]
-        if family.name == term.family.name or family.name in best:
+        if family.name == term.family.name or family.name in best or scores[j] < 0.5 * IMPOSSIBLE:
             continue
         if generalises(family.name, term.family.name):
             mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))

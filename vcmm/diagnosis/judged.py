@@ -115,8 +115,11 @@ def _simple(known: Catalogue) -> Catalogue:
 
 def _told_before(first: Judged, second: Judged) -> bool:
     """Is most of what the second search names what the first one named, perhaps as a curve? A field takes the place of what
-    a name has too much; what is new beside it is a shadow of what it leaves out.
+    a name has too much; what is new beside it is a shadow of what it leaves out, and names of more numbers than the first
+    ones had are one of them in parts.
     """
+    if _freedom(second.selection.terms) > _freedom(first.thought):
+        return False
     white = first.stage.white
     basis = basis_of(first.thought, first.problem.m)
     fit = second.selection.fit
@@ -126,6 +129,11 @@ def _told_before(first: Judged, second: Judged) -> bool:
         if float(np.sum((basis.T @ signal) ** 2)) < MOSTLY * float(signal @ signal):
             return False
     return True
+
+
+def _freedom(terms: Sequence[Term]) -> int:
+    """Free numbers of some names, scanned ones among them."""
+    return sum(t.option.freedom for t in terms)
 
 
 def _lost(first: Judged, second: Judged) -> bool:

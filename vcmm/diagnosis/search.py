@@ -131,7 +131,8 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     if mistake is None:
         return Chosen(plain, None, problem, stage)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
-    with_it = select(cleaned(setting_of(repaired, stage)))
+    beside = setting_of(repaired, stage)
+    with_it, found = settled(select(cleaned(beside)), beside, beside, None)
     if not _exact(mistake, stage, with_it):
         return Chosen(plain, None, problem, stage)
     best, rival = _free(plain, stage)
@@ -142,7 +143,7 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     if lead < (-STRONG if held and len(with_it.terms) < len(plain.terms) else 0.0):
         return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
-    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
+    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=found))
 
 
 def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
@@ -162,13 +163,19 @@ def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dicti
     """
     found, rivals = _at_best_values(setting)
     own = replace(setting, found=found)
-    near = max(rivals, key=lambda s: worth(s, own))
-    debt = owed(near, setting)
+    return settled(max(rivals, key=lambda s: worth(s, own)), own, setting, earlier)
+
+
+def settled(
+    near: Selection, own: Setting, setting: Setting, earlier: Selection | None
+) -> tuple[Selection, Dictionary]:
+    """Names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""
+    debt = owed(near, own)
     if max(debt, owed(joint((), setting), setting)) <= setting.threshold:
-        return near, found
+        return near, own.found
     plain = select(own)
     if debt <= setting.threshold:
-        return (plain if _one_row_alone(near, own, plain, own) else near), found
+        return (plain if _one_row_alone(near, own, plain, own) else near), own.found
     answers = [(near, own)]
     free = excused(setting)
     if debt > free:

@@ -18,7 +18,7 @@ from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, SAME, SIMPLER
-from vcmm.diagnosis.evidence import Dictionary, scorer
+from vcmm.diagnosis.evidence import Dictionary, only, scorer
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.refine import Refiner
 from vcmm.evaluation.gaussian import RANK, SCALES, Posterior, Whitener, best_width, posterior, without_span
@@ -154,7 +154,29 @@ def cleaned(setting: Setting) -> Setting:
 
 def select(setting: Setting) -> Selection:
     """The terms that the recording calls for."""
-    return best_subset(_forward(joint((), setting), setting), setting)
+    return _simpler_shapes(best_subset(_forward(joint((), setting), setting), setting), setting)
+
+
+def _simpler_shapes(state: Selection, setting: Setting) -> Selection:
+    """A name with a lag, distance or period in a shape of fewer numbers, where that is worth more beside the others: found alone
+    it took what they explain.
+    """
+    for i in range(len(state.terms)):
+        term, others = state.terms[i], state.terms[:i] + state.terms[i + 1 :]
+        own = only(setting.found, setting.found.families.index(term.family))
+        width = term.white.shape[1]
+        fewer = np.array([o.columns.shape[1] < width for o in own.options])
+        if not fewer.any() or not _has_scan(term.option):
+            continue
+        given = np.concatenate([t.white for t in others], axis=1) if others else None
+        nats = scorer(own, given).options(state.y[:, None])[:, 0] + own.weight
+        option = own.options[int(np.argmax(np.where(fewer, nats, -np.inf)))]
+        new, same = (
+            _adjusted(t, others, state.y, setting) for t in (Term(term.family, option, option.columns), term)
+        )
+        if _value((*others, new), state.y, setting) > _value((*others, same), state.y, setting):
+            state = joint((*state.terms[:i], new, *state.terms[i + 1 :]), setting)
+    return state
 
 
 def _nothing_free(family: Family) -> bool:

@@ -46,7 +46,7 @@ from vcmm.effects.reversal_curve import LostMotionCurve, LostMotionTable
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
-from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
+from vcmm.effects.setting import ProbeTouch, ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.spindle_load import SpindleLoadGrowth
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
@@ -121,6 +121,7 @@ ALL: tuple[type[Effect], ...] = (
     ToolRunout,
     WorkpieceHeating,
     WorkOffset,
+    ProbeTouch,
     ToolLength,
     ToolRadius,
     ToolOffset,

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, URAD, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import Array, Run
+
+PLAY = (
+    50 * URAD
+)  # of an axis that turns: worm and gear drives 5-30 arcsec (25-150 urad), direct drives less, reducers of arms to 60 arcsec
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,7 @@ class Backlash(Effect):
         0.0,
         "um",
         "lost motion on reversal",
-        typical=Typical(1 * UM, "usual: CMM 0.1-0.5, machine tool 1-10 um"),
+        typical=Typical(1 * UM, "usual: CMM 0.1-0.5, machine tool 1-10 um", PLAY),
     )
 
     @property

@@ -11,6 +11,7 @@ from vcmm.core.declaration import UM, Prior, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.effects.backlash import PLAY
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
 
@@ -29,10 +30,11 @@ class BacklashRamp(Effect):
     along_axis = True
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "ISO 230-2:2014, 2.16; friction that falls after a reversal: Armstrong et al., Automatica 30 (1994) 1083"
-    prior = Prior(share=0.3)  # most recordings have no row on the ramp
     axis: str = at("X", "linear or rotary axis")
-    gap: float = param(0.0, "um", "lost motion at the reversal", typical=Typical(1 * UM, "as backlash"))
-    ramp: float = param(0.0, "um", "what of it is made up on the way", typical=Typical(1 * UM, "as backlash"))
+    gap: float = param(0.0, "um", "lost motion at the reversal", typical=Typical(1 * UM, "as backlash", PLAY))
+    ramp: float = param(
+        0.0, "um", "what of it is made up on the way", typical=Typical(1 * UM, "as backlash", PLAY)
+    )
     distance: float = param(
         0.3, "mm", "way after a reversal on which it is made up", scan=(0.03, 0.1, 0.3, 1.0, 3.0)
     )
@@ -77,12 +79,12 @@ class LoadedPlay(Effect):
     prior = Prior(share=0.3)
     taken_up = "g0"
     axis: str = at("X", "linear or rotary axis that carries the load")
-    g0: float = param(0.0, "um", "lost motion without load", typical=Typical(1 * UM, "as backlash"))
+    g0: float = param(0.0, "um", "lost motion without load", typical=Typical(1 * UM, "as backlash", PLAY))
     g_load: float = param(
         0.0,
         "um/kg",
         "lost motion per mass carried",
-        typical=Typical(0.01 * UM, "100 kg x 9.8 m/s^2 x friction 0.1 over 100 N/um = 1 um"),
+        typical=Typical(0.01 * UM, "100 kg x 9.8 m/s^2 x friction 0.1 over 100 N/um = 1 um", PLAY / 100),
     )
 
     @property

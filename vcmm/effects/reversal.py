@@ -14,6 +14,7 @@ from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.effects.backlash import PLAY
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class LostMotion(_Reversal):
         ),
     )
     axis: str = at("X", "linear axis")
-    g0: float = param(0.0, "um", "lost motion at zero", typical=Typical(1 * UM, "as backlash"))
+    g0: float = param(0.0, "um", "lost motion at zero", typical=Typical(1 * UM, "as backlash", PLAY))
     g1: float = param(
         0.0,
         "um/m",
@@ -94,7 +95,7 @@ class Hysteresis(_Reversal):
         confirm="reverse with several path lengths and compare",
     )
     amplitude: float = param(
-        0.0, "um", "half the width of the loop", typical=Typical(1 * UM, "usual: 0.2-3 um")
+        0.0, "um", "half the width of the loop", typical=Typical(1 * UM, "usual: 0.2-3 um", PLAY)
     )
     distance: float = param(
         0.5, "mm", "distance over which friction turns round", scan=(0.02, 0.1, 0.5, 2.0, 10.0, 50.0)
@@ -125,7 +126,7 @@ class ReversalSpike(_Reversal):
         confirm="a circular test at two feeds and two radii",
     )
     height: float = param(
-        0.0, "um", "height of the pulse", typical=Typical(3 * UM, "ball bar: 1-15 um over 0.1-1 mm")
+        0.0, "um", "height of the pulse", typical=Typical(3 * UM, "ball bar: 1-15 um over 0.1-1 mm", PLAY)
     )
     distance: float = param(0.3, "mm", "length of the pulse", scan=(0.03, 0.1, 0.3, 1.0, 3.0))
     shape: str = choice("gamma", ("gamma", "exponential"))

@@ -13,6 +13,7 @@ from vcmm.core.declaration import UM, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.effects.backlash import PLAY
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class LostMotionCurve(Effect):
     axis: str = at("X", "linear or rotary axis")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
     g0: float = param(
-        0.0, "um", "lost motion at zero, of the straight part", typical=Typical(1 * UM, "as backlash")
+        0.0, "um", "lost motion at zero, of the straight part", typical=Typical(1 * UM, "as backlash", PLAY)
     )
     g1: float = param(
         0.0,
@@ -46,7 +47,7 @@ class LostMotionCurve(Effect):
         "mm",
         "lost motion per Legendre polynomial, from P2 on",
         shape="(powers,)",
-        typical=Typical(1 * UM, "as backlash: what wear makes of it along the travel"),
+        typical=Typical(1 * UM, "as backlash: what wear makes of it along the travel", PLAY),
         lengths=(1, 3),
     )
 

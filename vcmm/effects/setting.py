@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.run import TOOL_AXIS_COLUMNS, Array, Run
+from vcmm.core.run import PROBED, TOOL_AXIS_COLUMNS, Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
 
@@ -22,7 +22,8 @@ class WorkOffset(Effect):
     deg a shift in x shows along z of the part. Where the control leads the tip over the workpiece (columns led_xx ... : what X,
     Y and Z are told for 1 mm along x, y, z of the part) it turns with the part.
 
-    What the machine's own errors do while the zero is set is no part of it: the cutting job subtracts them.
+    What the machine's own errors do while the zero is set is no part of it: the cutting job subtracts them. Where a program has probed
+    its zero itself nothing of it is left (columns held_x, held_y, held_z: 0).
     """
 
     name = "work_offset"
@@ -48,7 +49,7 @@ class WorkOffset(Effect):
         return "command"
 
     def error_motion(self, run: Run) -> Array:
-        amount = self.shift * _cut(run)
+        amount = self.shift * _cut(run) * run.columns.get(f"held_{self.direction}", np.ones(run.n))
         if f"led_{self.direction}x" not in run.columns:
             return motion(run, **{self.direction.upper(): amount})
         told = run.vector(*(f"led_{self.direction}{c}" for c in "xyz")) * amount[:, None]
@@ -153,6 +154,36 @@ class ToolOffset(Effect):
     def error_motion(self, run: Run) -> Array:
         amount = -self.shift * run.used("tool", self.tool) * _cut(run)
         return motion(run, **{self.direction.upper(): amount})
+
+
+@dataclass(frozen=True, eq=False)
+class ProbeTouch(Effect):
+    """-shift n in one touch of a program, n out of the part: the probe answers when its ball is `shift` deeper in it.
+
+    It is nothing where the tool cuts; what the program makes of the reading takes it there.
+    """
+
+    name = "probe_touch"
+    per = "touch of the program"
+    cites = "ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2"
+    role = "probe touch"
+    belongs_to = "setup"
+    diagnosed = False
+    touch: str = at("", "number of the touch in the program, from 1; empty = all")
+    shift: float = param(
+        0.0,
+        "um",
+        "how much later it answers",
+        typical=Typical(0.5 * UM, "usual: a spindle probe repeats within 1 um (2 s)"),
+    )
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def error_motion(self, run: Run) -> Array:
+        touched = run.used(PROBED, self.touch) * (run.labels[PROBED] != "" if PROBED in run.labels else 0.0)
+        return along(run, run.normal, -self.shift * touched)
 
 
 def _tool_axis(run: Run) -> Array:

@@ -51,7 +51,8 @@ class Errorless:
 
 
 def all_over(feature: Feature, measured: Array, count: int = AROUND) -> Array:
-    """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh).
+    """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh), the nominal
+    ones where it is known by them.
 
     count: around the feature, or along a line.
     """
@@ -63,6 +64,8 @@ def all_over(feature: Feature, measured: Array, count: int = AROUND) -> Array:
         return surface_point(feature, np.linspace(0.0, feature.extent[0], count))
     if feature.kind == "circle":
         return surface_point(feature, around)
+    if feature.nominal is not None:
+        return feature.nominal.points
     if feature.kind in ("cylinder", "cone"):
         along = np.linspace(0.0, feature.extent[0], ALONG)
         return surface_point(feature, np.tile(around, ALONG), np.repeat(along, count))

@@ -36,7 +36,7 @@ class Ground:
 
     @property
     def round(self) -> bool:
-        return self.feature.kind not in ("plane", "line")
+        return self.feature.kind not in ("plane", "line", "points")
 
     @cached_property
     def coordinates(self) -> tuple[tuple[Array, Array], ...]:
@@ -69,6 +69,8 @@ Family = Callable[[np.random.Generator, Ground, int], list[Array]]
 
 def coordinates(feature: Feature, points: Array) -> tuple[Array, Array]:
     """Two surface coordinates (n,) of points (n, 3): the angle (or 0), and the place along, in half lengths from the middle."""
+    if feature.nominal is not None:
+        return _across(feature.nominal.points, points)
     u, v, w = frame(feature)
     arm = points - feature.point
     if feature.kind == "plane":
@@ -85,9 +87,18 @@ def coordinates(feature: Feature, points: Array) -> tuple[Array, Array]:
     return np.zeros(len(points)), np.zeros(len(points))
 
 
+def _across(nominal: Array, points: Array) -> tuple[Array, Array]:
+    """Places (n,) of points along the two longest directions of a free-form surface, -1 to 1 over its nominal points."""
+    middle = nominal.mean(axis=0)
+    ways = np.linalg.svd(nominal - middle, full_matrices=False)[2][:2].T
+    half = np.maximum(np.abs((nominal - middle) @ ways).max(axis=0), NOTHING)
+    a, b = ((points - middle) @ ways / half).T
+    return a, b
+
+
 def waves(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
     """Departures (count, n) at every set of points of one feature."""
-    flat = ground.feature.kind == "plane"
+    flat = ground.feature.kind in ("plane", "points")
     first = (
         rng.integers(0, AROUND + 1, (count, WAVES))
         if ground.round
@@ -100,7 +111,7 @@ def waves(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
 def lobes(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
     """Departures (count, n) of one wave alone: 2 to 7 lobes around, or one to three half waves along."""
     if not ground.round:
-        first = rng.integers(0, 4, (count, 1)) * (ground.feature.kind == "plane")
+        first = rng.integers(0, 4, (count, 1)) * (ground.feature.kind in ("plane", "points"))
         along = rng.integers(1, 4, (count, 1))
         along = np.where(first + along < 2, 2, along)  # a half wave along is nearly a tilt
         return _sum_of(rng, ground, first, along)

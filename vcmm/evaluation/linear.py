@@ -192,7 +192,7 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
                 f"take at most {MOST_POINTS} of them (sizes, distances and angles take any number)"
             )
         parts = [np.zeros((6, len(rows), 3))]
-        if feature.kind != "mesh":
+        if not feature.free:
             s = sensitivity(fitted, points[rows], fixed_axis=fixed, residuals=name in shapes)
             parts = [s.point, s.axis, s.sizes]
             if s.residuals is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -120,6 +121,16 @@ class CharacteristicResult:
         if self.half_width is not None:
             return self.half_width
         return (self.interval[1] - self.interval[0]) / 2
+
+    @property
+    def stated(self) -> tuple[float, float]:
+        """U and k as a result states them: NaN where the interval of the true value has no end, so that value +- U would promise one.
+
+        u and `expanded` then still say what the machine adds: by them places and plans are compared.
+        """
+        if not all(map(math.isfinite, self.interval)):
+            return math.nan, math.nan
+        return self.expanded, self.k
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""

@@ -73,7 +73,8 @@ def evaluate(
     report = progress or (lambda text, share: None)
     model = prepared(task, world)
     report("certifying the linear model", 0.0)
-    indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
+    base = fit_features(task, measured_points(task, model.world.errors())) if task.forms else model.base
+    indicated = evaluate_all(task, base)
     return _Evaluation(model, settings, report, indicated, sharing).result(read)
 
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import csv_of
 from vcmm.exchange.drawn import DrawnPart, mm, part_toml
 from vcmm.exchange.scenario_text import features_of, machine_toml, scenario_toml, target_csv, target_file
+
+if TYPE_CHECKING:
+    from vcmm.exchange.cmm_exports import Export
 
 KINDS = {
     ".qif": "QIF",
@@ -20,12 +24,15 @@ KINDS = {
     ".xml": "DCC",
     ".step": "STEP",
     ".stp": "STEP",
+    ".txt": "export",
+    ".xyz": "export",
+    ".asc": "export",
 }
 
 
 @dataclass(frozen=True)
 class Converted:
-    """kind: STEP, QIF part, QIF machine, DMIS, DCC. texts: by file name. notes: what was assumed or left out. check: the file to check."""
+    """kind: STEP, QIF part, QIF machine, DMIS, DCC, CALYPSO table, PC-DMIS report, list of points. texts: by file name. notes: what was assumed or left out. check: the file to check."""
 
     kind: str
     texts: dict[str, str]
@@ -50,12 +57,14 @@ def convert(path: str | Path, around: Beside = Beside()) -> Converted:
     """
     kind = KINDS.get(Path(path).suffix.lower())
     if kind is None:
-        known = "STEP (.step, .stp), QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml)"
+        known = "STEP (.step, .stp), QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml), exports of measuring software (.txt, .asc, .xyz)"
         raise DataError(
             f'{path}: files named "{Path(path).suffix or "without ending"}" are not converted; {known} are'
         )
     if kind == "DCC":
         return _certificate(path)
+    if kind == "export":
+        return _export(path)
     if kind == "STEP":
         from vcmm.exchange.step import read_step
 
@@ -131,3 +140,49 @@ def _certificate(path: str | Path) -> Converted:
 
     found = read_dcc(path)
     return Converted("DCC", {"quantities.csv": quantities_csv(found)}, (), {"quantities": len(found)})
+
+
+def _export(path: str | Path) -> Converted:
+    """Values or points that other software measured, as values.csv or points.csv. Raises DataError: neither."""
+    from vcmm.exchange.cmm_exports import read_export
+    from vcmm.exchange.point_lists import read_point_list
+
+    export = read_export(path)
+    if export is not None:
+        return _values(export)
+    found = read_point_list(path)
+    if found is None:
+        raise DataError(
+            f"{path}:1: neither a table of CALYPSO (planid, partnb, id ...), nor a report of PC-DMIS (DIM LOC1= ... UNITS=MM), nor a list of "
+            "points (x y z); docs/from_cmm_software.md shows what each looks like"
+        )
+    given = found.points
+    head = [*(["feature"] if given.features else []), "x_mm", "y_mm", "z_mm"]
+    head += ["nx", "ny", "nz"] if given.normals is not None else []
+    rows = []
+    for i, p in enumerate(given.points):
+        beside = [] if given.normals is None else given.normals[i]
+        rows.append([*([given.features[i]] if given.features else []), *(f"{v:.12g}" for v in (*p, *beside))])
+    text = csv_of([head, *rows])
+    told = "vcmm evaluate SCENARIO --points points.csv (--tip-centres where these are centres of the tip)"
+    return Converted("list of points", {"points.csv": text}, (*found.notes, told), {"points": len(rows)})
+
+
+def _values(export: Export) -> Converted:
+    """values.csv of all rows; a row that cannot be told becomes a note."""
+    notes, rows = list(export.notes), []
+    for row in export.rows:
+        try:
+            v = row.value(row.short or row.name)
+        except DataError as error:
+            notes.append(f"{error}; left out")
+            continue
+        number = f"{math.degrees(v.number) if v.angle else v.number:.12g}"
+        rows.append([v.part, v.name, *(["", number] if v.angle else [number, ""])])
+    head = ["part", "characteristic", "value_mm", "value_deg"]
+    keep = [0, 1, 2, 3] if any(r[0] for r in rows) else [1, 2, 3]
+    text = csv_of([[r[i] for i in keep] for r in (head, *rows)])
+    notes.append(
+        "name the characteristics of a scenario as values.csv does, then vcmm evaluate SCENARIO --values values.csv"
+    )
+    return Converted(export.kind, {"values.csv": text}, tuple(notes), {"values": len(rows)})

@@ -308,13 +308,13 @@ def _touch(program: _Program, s: DmisStatement) -> None:
     feature = program.drawn.features[program.measuring]
     try:
         x = _numbers(s, "CART", 3)
+        if len(x) < 6:
+            raise DataError(
+                f"{s.at}: PTMEAS without its vector i,j,k: the normal of a {feature['type']} at this place is due"
+            )
+        row = [*(program.mm * v for v in x[:3]), *unit(x[3:6])]
     except ValueError as error:
         raise DataError(f"{s.at}: PTMEAS: {error}; the form is PTMEAS/CART,x,y,z,i,j,k") from None
-    if len(x) < 6:
-        raise DataError(
-            f"{s.at}: PTMEAS without its vector i,j,k: the normal of a {feature['type']} at this place is due"
-        )
-    row = [*(program.mm * v for v in x[:3]), *unit(x[3:6])]
     program.touches.setdefault(program.measuring, []).append(row)
 
 

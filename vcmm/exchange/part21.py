@@ -194,4 +194,18 @@ def read_part21(path: str | Path) -> Part21:
     found = Part21(file, re.sub(r"/\*.*?\*/", lambda m: "\n" * m[0].count("\n"), text, flags=re.S))
     if not found.numbers:
         raise DataError(f"{file}:1: this STEP file holds no entity")
+    _check_depth(file, text)
     return found
+
+
+def _check_depth(file: Path, text: str) -> None:
+    """DataError where lists are nested deeper than any value is: Open CASCADE would end the whole program by a full stack."""
+    depth = line = 0
+    for match in re.finditer(r"'[^']*'|[()\n]", text):
+        mark = match[0]
+        line += mark.count("\n")
+        depth += (mark == "(") - (mark == ")")
+        if depth > DEEPEST:
+            raise DataError(
+                f"{file}:{line + 1}: lists are nested deeper than {DEEPEST}; no STEP file needs that"
+            )

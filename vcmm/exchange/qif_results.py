@@ -1,8 +1,9 @@
 """Results as a QIF 3.0 document: features, characteristics and their measured values with combinedUncertainty and meanError.
 
-combinedUncertainty is the combined standard uncertainty u, meanError the bias (indicated - true); both stand as
-attributes at the value. Elements stand in the order of the schema: definitions, nominals, items, then results.
-Source: ISO 23952:2020, QIF 3.0, Features, Characteristics, QIFResults.
+combinedUncertainty is the combined standard uncertainty u, meanError the size of the bias (indicated - true): QIF allows no
+sign there, so the bias with its sign stands as an attribute "bias" of the measurement. Elements, their order, what is required
+and what words are allowed were read in the schema of QIF 3.0; tests/exchange/qif_schema.py holds what was read.
+Source: ISO 23952:2020, QIF 3.0: QIFDocument.xsd, QIFResults.xsd, Characteristics.xsd, Features.xsd, IntermediatesPMI.xsd, Units.xsd.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ from __future__ import annotations
 import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape
 
 from vcmm.exchange.handed_over import HandedValue
 from vcmm.exchange.qif import NAMESPACE
+from vcmm.exchange.qif_definitions import decimal, sized, zoned
 from vcmm.part.part import Characteristic, Feature, Part
 
 FEATURES = {
@@ -28,6 +30,7 @@ ZONES = {
 }  # fmt: skip
 SIZES = {"size": "Diameter", "distance": "DistanceBetween", "angle": "AngleBetween"}
 STATUS = {"conforms": "PASS", "does not conform": "FAIL"}
+UNDECIDED, UNASKED = "INDETERMINATE", "NOT_ANALYZED"  # of a characteristic with and without tolerance
 
 
 @dataclass
@@ -67,7 +70,8 @@ def qif_text(
                 f"{v.name}: its feature has no word in QIF as written here; left out of the QIF file"
             )
             continue
-        made[v.name] = _characteristic(writer, c, v, [items[n] for n in of], datums.get(c.name))
+        notes += _gaps(c, v, datums)
+        made[v.name] = _characteristic(writer, c, v, part.features, (items, datums.get(c.name)))
     results = [_results(writer, name, one, made) for name, one in values.items()]
     listed = writer.listed("ActualComponentSet")
     parts = f'<ActualComponentSets n="1">\n{listed}\n</ActualComponentSets>\n' if listed else ""
@@ -105,11 +109,12 @@ def _feature(w: _Writer, f: Feature) -> tuple[int, int]:
     size = ""
     if f.kind in ("circle", "cylinder", "sphere", "cone"):
         side = "INTERNAL" if f.inside else "EXTERNAL"
-        size = f"<InternalExternal>{side}</InternalExternal><Diameter>{2 * f.sizes[0]:.15g}</Diameter>"
+        size = f"<InternalExternal>{side}</InternalExternal><Diameter>{decimal(2 * f.sizes[0])}</Diameter>"
     if f.kind == "cylinder":
-        size += f"<Length>{f.extent[0]:.15g}</Length>"
-    if f.kind == "cone":
-        size += f"<HalfAngle>{f.sizes[1]:.15g}</HalfAngle>"
+        size += f"<Length>{decimal(f.extent[0])}</Length>"
+    if f.kind == "cone":  # its axis leads from the small end to the large one, in QIF as here
+        size += f"<HalfAngle>{decimal(f.sizes[1])}</HalfAngle><LargeEndDistance>{decimal(f.extent[0])}</LargeEndDistance>"
+        size += "<SmallEndDistance>0</SmallEndDistance>"
     w.add(
         "FeatureDefinitions", f'<{kind}FeatureDefinition id="{definition}">{size}</{kind}FeatureDefinition>'
     )
@@ -151,7 +156,8 @@ def _datums(w: _Writer, part: Part, items: Mapping[str, tuple[int, int]]) -> dic
                 w.add("DatumDefinitions", f'<DatumDefinition id="{letters[d]}"><DatumLabel>{label}</DatumLabel>{named}</DatumDefinition>')  # fmt: skip
         frames[c.name] = w.id()
         rows = "".join(
-            f"<Datum><SimpleDatum><DatumDefinitionId>{letters[d]}</DatumDefinitionId></SimpleDatum>"
+            f"<Datum><SimpleDatum><DatumDefinitionId>{letters[d]}</DatumDefinitionId>"
+            "<MaterialModifier>NONE</MaterialModifier><ReferencedComponent>ACTUAL</ReferencedComponent></SimpleDatum>"
             f"<Precedence><PrecedenceEnum>{order[i]}</PrecedenceEnum></Precedence></Datum>"
             for i, d in enumerate(c.datums)
         )
@@ -159,60 +165,74 @@ def _datums(w: _Writer, part: Part, items: Mapping[str, tuple[int, int]]) -> dic
     return frames
 
 
+def _gaps(c: Characteristic, v: HandedValue, frames: Mapping[str, int]) -> list[str]:
+    """What QIF as written here cannot say of a characteristic."""
+    out = []
+    if c.datums and c.name not in frames:
+        out.append(
+            f"{c.name}: a common datum has no word in QIF as written here; it stands there without datums"
+        )
+    if v.tolerance is None and c.type not in SIZES:
+        out.append(
+            f"{c.name}: it has no tolerance, and QIF demands a width; 0 is written, with the status {UNASKED}"
+        )
+    return out
+
+
 def _characteristic(
-    w: _Writer, c: Characteristic, v: HandedValue, features: Sequence[tuple[int, int]], frame: int | None
+    w: _Writer,
+    c: Characteristic,
+    v: HandedValue,
+    features: Mapping[str, Feature],
+    placed: tuple[Mapping[str, tuple[int, int]], int | None],
 ) -> tuple[str, int]:
-    """Kind and id of the item of a characteristic."""
+    """Kind and id of the item of a characteristic. placed: ids of features, and of its datum reference frame."""
+    items, frame = placed
     kind = SIZES.get(c.type) or ZONES[c.type]
     definition, nominal, item = w.id(), w.id(), w.id()
-    if c.type in SIZES:
-        inside = "<NonTolerance>MEASURED</NonTolerance>" if v.tolerance is None else _limits(v)
-    else:
-        width = v.tolerance[1] if v.tolerance is not None else 0.0
-        inside = f"<ToleranceValue>{width:.15g}</ToleranceValue>" + (
-            f"<DatumReferenceFrameId>{frame}</DatumReferenceFrameId>" if frame is not None else ""
-        )
+    inside = sized(v) if c.type in SIZES else zoned(c, v, features, frame)
     w.add("CharacteristicDefinitions", f'<{kind}CharacteristicDefinition id="{definition}">{inside}</{kind}CharacteristicDefinition>')  # fmt: skip
-    target = f"<TargetValue>{v.nominal:.15g}</TargetValue>" if c.type in SIZES else ""
+    target = f"<TargetValue>{decimal(v.nominal)}</TargetValue>" if c.type in SIZES else ""
     mode = "<AnalysisMode>THREEDIMENSIONAL</AnalysisMode>" if c.type in ("distance", "angle") else ""
     w.add("CharacteristicNominals", f'<{kind}CharacteristicNominal id="{nominal}"><CharacteristicDefinitionId>{definition}</CharacteristicDefinitionId>{target}{mode}</{kind}CharacteristicNominal>')  # fmt: skip
-    ids = "".join(f"<Id>{i}</Id>" for _, i in features)
-    w.add("CharacteristicItems", f'<{kind}CharacteristicItem id="{item}"><Name>{escape(c.name)}</Name><FeatureItemIds n="{len(features)}">{ids}</FeatureItemIds><CharacteristicNominalId>{nominal}</CharacteristicNominalId></{kind}CharacteristicItem>')  # fmt: skip
+    of = [*c.of, *c.between]
+    ids = "".join(f"<Id>{items[n][1]}</Id>" for n in of)
+    w.add("CharacteristicItems", f'<{kind}CharacteristicItem id="{item}"><Name>{escape(c.name)}</Name><FeatureItemIds n="{len(of)}">{ids}</FeatureItemIds><CharacteristicNominalId>{nominal}</CharacteristicNominalId></{kind}CharacteristicItem>')  # fmt: skip
     return kind, item
-
-
-def _limits(v: HandedValue) -> str:
-    assert v.tolerance is not None
-    low, high = (f"{end - v.nominal:.12g}" for end in v.tolerance)
-    return f"<Tolerance><MaxValue>{high}</MaxValue><MinValue>{low}</MinValue><DefinedAsLimit>false</DefinedAsLimit></Tolerance>"
 
 
 def _results(
     w: _Writer, name: str, values: Sequence[HandedValue], made: Mapping[str, tuple[str, int]]
 ) -> str:
-    rows = []
-    for v in values:
-        if v.name not in made:
-            continue
-        kind, item = made[v.name]
-        stated = (
-            ""
-            if v.u is None
-            else f" combinedUncertainty={quoteattr(f'{v.u:.6g}')} meanError={quoteattr(f'{v.bias:.6g}')}"
-        )
-        status = f"<Status><CharacteristicStatusEnum>{STATUS.get(v.decision, 'UNKNOWN')}</CharacteristicStatusEnum></Status>"
-        rows.append(
-            f'<{kind}CharacteristicMeasurement id="{w.id()}">{status}<CharacteristicItemId>{item}</CharacteristicItemId>'
-            f"<Value{stated}>{v.measured:.15g}</Value></{kind}CharacteristicMeasurement>"
-        )
-    decided = [STATUS.get(v.decision, "UNKNOWN") for v in values if v.tolerance is not None]
+    rows = [_measurement(w, v, *made[v.name]) for v in values if v.name in made]
+    decided = [_status(v) for v in values if v.tolerance is not None]
     whole = "FAIL" if "FAIL" in decided else "PASS" if decided and set(decided) == {"PASS"} else "UNKNOWN"
-    measured = f'<MeasuredCharacteristics>\n<CharacteristicMeasurements n="{len(rows)}">\n' + "\n".join(rows)
+    listed = (
+        f'<CharacteristicMeasurements n="{len(rows)}">\n'
+        + "\n".join(rows)
+        + "\n</CharacteristicMeasurements>"
+    )
+    measured = f"<MeasuredCharacteristics>\n{listed}\n</MeasuredCharacteristics>\n" if rows else ""
     label = f"<ThisResultsInstanceQPId>{uuid.uuid5(uuid.NAMESPACE_URL, f'{name}/{w.last}')}</ThisResultsInstanceQPId>\n"
     return (
-        f'<MeasurementResults id="{w.id()}">\n{label}{measured}\n</CharacteristicMeasurements>\n</MeasuredCharacteristics>\n'
+        f'<MeasurementResults id="{w.id()}">\n{label}{measured}'
         f"<InspectionStatus><InspectionStatusEnum>{whole}</InspectionStatusEnum></InspectionStatus>\n{_component(w, name, whole)}</MeasurementResults>"
     )
+
+
+def _measurement(w: _Writer, v: HandedValue, kind: str, item: int) -> str:
+    signed, stated = "", ""
+    if v.u is not None:
+        signed = f'<Attributes n="1"><AttributeD1 name="bias" value="{v.bias:.6g}"/></Attributes>'
+        stated = f' combinedUncertainty="{decimal(v.u, 6)}" meanError="{decimal(abs(v.bias), 6)}"'
+    return (
+        f'<{kind}CharacteristicMeasurement id="{w.id()}">{signed}<Status><CharacteristicStatusEnum>{_status(v)}</CharacteristicStatusEnum></Status>'
+        f"<CharacteristicItemId>{item}</CharacteristicItemId><Value{stated}>{decimal(v.measured)}</Value></{kind}CharacteristicMeasurement>"
+    )
+
+
+def _status(v: HandedValue) -> str:
+    return STATUS.get(v.decision, UNDECIDED) if v.tolerance is not None else UNASKED
 
 
 def _component(w: _Writer, name: str, status: str) -> str:

@@ -61,7 +61,8 @@ class OffsetTable(Table):
 
 
 class ToolKnowledge(Table):
-    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning tools.
+    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning tools. u_touch: scatter of one
+    touch of a program that probes with this tool.
 
     compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up.
     """
@@ -70,6 +71,7 @@ class ToolKnowledge(Table):
     u_radius: Spread = 0.0
     u_offset_x: Spread = 0.0
     u_offset_y: Spread = 0.0
+    u_touch: Spread = 0.0
     compliance: Compliance | None = None
     u_compliance: Compliance = 0.0
 
@@ -179,6 +181,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures) | sensors, inputs=inputs,
+        touch_scatter={int(n): t.u_touch for n, t in model.cut.tools.items() if t.u_touch},
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
@@ -240,10 +243,10 @@ def _known(
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
             )
-        elif setup.tools[int(name)].shape != "turning":
+        elif setup.tools[int(name)].shape != "turning" and setup.tools[int(name)].driven is None:
             for key in ("u_offset_x", "u_offset_y"):
                 if getattr(cut.tools[name], key):
-                    text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
+                    text = f"{key} belongs to a turning or driven tool; tool {name} is {setup.tools[int(name)].shape}"
                     problems.add(("cut", "tools", name, key), text)
         if cut.tools[name].compliance is not None and not (forces_known(setup) or cut.force_log):
             text = "compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out"
@@ -302,7 +305,7 @@ def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[E
             inputs.append(_of_setter("tool length", name, "dl", said.u_length))
         if said.u_radius:
             inputs.append(_of_setter("tool radius", name, "dr", said.u_radius))
-        if setup.tools[number].shape == "turning":
+        if setup.tools[number].shape == "turning" or setup.tools[number].driven is not None:
             effects += _set("tool offset", *((name, d) for d in "xy"))
         for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
             if u:

@@ -171,12 +171,18 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
     """
     if known is None:
         return []
-    inputs = []
+    inputs: list[Input] = []
+    laws: dict[
+        tuple[float, tuple[str, ...], bytes], MultivariateNormal
+    ] = {}  # tables at the same nodes share theirs
     for effect in effects:
         if effect.role in (TABLE, CURVE):
             u = known.translation if effect.where[1] in "XYZ" else known.rotation
             if u > 0:
-                law = _correlated(effect, u, known.correlation_length)
+                letters, mesh = _nodes_of(effect)
+                key = (u, letters, mesh.tobytes())
+                law = laws.get(key) or _correlated(letters, mesh, u, known.correlation_length)
+                laws[key] = law
                 inputs.append(
                     Input(
                         effect.name, effect.where, "values", law, "machine", "calibration of the error table"
@@ -251,15 +257,19 @@ def _denser(grid: Array, step: float) -> Array:
     return np.concatenate([*parts, grid[-1:]])
 
 
-def _correlated(effect: Any, u: float, length: float | None) -> MultivariateNormal:
-    """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes; without a correlation length the nodes are independent.
+def _nodes_of(effect: Any) -> tuple[tuple[str, ...], Array]:
+    """Letters of the axes over which a table or curve is known, and its nodes (k, axes)."""
+    table = effect.role == TABLE
+    grids = effect.grids if table else (np.asarray(effect.nodes),)
+    letters = tuple(effect.arguments) if table else (effect.link,)
+    return letters, np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
+
+
+def _correlated(letters: Sequence[str], mesh: Array, u: float, length: float | None) -> MultivariateNormal:
+    """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes (k, axes); without a correlation length the nodes are independent.
 
     A rotary axis has no length: its nodes are taken as independent unless they coincide.
     """
-    table = effect.role == TABLE
-    grids = effect.grids if table else (np.asarray(effect.nodes),)
-    letters = effect.arguments if table else (effect.link,)
-    mesh = np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
     squared: Array = np.zeros((len(mesh), len(mesh)))
     for i, letter in enumerate(letters):
         gap = mesh[:, None, i] - mesh[None, :, i]

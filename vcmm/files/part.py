@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
 from pydantic import Field
 
 from vcmm.core.effect import Effect
@@ -27,101 +26,24 @@ from vcmm.files.drawing import (
     stated_filter,
     stated_limits,
 )
+from vcmm.files.features import read_feature
 from vcmm.files.knowledge import names_in
-from vcmm.files.problems import Problems, TableProblems, bad_name, misspelt
+from vcmm.files.problems import Problems, TableProblems, bad_name
 from vcmm.files.schema import (
     Angle,
     Deviation,
-    Direction,
     Expansion,
     ExpansionSpread,
     Limits,
     Mass,
-    Point,
-    Size,
     Table,
-    TwoSizes,
     checked_model,
-    read_model,
     whole,
 )
 from vcmm.files.toml import Document, Location
 from vcmm.gps import characteristics as gps
 from vcmm.part.form import Lobes
 from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh, members
-
-
-class FormTable(Table):
-    """Half the peak to valley, and what is known of the shape: lobes on round features, their phase."""
-
-    lobes: int | None = Field(default=None, ge=1, examples=["3"])
-    amplitude: Deviation
-    phase: Angle | None = None
-
-
-class FeatureTable(Table):
-    type: Literal["point", "line", "plane", "circle", "sphere", "cylinder", "cone", "torus", "mesh"]
-
-
-class PointTable(FeatureTable):
-    point: Point
-    normal: Direction
-
-
-class LineTable(FeatureTable):
-    point: Point
-    direction: Direction
-    length: Size
-    normal: Direction | None = None
-
-
-class PlaneTable(FeatureTable):
-    point: Point
-    normal: Direction
-    size: TwoSizes
-    u: Direction | None = None
-
-
-class _Round(FeatureTable):
-    point: Point
-    diameter: Size
-    inside: bool = False
-    form: FormTable | None = None
-
-
-class SphereTable(_Round):
-    pass
-
-
-class CircleTable(_Round):
-    axis: Direction
-    u: Direction | None = None
-
-
-class CylinderTable(CircleTable):
-    length: Size
-
-
-class ConeTable(CylinderTable):
-    angle: Angle
-
-
-class TorusTable(FeatureTable):
-    point: Point
-    axis: Direction
-    diameter: Size
-    tube: Size
-    inside: bool = False
-
-
-class MeshTable(FeatureTable):
-    pass
-
-
-TABLES: dict[str, type[FeatureTable]] = {
-    "point": PointTable, "line": LineTable, "plane": PlaneTable, "circle": CircleTable, "sphere": SphereTable,
-    "cylinder": CylinderTable, "cone": ConeTable, "torus": TorusTable, "mesh": MeshTable,
-}  # fmt: skip
 
 
 class CharacteristicTable(Table):
@@ -203,7 +125,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
         here = (*at, "features", name)
         if bad := bad_name(name):
             problems.add(here, f"the name of a feature, {shown(name)}, {bad}")
-        built = problems.attempt(here, lambda n=name, t=table, h=here: _feature(n, t, document, h))  # type: ignore[misc]
+        built = problems.attempt(here, lambda n=name, t=table, h=here: read_feature(n, t, document, h))  # type: ignore[misc]
         if built is not None:
             features[name] = built[0]
             forms |= {name: built[1]} if built[1] is not None else {}
@@ -284,59 +206,6 @@ def _check_names(
 
 def _beside(document: Document, name: str) -> Path:
     return document.path.parent / name
-
-
-def _feature(
-    name: str, data: dict[str, Any], document: Document, at: Location
-) -> tuple[Feature, Lobes | None]:
-    kind = data.get("type")
-    if kind is None:
-        raise UsageError(
-            f'the feature "{name}" has no type.{misspelt("type", data)} Allowed: {", ".join(TABLES)}'
-        )
-    if not isinstance(kind, str) or kind not in TABLES:
-        raise TableProblems(
-            [("type", f'the feature "{name}" has the unknown type "{kind}".{choose_from(str(kind), TABLES)}')]
-        )
-    t: Any = read_model(TABLES[kind], data, document, at)
-    form = getattr(t, "form", None)
-    lobes = Lobes(form.lobes or 0, form.amplitude, form.phase) if form else None
-    inside = getattr(t, "inside", False)
-    point = np.array(getattr(t, "point", (0.0, 0.0, 0.0)))
-    axis = np.array(
-        next((getattr(t, k) for k in ("normal", "axis") if getattr(t, k, None) is not None), (0.0, 0.0, 0.0))
-    )
-    u = getattr(t, "u", None)
-    sizes, extent = _numbers(kind, t)
-    if kind == "line":
-        axis, u = np.array(t.direction), t.normal
-    return Feature(
-        name=name,
-        kind=kind,
-        point=point,
-        axis=axis,
-        sizes=np.array(sizes),
-        inside=inside,
-        extent=extent,
-        u=None if u is None else np.array(u),
-    ), lobes
-
-
-def _numbers(kind: str, t: Any) -> tuple[list[float], tuple[float, ...]]:
-    """(sizes, extent): radii and half angles from the diameters and full angles of a drawing."""
-    if kind == "plane":
-        return [], tuple(t.size)
-    if kind == "line":
-        return [], (t.length,)
-    if kind in ("circle", "sphere"):
-        return [t.diameter / 2], ()
-    if kind == "cylinder":
-        return [t.diameter / 2], (t.length,)
-    if kind == "cone":
-        return [t.diameter / 2, t.angle / 2], (t.length,)
-    if kind == "torus":
-        return [t.diameter / 2, t.tube / 2], ()
-    return [], ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from dataclasses import Field as DataField
@@ -14,14 +13,15 @@ from pydantic import Field
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.core.units import quantity, shown, vector
-from vcmm.files.columns import Sheet, read_csv
 from vcmm.files.knowledge import names_in
+from vcmm.files.point_file import read_points, row_of
 from vcmm.files.problems import Key, Problems, TableProblems, bad_name, misspelt
 from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
 from vcmm.files.toml import Document, Location
+from vcmm.measuring.explicit import on_surface
 from vcmm.measuring.plan import Plan, Step, Stylus, Touch
 from vcmm.measuring.qualification import Qualification
-from vcmm.measuring.strategies import choose, on_surface, plan_points
+from vcmm.measuring.strategies import choose, plan_points
 from vcmm.part.alignment import Alignment
 from vcmm.part.part import Feature, Part
 
@@ -261,46 +261,8 @@ def _is_number(value: Any) -> bool:
 
 def _from_file(document: Document, name: str, feature: Feature, part: Part) -> tuple[Array, Array]:
     """CSV with x_mm y_mm z_mm and optionally nx ny nz, drawing frame."""
-    sheet = read_csv(document.path.parent / name)
-    wanted, optional = ["x_mm", "y_mm", "z_mm"], ["nx", "ny", "nz"]
-    has_normals = any(column in sheet.header for column in optional)
-    here = f"{sheet.path}:{sheet.header_line}"
-    unknown = [column for column in sheet.header if column not in wanted + optional]
-    problems = []
-    for column in wanted + (optional if has_normals else []):
-        if column not in sheet.header:
-            problems.append(
-                f"{here}: the column {column} is missing.{misspelt(column, unknown)} "
-                "The file needs x_mm,y_mm,z_mm and may have nx,ny,nz"
-            )
-    for column in unknown:
-        problems.append(f'{here}: unknown column "{column}".{choose_from(column, wanted + optional)}')
-    if problems:
-        raise DataError(problems)
-    points = _columns(sheet, wanted)
-    normals = _columns(sheet, optional) if has_normals else None
+    sheet, points, normals = read_points(document.path.parent / name)
     try:
         return on_surface(feature, points, normals, mesh=part.mesh)
     except UsageError as error:
-        raise DataError(f"{_row_of(sheet, str(error))}: {error}") from None
-
-
-def _row_of(sheet: Sheet, message: str) -> str:
-    """File and line of the point that a message names."""
-    match = re.search(r"\bpoint (\d+)\b", message)
-    row = int(match[1]) - 1 if match else -1
-    return sheet.at(row) if 0 <= row < len(sheet.lines) else f"{sheet.path}:{sheet.header_line}"
-
-
-def _columns(sheet: Sheet, names: list[str]) -> Array:
-    """Several columns (n, k); every bad cell is reported."""
-    out: list[Array] = []
-    problems: list[str] = []
-    for name in names:
-        try:
-            out.append(sheet.numbers(name))
-        except DataError as error:
-            problems.extend(error.problems)
-    if problems:
-        raise DataError(problems)
-    return np.stack(out, axis=1)
+        raise DataError(f"{row_of(sheet, str(error))}: {error}") from None

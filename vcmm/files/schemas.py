@@ -13,9 +13,10 @@ from vcmm.files.cut_scenario import CutFile
 from vcmm.files.design import DesignFile
 from vcmm.files.effects import may_be_left_out
 from vcmm.files.environment import EnvironmentTable
+from vcmm.files.features import TABLES
 from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
 from vcmm.files.machine import MachineFile
-from vcmm.files.part import TABLES, PartFile
+from vcmm.files.part import PartFile
 from vcmm.files.plan import PlanFile
 from vcmm.files.recording_tables import RecordingFile
 from vcmm.files.scenario import JobTable, ScenarioFile

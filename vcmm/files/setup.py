@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -47,6 +48,7 @@ class ToolTable(Table):
     stick_out: Size | None = None
     cutting_length: Size | None = None
     shank_diameter: Size | None = None
+    driven: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None
 
 
 class StockTable(Table):
@@ -64,12 +66,13 @@ class StockTable(Table):
 
 class SurfaceTable(Table):
     """What a probing move meets, in work coordinates of `offset`: a plane (point, normal), or a bore or boss along Z (point,
-    diameter, inside)."""
+    diameter, inside); height: how far it goes down from z of the point, without end where it is not said."""
 
     point: Point
     normal: Direction | None = None
     diameter: Diameter | None = Field(default=None, examples=['"30 mm"'])
     inside: bool = False
+    height: Diameter | None = Field(default=None, examples=['"20 mm"'])
     offset: str = "G54"
 
 
@@ -158,7 +161,9 @@ def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
             continue
         point = _moved(one.point, model.offsets.get(one.offset, ZERO))
         if one.diameter is not None:
-            out.append(Round(point, one.diameter / 2.0, one.inside))
+            low = -math.inf if one.height is None else point[2] - one.height
+            high = math.inf if one.height is None else point[2]
+            out.append(Round(point, one.diameter / 2.0, one.inside, low, high))
         elif one.normal is not None:
             out.append(Face(point, one.normal))
     if model.stock is not None and model.stock.box is not None:
@@ -268,6 +273,10 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     if t.shape == "probe" and t.diameter is None:
         raise UsageError('a probe needs the diameter of its ball, for example diameter = "6 mm"')
+    if t.driven is not None and t.shape in ("turning", "probe"):
+        raise UsageError(
+            f'driven belongs to a cutter with its own spindle (flat, ball, bull, drill), not to shape = "{t.shape}"'
+        )
     if t.nose_radius is not None and t.shape != "turning":
         raise UsageError('nose_radius belongs to shape = "turning"')
     if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:
@@ -276,5 +285,5 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     return Tool(
         number=int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
-        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter,
+        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven,
     )  # fmt: skip

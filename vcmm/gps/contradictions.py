@@ -76,14 +76,10 @@ def redundant_zones(characteristics: Sequence[Characteristic], features: Mapping
 def left_free(c: Characteristic, features: Mapping[str, Feature]) -> Array:
     """(f, 6): motions (shift, turn) that the datums of a position leave free and that move its feature; none for other types.
 
-    Common datums and meshes count as held in full.
+    Common datums and free-form surfaces count as held in full.
     """
     names = (*c.of, *c.datums)
-    if (
-        c.type != "position"
-        or len(c.of) != 1
-        or any(n not in features or features[n].kind == "mesh" for n in names)
-    ):
+    if c.type != "position" or len(c.of) != 1 or any(n not in features or features[n].free for n in names):
         return np.zeros((0, 6))
     one = features[c.of[0]]
     middle, scale = centre(one), 100.0

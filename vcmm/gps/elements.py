@@ -63,7 +63,7 @@ def place(
     feature, raw = features[name], by_criterion(name, fitted[name], criterion)
     by = Pose.identity() if pose is None else pose
     measured = fitted[name].also[POINTS].points if POINTS in fitted[name].also else None
-    if feature.kind == "mesh" and measured is not None and raw.points is not None:
+    if feature.free and measured is not None and raw.points is not None:
         return replace(
             nominal_element(feature), points=by.apply(measured), places=raw.points, normals=raw.normals
         )

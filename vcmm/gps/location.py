@@ -34,9 +34,9 @@ def position(c: Characteristic, e: MeasuredElement) -> Array:
         return np.asarray(2.0 * length((out - drawn) @ rows.T).max(axis=-1))
     if feature.kind == "line":
         return np.asarray(2.0 * np.abs((axis_ends(e) - ends(feature)) @ axes[0]).max(axis=-1))
-    if feature.kind == "mesh":
+    if feature.free:
         raise UsageError(
-            f'"{c.name}": "{feature.name}" lies on a mesh and has no position; name another feature.'
+            f'"{c.name}": "{feature.name}" is a free-form surface and has no position; name another feature.'
         )
     rows = {"point": axes[2:], "circle": axes[:2]}.get(feature.kind, axes)
     return np.asarray(2.0 * length((e.point - feature.point) @ rows.T))

@@ -5,7 +5,7 @@ circular run-out   the range of the distances from the datum axis in a section, 
 total run-out      the same over the whole surface
 profile            twice the largest distance of a point from the nominal surface, which lies where the datums put it; motions that
                    they leave (all six without datums) are fitted, by criterion G or C. Sizes are theoretically exact: they are not fitted.
-                   Of a mesh the distances count along its normals at the places that the plan names
+                   Of a free-form surface (mesh, points) the distances count along its normals at the places that the plan names
 """
 
 from __future__ import annotations
@@ -82,14 +82,14 @@ def profile(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature], mi
     middle = first.mean(axis=0)
     scale = max(float(np.ptp(first, axis=0).max()), 1.0)
     free = free_motions(datums, middle, scale)
-    outward = e.normals if feature.kind == "mesh" else normal(feature, first)
+    outward = e.normals if feature.free else normal(feature, first)
     moved = (rows_for(first, outward, middle, scale) @ free)[:, None, :]
     return 2.0 * largest_left(_departures(e)[..., None], moved, minimax)
 
 
 def _departures(e: MeasuredElement) -> Array:
-    """Distance (..., n) of the points from the nominal surface, + outwards; of a mesh along its normals where they should lie."""
-    if e.feature.kind != "mesh":
+    """Distance (..., n) of the points from the nominal surface, + outwards; of a free-form surface along its normals where they should lie."""
+    if not e.feature.free:
         return np.asarray(signed_distance(e.feature, e.points))
     return dot(e.points - e.places, np.broadcast_to(e.normals, e.points.shape))
 

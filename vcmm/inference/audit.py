@@ -27,6 +27,7 @@ from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.inference.job import PreparedTask
+from vcmm.inference.oracle import IntervalLengths, lengths
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task
@@ -46,6 +47,7 @@ ABOVE = (
 class Audited:
     """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
 
+    oracle: mean width, over the prior, of who knows the family of every part, oracle_held: its coverage (`vcmm.inference.oracle`).
     claimed: the interval says of itself that its coverage is shown, why: why it does not; least, most: the band that it is held to.
     """
 
@@ -60,6 +62,8 @@ class Audited:
     least: float
     most: float
     why: str = ""
+    oracle: float | None = None
+    oracle_held: float | None = None
 
     @property
     def interval95(self) -> tuple[float, float]:
@@ -172,7 +176,9 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
     """Measured by points, whose residuals tell the roughness of every part."""
     p, one, k = result.p, inversion.counted(i, 0.0, True), inversion.column(i)
     held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
+    best: IntervalLengths | None = None
     if isinstance(one, CountedInverse):
+        best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
         held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
         parts = len(there(k, drawn)[0])
     why = one.shortfall(p)
@@ -180,7 +186,19 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
     return Audited(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR else 1.0, why=why,
+        oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
     )  # fmt: skip
+
+
+def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
+    """Of characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
+    one, k = inversion.counted(i, 0.0, True), inversion.column(i)
+    if not isinstance(one, CountedInverse):
+        return None
+    known = inversion.drawn().known
+    each = np.array_split(np.arange(len(drawn.true)), len(known))
+    fresh = [Pairs(*(a[rows] for a in (drawn.true, drawn.indicated, drawn.rest))) for rows in each]
+    return lengths(inversion.characteristic(i), k, one.inverse, known, fresh, inversion.settings.p)
 
 
 def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:

@@ -19,6 +19,7 @@ from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import notes
 from vcmm.inference.checked import repeated
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.points import measured_task
@@ -114,11 +115,13 @@ def evaluate_points(
         report(f"part {one.part}" if one.part else "points", i / len(given))
         task = measured_task(scenario, one, in_machine, tip_centres)
         points = measured_points(task, task.machine.indication_error(task.touches.run))
-        measured = np.asarray(evaluate_all(task, fit_features(task, points)))
+        fitted = fit_features(task, points)
+        measured = np.asarray(evaluate_all(task, fitted))
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest = known.rest(points)
-        out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, said=repeated(one)))
+        said = (*notes(task.part.characteristics, fitted), *repeated(one))
+        out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, said=said))
     return tuple(out)
 
 
@@ -137,7 +140,13 @@ def evaluate_values(
     order = [c.name for c in scenario.part.characteristics]
     return tuple(
         _part(
-            scenario, values[0].part, known, np.array([y.get(name, np.nan) for name in order]), None, chosen
+            scenario,
+            values[0].part,
+            known,
+            np.array([y.get(name, np.nan) for name in order]),
+            None,
+            chosen,
+            known.result.warnings,
         )
         for values, y in zip(given, measured)
     )
@@ -212,7 +221,7 @@ def _part(
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *told, *known.result.warnings, *said)
+        for w in (*remarks(scenario), *told, *said)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )

@@ -152,7 +152,7 @@ def _elements(
     out = {}
     for name, at in rows.items():
         feature = scenario.part.features[name]
-        if feature.kind == "mesh":
+        if feature.free:
             continue
         fixed = feature.axis if feature.kind == "circle" else None
         try:

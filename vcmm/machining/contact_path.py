@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
-from vcmm.core.run import OFFSET_LABEL, Array, Run
+from vcmm.core.run import OFFSET_LABEL, PROBED, Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.envelope import CutSurface
 from vcmm.machining.passes import pass_weights
@@ -163,12 +163,21 @@ def _with_touches(
     states = later_in_batch(states, job.path, job.scenario.batch_part, job.process.fed_in_part(job))
     offset = states.offset + touched.centre - tips
     some = setting_rows(run, np.zeros(count, dtype=np.intp), offset, touched.centre, job.pose)
+    normals = np.array([t.normal for t in touched.touches])
     then = {name: values for name, values in states.columns.items() if name in some.columns}
+    then |= by_axis("n{}", normals) | {"setting": np.zeros(count), "across_tool": np.hypot(*normals.T[:2])}
     some = warmed(some.with_columns(then), job.scenario.setup.log)
     own = {"tool": np.array([str(t.tool) for t in touched.touches])}
+    own[PROBED] = np.arange(1, count + 1).astype(str)
     some = replace(
         some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
     )
+    held = np.zeros((run.n, 3))
+    held[:cut] = touched.held[move]
+    run = replace(run, labels={**run.labels, PROBED: np.full(run.n, "")}).with_columns(
+        by_axis("held_{}", held)
+    )
+    some = some.with_columns(by_axis("held_{}", np.zeros((count, 3))))
     weight = np.zeros((run.n + count, 3, count))
     weight[:cut] = touched.at(move, rows.share)
     setting = np.concatenate([setting, np.full((count, 3), -1, dtype=np.intp)])

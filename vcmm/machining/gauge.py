@@ -40,7 +40,7 @@ def _named(features: Mapping[str, Feature], part: Part) -> list[Feature]:
     names = dict.fromkeys(n for c in part.characteristics for n in c.features)
     chosen = [features[n] for n in names] or list(features.values())
     for feature in chosen:
-        if feature.kind in ("mesh", "point"):
+        if feature.free or feature.kind == "point":
             raise UsageError(
                 f'inspection of {feature.name}: a {feature.kind} has no usual points; add [plan] with points = "file.csv"'
             )

@@ -16,20 +16,21 @@ from vcmm.machining.blank import cuts_turned
 from vcmm.machining.blank import notes as blank_notes
 from vcmm.machining.contact_path import surface_at
 from vcmm.machining.gauge import gauge_plan
+from vcmm.machining.lathe import LatheProcess
 from vcmm.machining.milling import MillingProcess
-from vcmm.machining.process import DEPTH, PreparedCut
-from vcmm.machining.program_sweep import part_sweep
+from vcmm.machining.process import DEPTH, PreparedCut, Process
+from vcmm.machining.program_sweep import MOVING, driven_sweep, part_sweep
 from vcmm.machining.rotary import point_of_part
 from vcmm.machining.rotary_milling import RotaryMillingProcess
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.tool_errors import cutting_effects, needs_forces
-from vcmm.machining.touched_zero import touched_zero
+from vcmm.machining.touched_zero import touched_zero, with_scatter
 from vcmm.machining.turned import turning_of
 from vcmm.machining.turned_faces import with_faces
 from vcmm.machining.turning import TurningProcess
 from vcmm.machining.wrong_unit import unit_hint
 from vcmm.motion.tool_centre import in_machine_axes
-from vcmm.motion.toolpath import Toolpath, toolpath
+from vcmm.motion.toolpath import CUTS, Toolpath, toolpath
 from vcmm.nc.interpret import read_for
 from vcmm.nc.moves import Program
 from vcmm.nc.reading import read_bytes
@@ -48,6 +49,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
     touched = touched_zero(scenario, text, program)
+    scenario = with_scatter(scenario, touched)
     program = _of_axes(scenario, program)
     _check_forces(scenario, program)
     _check_ends(scenario, program)
@@ -72,19 +74,43 @@ def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> Prepared
     # the drawing frame is the work coordinate system of the first cut
     pose = scenario.pose or Pose(np.eye(3), _work_zero(scenario, program))
     if turns_with(scenario.setup, program):
-        line = cuts_turned(program)
-        if line:
-            raise ModelLimit(
-                f"line {line} of the program cuts with a rotary axis off zero, on a lathe a driven tool: only turning is simulated there; take "
-                "these blocks out"
-            )
+        _check_driven(scenario, program)
         turning = turning_of(scenario, program, path)
         scenario = with_faces(scenario, pose, turning)
-        return PreparedCut(scenario, program, path, pose, TurningProcess(turning))
+        return PreparedCut(
+            scenario, program, path, pose, _on_lathe(scenario, program, TurningProcess(turning))
+        )
     sweep, motion = part_sweep(program.moves, scenario.setup.tools, scenario.machine)
     index = build(sweep)
     process = MillingProcess(sweep, index) if motion is None else RotaryMillingProcess(sweep, index, motion)
     return PreparedCut(scenario, program, path, pose, process)
+
+
+def _check_driven(scenario: CutScenario, program: Program) -> None:
+    """A cut with axis C off zero is one of a driven tool, which the set-up has to name."""
+    tools = scenario.setup.tools
+    for m in program.moves:
+        turned = m.kind in CUTS and any((*m.rotary_start, *m.rotary_end))
+        if turned and m.tool in tools and tools[m.tool].driven is None:
+            raise UsageError(
+                f'line {m.source.line} of the program cuts with a rotary axis off zero, on a lathe a driven tool: add driven = "x" (it stands '
+                f'across the spindle) or driven = "z" (along it) to [tools.{m.tool}] of the set-up, or take these blocks out'
+            )
+
+
+def _on_lathe(scenario: CutScenario, program: Program, turning: TurningProcess) -> Process:
+    """Turning alone, or with what driven tools cut."""
+    tools = {n: t for n, t in scenario.setup.tools.items() if t.driven is not None}
+    first = int(turning.turning.path.timing.moving[0])
+    kept = [
+        i
+        for i, m in enumerate(program.moves)
+        if m.tool in tools and m.kind in MOVING and not (i == first and m.kind == "rapid")
+    ]
+    if not any(program.moves[i].kind in CUTS for i in kept):
+        return turning
+    sweep, motion = driven_sweep(program.moves, kept, tools, scenario.machine)
+    return LatheProcess(turning, RotaryMillingProcess(sweep, build(sweep), motion), frozenset(tools))
 
 
 def other_unit(scenario: CutScenario) -> str:

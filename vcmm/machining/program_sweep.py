@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.cutting import tools as shapes
-from vcmm.cutting.sweeps import ARC, HELIX, LINE, Sweep, checked
+from vcmm.cutting.sweeps import ARC, HELIX, LINE, UP, Sweep, checked
 from vcmm.machining.rotary import RotaryMotion
 from vcmm.machining.rotary_sweep import STILL as STILL_TURNED
 from vcmm.machining.rotary_sweep import in_workpiece
@@ -44,15 +46,31 @@ def cutter(tool: Tool) -> shapes.Cutter:
 def part_sweep(
     moves: Sequence[Move], tools: Mapping[int, Tool], machine: Machine
 ) -> tuple[Sweep, RotaryMotion | None]:
-    """(all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero)."""
+    """(all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero and tools along Z)."""
     base = swept(moves, tools)
+    turned, offset, rapid = _turning_rows(moves, base)
+    if not (np.abs(turned) > STILL_TURNED).any() and np.array_equal(
+        base.axis, np.broadcast_to(UP, base.axis.shape)
+    ):
+        return base, None
+    return in_workpiece(machine, base, turned, offset, rapid)
+
+
+def driven_sweep(
+    moves: Sequence[Move], kept: Sequence[int], tools: Mapping[int, Tool], machine: Machine
+) -> tuple[Sweep, RotaryMotion]:
+    """The motions `kept` (indices of moves) alone, in workpiece axes, and how they lie on the moves."""
+    flat = swept([moves[i] for i in kept], tools)
+    base = replace(flat, move=np.array(kept, dtype=np.intp)[flat.move])
+    return in_workpiece(machine, base, *_turning_rows(moves, base))
+
+
+def _turning_rows(moves: Sequence[Move], base: Sweep) -> tuple[Array, Array, np.typing.NDArray[np.bool_]]:
+    """A, B, C (m, 2, 3) rad at both ends of the rows, tool offsets (m, 3) mm, and which (m,) are rapids."""
     kept = [moves[i] for i in base.move.tolist()]
     turned = np.array([(m.rotary_start, m.rotary_end) for m in kept], dtype=float)
-    if not (np.abs(turned) > STILL_TURNED).any():
-        return base, None
     offset = np.array([m.tool_offset for m in kept], dtype=float)
-    rapid = np.array([m.kind == "rapid" for m in kept])
-    return in_workpiece(machine, base, turned, offset, rapid)
+    return turned, offset, np.array([m.kind == "rapid" for m in kept], dtype=bool)
 
 
 def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
@@ -68,7 +86,7 @@ def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
     solids = tuple(cutter(tools[n]) for n in numbers)
     start, end = (np.array([getattr(m, side) for _, m in rows]) for side in ("start", "end"))
     centre, normal, turn, kind = zip(*(_arc(m) for _, m in rows))
-    up = np.broadcast_to([0.0, 0.0, 1.0], start.shape).copy()
+    up = np.array([tools[m.tool].direction for _, m in rows])
     return checked(
         Sweep(
             start=start, end=end, centre=np.array(centre), normal=np.array(normal), turn=np.array(turn), kind=np.array(kind),

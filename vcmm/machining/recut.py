@@ -24,6 +24,7 @@ from vcmm.cutting.displaced import displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.index import build
 from vcmm.machining.contact_path import tool_side
+from vcmm.machining.lathe import LatheProcess, LatheSurface
 from vcmm.machining.milling import MillingProcess
 from vcmm.machining.neighbours import candidates
 from vcmm.machining.process import GOUGE, PreparedCut
@@ -55,9 +56,30 @@ def recut(job: PreparedCut, surface: CutSurface) -> Recut | None:
     if isinstance(job.process, TurningProcess):
         assert isinstance(surface, TurnedSurface)
         return _with_all_passes(job, job.process, surface)
+    if isinstance(job.process, LatheProcess):
+        return _on_lathe(job, job.process, surface)
     assert isinstance(job.process, MillingProcess)
     cut = np.flatnonzero((surface.status == CUT) & (surface.contact_s[:, 0] >= -GOUGE))
     return _displaced(job, job.process, surface.take(_evenly(cut))) if len(cut) else None
+
+
+def _on_lathe(job: PreparedCut, process: LatheProcess, surface: CutSurface) -> Recut | None:
+    """Both ways of cutting, each over its own points."""
+    assert isinstance(surface, LatheSurface)
+    found = []
+    for own, one, mine in (
+        (process.turning, surface.turned, ~surface.driven),
+        (process.driving, surface.milled, surface.driven),
+    ):
+        part = one.take(np.flatnonzero(mine))
+        if len(part.points):
+            found.append(recut(replace(job, process=own), part))
+    known = [r for r in found if r is not None]
+    return (
+        Recut(max(r.largest for r in known), sum(r.points for r in known))
+        if len(known) == len(found)
+        else None
+    )
 
 
 def _evenly(points: Ints) -> Ints:

@@ -36,7 +36,7 @@ Bools = np.typing.NDArray[np.bool_]
 class RotaryMotion:
     """The moves of a program that turns rotary axes, and how the rows of its sweep in workpiece axes lie on them.
 
-    base: moves as tip positions of the machine with its rotary axes at zero, one row each; turned (m, 2, 3): A, B, C in rad
+    base: moves as tip positions of the machine with its rotary axes at zero, and the way from tip to holder, one row each; turned (m, 2, 3): A, B, C in rad
     at start and end; offset (m, 3): tool offset in force. row (n,): move of each row of the sweep; first, last (n,): shares
     of that move at its ends; inexact (n,): rows that stand for a turning tool. sweep: these rows; rapid (m,): of the moves.
     """
@@ -64,7 +64,7 @@ class RotaryMotion:
     def pose(self, move: Ints, share: Array) -> tuple[Array, Array]:
         """Tip and tool axis (k, 3) in workpiece axes at shares of rows of `base`."""
         found = machine_position(self.base, self.turned, move, share)
-        return tip_and_axis(self.machine, *found, self.offset[move])
+        return tip_and_axis(self.machine, *found, self.offset[move], self.base.axis[move])
 
     @cached_property
     def fed(self) -> tuple[Array, Array]:

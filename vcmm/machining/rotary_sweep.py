@@ -67,7 +67,7 @@ def _affine(machine: Machine, base: Sweep, turned: Array, offset: Array) -> tupl
     """(the moves seen from the part with rotary axes held as at their start, rows (m,) in which circles do not stay circles)."""
 
     def seen(points: Array) -> tuple[Array, Array]:
-        return tip_and_axis(machine, points, turned[:, 0], offset)
+        return tip_and_axis(machine, points, turned[:, 0], offset, base.axis)
 
     origin = seen(np.zeros_like(base.start))[0]
     ways = np.stack([seen(np.tile(e, (len(base), 1)))[0] - origin for e in np.eye(3)], axis=2).round(15)
@@ -100,7 +100,10 @@ def _counts(
         at = np.repeat(rows[mine], some + 1)
         share = np.tile(np.linspace(0.0, 1.0, some + 1), len(mine))
         found = machine_position(base, turned, at, share)
-        tip, axis = (v.reshape(len(mine), some + 1, 3) for v in tip_and_axis(machine, *found, offset[at]))
+        tip, axis = (
+            v.reshape(len(mine), some + 1, 3)
+            for v in tip_and_axis(machine, *found, offset[at], base.axis[at])
+        )
         led = tip + height[mine, None, None] * axis
         bend = np.linalg.norm(np.diff(led, 2, axis=1), axis=2).max(axis=1) * some**2
         tilt = np.linalg.norm(np.diff(axis, axis=1), axis=2).max(axis=1) * some

@@ -60,5 +60,8 @@ class CutScenario:
         default_factory=dict
     )  # measured forces, by column; instead of the model
     load_log: Series | None = None  # measured cutting power, W
+    touch_scatter: Mapping[int, float] = field(
+        default_factory=dict
+    )  # u (mm) of one touch of the program, by the tool that probes
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1

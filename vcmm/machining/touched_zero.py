@@ -10,22 +10,33 @@ STEP further, and once more with the zeros of the set-up shifted, and the moves 
 
     error of a cut = e(cut) + sum over touches of  weight x d        weight = d path / d reading
 
-and the zero of the set-up counts only along the axes on which the program still rests on it. Hand check: e the same everywhere
+and the zero of the set-up counts only along the axes on which the program still rests on it. Where an arc is cut larger as a touch
+reads further, its path moves away from its centre besides. Hand check: e the same everywhere
 and one touch of a face in -X, a = +X: d = -e_x, weight 1, nothing is left along X.
+
+What the probe itself errs by is an error of its tip: length and ball (u_length, u_radius of its tool) the same in all touches, its scatter
+(u_touch) in each on its own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vcmm.core.errors import ModelLimit
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
+from vcmm.core.laws import Normal
 from vcmm.core.run import Array
+from vcmm.effects import made_for
 from vcmm.machining.scenario import CutScenario
 from vcmm.motion.tool_centre import leads
 from vcmm.nc.interpret import read_for
-from vcmm.nc.moves import Move, Program
+from vcmm.nc.moves import PLANES, Move, Program
+from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.setup import Setup, turns_with
 from vcmm.nc.touching import ProbeContact
 
@@ -35,12 +46,30 @@ ROUNDING = 1e-6  # of a weight: what differences of positions of 1e3 mm leave, 1
 
 
 @dataclass(frozen=True, eq=False)
+class GrowingArc:
+    """An arc whose radius follows readings: growth (K,) mm per mm. first: angle at its start in its plane, sweep: to its end, rad."""
+
+    axes: tuple[int, int, int]
+    first: float
+    sweep: float
+    growth: Array
+
+    def at(self, share: Array) -> Array:
+        """How far (n, 3, K) its path moves from its centre at fractions (n,) of it."""
+        angle = self.first + share * self.sweep
+        out = np.zeros((len(share), 3, len(self.growth)))
+        out[:, self.axes[0]] = np.cos(angle)[:, None] * self.growth
+        out[:, self.axes[1]] = np.sin(angle)[:, None] * self.growth
+        return out
+
+
+@dataclass(frozen=True, eq=False)
 class TouchedZero:
     """K touches of a program of m moves; moves (K,): those that end in them.
 
     weight (m, 2, 3, K): mm by which start and end of each move lie further per mm that a touch reads further. held (m, 3): whether
     the zero of the set-up still counts along X, Y, Z. centre (K, 3): of the ball at each touch, mm. reads (K, 3): what 1 mm of
-    error of the tip along X, Y, Z takes off the reading.
+    error of the tip along X, Y, Z takes off the reading. arcs: of the moves that are cut larger by a touch, which is in no weight.
     """
 
     touches: tuple[ProbeContact, ...]
@@ -48,6 +77,7 @@ class TouchedZero:
     weight: Array
     held: Bools
     centre: Array
+    arcs: Mapping[int, GrowingArc] = field(default_factory=dict)
 
     @property
     def reads(self) -> Array:
@@ -57,7 +87,11 @@ class TouchedZero:
     def at(self, move: np.typing.NDArray[np.intp], share: Array) -> Array:
         """Weights (n, 3, K) at fractions (n,) of the moves (n,)."""
         first, last = self.weight[move, 0], self.weight[move, 1]
-        return np.asarray(first + share[:, None, None] * (last - first))
+        out = np.asarray(first + share[:, None, None] * (last - first))
+        for number, arc in self.arcs.items():
+            here = np.flatnonzero(move == number)
+            out[here] += arc.at(share[here])
+        return out
 
 
 def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZero | None:
@@ -65,22 +99,29 @@ def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZ
     if not program.touches:
         return None
     _check(scenario, program)
-    setup, count = scenario.setup, len(program.touches)
+    count = len(program.touches)
+    # what answers where the program expects it lies there, whatever the program makes of the other touches
+    setup = replace(scenario.setup, expected_at=tuple(t.tip for t in program.touches))
 
-    def differences(changed: Setup) -> Array:
+    def read_again(changed: Setup) -> Program:
         again = read_for("cut", text, scenario.dialect, changed, name=str(scenario.program))
-        return _moved(program, again, str(scenario.program))
+        _same_way(program, again, str(scenario.program))
+        return again
 
-    steps = [tuple(STEP * (i == k) for i in range(k + 1)) for k in range(count)]
-    weight = np.stack([differences(replace(setup, read_out=s)) for s in steps], axis=-1)
-    shifts = np.stack([differences(_shifted(setup, i)) for i in range(3)], axis=-1)
+    further = [
+        read_again(replace(setup, read_out=tuple(STEP * (i == k) for i in range(k + 1))))
+        for k in range(count)
+    ]
+    weight = np.stack([_moved(program, again) for again in further], axis=-1)
+    shifts = np.stack([_moved(program, read_again(_shifted(setup, i))) for i in range(3)], axis=-1)
+    arcs = _growing(program, further)
     follows = np.asarray((np.abs(weight) > ROUNDING).any(axis=(1, 3)))
     held = _held(program, shifts[:, 1], follows, str(scenario.program))
     radius = [_ball(setup, t) for t in program.touches]
     centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
         [0.0, 0.0, 1.0]
     )
-    return TouchedZero(program.touches, _moves_of(program), weight, held, centre)
+    return TouchedZero(program.touches, _moves_of(program), weight, held, centre, arcs)
 
 
 def _ball(setup: Setup, touch: ProbeContact) -> float:
@@ -96,18 +137,44 @@ def _shifted(setup: Setup, axis: int) -> Setup:
     return replace(setup, offsets={n: (p[0] + by[0], p[1] + by[1], p[2] + by[2]) for n, p in old.items()})
 
 
-def _moved(program: Program, again: Program, name: str) -> Array:
-    """(m, 2, 3) start and end of every move of `again` less those of `program`, per STEP; arcs go with their centres."""
+def _same_way(program: Program, again: Program, name: str) -> None:
     kinds = [[(m.kind, m.source.line) for m in p.moves] for p in (program, again)]
     if kinds[0] != kinds[1] or len(program.touches) != len(again.touches):
         raise ModelLimit(
             f"{name}: line {program.touches[0].line} probes, and the program goes another way when the probe reads {STEP * 1e3:g} um further; only "
             "programs that shift with what they probe are simulated"
         )
+
+
+def _moved(program: Program, again: Program) -> Array:
+    """(m, 2, 3) start and end of every move of `again` less those of `program`, per STEP; arcs go with their centres."""
     one, two = (np.array([_ends(m) for m in p.moves]) for p in (program, again))
     out = (two - one) / STEP
     out[np.abs(out) < ROUNDING] = 0.0
     return np.asarray(out)
+
+
+def _growing(program: Program, further: Sequence[Program]) -> dict[int, GrowingArc]:
+    """The arcs whose radius follows a touch."""
+    out = {}
+    for k, move in enumerate(program.moves):
+        if move.centre is None:
+            continue
+        growth = np.array([(_radius(p.moves[k]) - _radius(move)) / STEP for p in further])
+        growth[np.abs(growth) < ROUNDING] = 0.0
+        if growth.any():
+            one, two, normal = PLANES[move.plane]
+            start, end, centre = ((p[one], p[two]) for p in (move.start, move.end, move.centre))
+            swept = sweep_of(start, end, centre, bool(move.clockwise), move.turns)
+            first = math.atan2(start[1] - centre[1], start[0] - centre[0])
+            out[k] = GrowingArc((one, two, normal), first, swept, growth)
+    return out
+
+
+def _radius(move: Move) -> float:
+    assert move.centre is not None
+    one, two, _ = PLANES[move.plane]
+    return math.hypot(move.start[one] - move.centre[one], move.start[two] - move.centre[two])
 
 
 def _ends(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -126,7 +193,7 @@ def _held(program: Program, shift: Array, follows: Bools, name: str) -> Bools:
         line = program.moves[int(np.argmin(fine))].source.line
         raise ModelLimit(
             f"{name}: line {line} goes with the zero of the set-up and with what was probed as well, as where a typed number is added to a reading that counts from the "
-            "old zero (#5061, $AA_MW); correct the old zero instead (#5221=#5221+..., $P_UIFR[1,X,TR]=$P_UIFR[1,X,TR]+...), or count from the machine ($AA_MM)"
+            "old zero (#5061, $AA_MW), or where one axis of a zero is set that has been turned; correct the old zero instead (#5221=#5221+..., $P_UIFR[1,X,TR]=$P_UIFR[1,X,TR]+...), or count from the machine ($AA_MM)"
         )
     return np.asarray(held)
 
@@ -143,6 +210,28 @@ def _moves_of(program: Program) -> tuple[int, ...]:
         found.append(at)
         at += 1
     return tuple(found)
+
+
+def with_scatter(scenario: CutScenario, touched: TouchedZero | None) -> CutScenario:
+    """The scenario with an Input for the scatter of each touch. Raises UsageError where a tool is said to scatter that does not probe."""
+    known = {} if touched is None else {t.tool for t in touched.touches}
+    idle = next((tool for tool in scenario.touch_scatter if tool not in known), None)
+    if idle is not None:
+        raise UsageError(
+            f"[cut] tools.{idle}.u_touch: {scenario.program} does not probe with tool {idle}; take it out"
+        )
+    if touched is None or not scenario.touch_scatter:
+        return scenario
+    kind = made_for("probe touch", "u_touch of a tool")
+    effects, inputs = [], []
+    for k, t in enumerate(touched.touches, 1):
+        if t.tool in scenario.touch_scatter:
+            effects.append(kind(str(k)))
+            law = Normal(scenario.touch_scatter[t.tool])
+            inputs.append(
+                Input(kind.name, str(k), "shift", law, "setup", f"scatter of the touch in line {t.line}")
+            )
+    return replace(scenario, machine=informed(scenario.machine, effects), inputs=(*scenario.inputs, *inputs))
 
 
 def _check(scenario: CutScenario, program: Program) -> None:

@@ -7,6 +7,7 @@ from that. The swept moves only say where to look, and where nothing was cut.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,7 +88,8 @@ class TurnedSurface(CutSurface):
 def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turning:
     """The program in the meridian. Raises UsageError and ModelLimit for what cannot be turned."""
     tools = {n: t for n, t in scenario.setup.tools.items() if t.shape == "turning"}
-    kept, notes = _cutting_moves(program, tools, int(path.timing.moving[0]))
+    driven = [n for n, t in scenario.setup.tools.items() if t.driven is not None]
+    kept, notes = _cutting_moves(program, tools, driven, int(path.timing.moving[0]))
     flat = swept([program.moves[i] for i in kept], tools)
     sweep = replace(flat, move=np.array(kept, dtype=np.intp)[flat.move])
     centre, machine = spindle_axis(scenario.machine), scenario.machine
@@ -126,7 +128,9 @@ def spindle_axis(machine: Machine) -> Array:
     return np.array(machine.axes["C"].centre[:2]) if "C" in machine.axes else np.zeros(2)
 
 
-def _cutting_moves(program: Program, tools: dict[int, Tool], first: int) -> tuple[list[int], list[str]]:
+def _cutting_moves(
+    program: Program, tools: dict[int, Tool], driven: Collection[int], first: int
+) -> tuple[list[int], list[str]]:
     """Moves whose nose is followed, and what is said of the others; not the way from where the machine happens to stand."""
     kept: list[int] = []
     threads: list[int] = []
@@ -140,7 +144,7 @@ def _cutting_moves(program: Program, tools: dict[int, Tool], first: int) -> tupl
             continue  # out of a groove that is not cut into the surface
         elif m.tool in tools:
             kept.append(i)
-        elif m.kind in ("line", "arc"):
+        elif m.kind in ("line", "arc") and m.tool not in driven:
             others.setdefault(m.tool, m.source.line)
     notes = []
     if threads:
@@ -148,7 +152,7 @@ def _cutting_moves(program: Program, tools: dict[int, Tool], first: int) -> tupl
             f"line {threads[0]}: threads are not cut into the surface, as their form is that of the flanks of the insert; pitch and diameter stand in a table of their own"
         )
     notes += [
-        f"line {line}: tool {n} is no turning tool; what it cuts is left out of the surface"
+        f'line {line}: tool {n} is no turning tool; what it cuts is left out of the surface. A tool with its own spindle gets driven = "x" or "z"'
         for n, line in others.items()
     ]
     return kept, notes

@@ -33,6 +33,17 @@ def is_face(feature: Feature, pose: Pose, turning: Turning) -> bool:
     return bool(abs(abs(axis[2]) - 1.0) < 1e-9 and off < 1e-6)
 
 
+def about_spindle(feature: Feature, pose: Pose, turning: Turning) -> bool:
+    """A face, or a feature of revolution whose axis is that of the spindle."""
+    if feature.kind == "plane":
+        return is_face(feature, pose, turning)
+    at = pose.apply(feature.point)
+    on = bool(np.hypot(*(at[:2] - turning.centre)) < 1e-6)
+    if feature.kind == "sphere":
+        return on
+    return on and feature.axis is not None and bool(abs(abs(pose.turn(feature.axis)[2]) - 1.0) < 1e-9)
+
+
 def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]:
     """Inner and outer radius of a face, mm."""
     outer = min(feature.extent) / 2.0

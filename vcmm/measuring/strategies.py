@@ -17,13 +17,11 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.pose import Array, Pose, dot, triad, unit
+from vcmm.core.pose import Array, Pose, triad
 from vcmm.fit.elements import MINIMUM_POINTS
-from vcmm.part.mesh import Mesh, closest
-from vcmm.part.part import Feature, normal, signed_distance, surface_point
+from vcmm.part.part import Feature, normal, surface_point
 
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 FULL = 2.0 * math.pi
@@ -154,8 +152,27 @@ class Ring:
     tube_sweep: float = _angle(FULL)
 
 
+@dataclass(frozen=True)
+class Nominal:
+    """Points: every `every`-th nominal point, in the order of their file."""
+
+    every: int = 1
+
+
 Pattern = (
-    Grid | Polar | Spread | Even | Around | Levels | Helix | Birdcage | Latitudes | Iso10360 | Spiral | Ring
+    Nominal
+    | Grid
+    | Polar
+    | Spread
+    | Even
+    | Around
+    | Levels
+    | Helix
+    | Birdcage
+    | Latitudes
+    | Iso10360
+    | Spiral
+    | Ring
 )
 
 _ROUND: Mapping[str, type] = MappingProxyType({"levels": Levels, "helix": Helix, "birdcage": Birdcage})
@@ -170,6 +187,7 @@ PATTERNS: Mapping[str, Mapping[str, type]] = MappingProxyType(
         "cone": _ROUND,
         "torus": MappingProxyType({"grid": Ring}),
         "mesh": MappingProxyType({}),
+        "points": MappingProxyType({"nominal": Nominal}),
     }
 )
 
@@ -193,88 +211,40 @@ def plan_points(feature: Feature, pattern: Pattern) -> tuple[Array, Array]:
     if place is None or type(pattern) not in PATTERNS[feature.kind].values():
         allowed = ", ".join(c.__name__ for c in PATTERNS[feature.kind].values()) or "explicit points only"
         raise UsageError(
-            f"{_name(feature)}: {type(pattern).__name__} does not suit a {feature.kind}; use {allowed}."
+            f"{named(feature)}: {type(pattern).__name__} does not suit a {feature.kind}; use {allowed}."
         )
     _check_counts(feature, pattern)
     points = place(feature, pattern)
-    _check_enough(feature, len(points))
+    check_enough(feature, len(points))
     return points, normal(feature, points)
 
 
-def on_surface(
-    feature: Feature,
-    points: npt.ArrayLike,
-    normals: npt.ArrayLike | None = None,
-    mesh: Mesh | None = None,
-    tolerance: float = 0.01,
-) -> tuple[Array, Array]:
-    """Checked explicit points (n, 3) and their unit normals (n, 3), computed where not given.
-
-    UsageError: a point lies further than `tolerance` mm from the nominal surface (kind mesh: from the mesh),
-    a normal points into the material, a number is not finite, or there are too few points.
-    """
-    p = np.asarray(points, dtype=np.float64)
-    if p.ndim != 2 or p.shape[1] != 3 or not np.all(np.isfinite(p)):
-        raise UsageError(f"{_name(feature)}: points must be finite numbers (n, 3), got the shape {p.shape}.")
-    _check_enough(feature, len(p))
-    distance, outward = _surface(feature, p, mesh)
-    far = int(np.argmax(np.abs(distance)))
-    if abs(distance[far]) > tolerance:
-        raise UsageError(
-            f"{_name(feature)}: point {far + 1} lies {distance[far]:.4g} mm from the nominal surface, "
-            f"more than {tolerance:g} mm; correct the point or the feature."
-        )
-    return p, outward if normals is None else _checked_normals(feature, normals, outward)
-
-
-def _surface(feature: Feature, points: Array, mesh: Mesh | None) -> tuple[Array, Array]:
-    if feature.kind != "mesh":
-        return signed_distance(feature, points), normal(feature, points)
-    if mesh is None:
-        raise UsageError(f"{_name(feature)}: it lies on a mesh; pass the mesh of the part.")
-    return closest(mesh, points)
-
-
-def _checked_normals(feature: Feature, normals: npt.ArrayLike, outward: Array) -> Array:
-    given = np.asarray(normals, dtype=np.float64)
-    if given.shape != outward.shape:
-        raise UsageError(
-            f"{_name(feature)}: {len(outward)} points need as many normals, got the shape {given.shape}."
-        )
-    given = unit(given)
-    agree = dot(given, outward)
-    worst = int(np.argmin(agree))
-    if agree[worst] <= 0.0:
-        raise UsageError(
-            f"{_name(feature)}: the normal of point {worst + 1} points into the material; turn it round."
-        )
-    return given
-
-
-def _name(feature: Feature) -> str:
+def named(feature: Feature) -> str:
+    """As messages call it."""
     return f'Feature "{feature.name}"'
 
 
-def _check_enough(feature: Feature, n: int) -> None:
+def check_enough(feature: Feature, n: int) -> None:
+    """UsageError: fewer points than a fit needs."""
     least = MINIMUM_POINTS.get(feature.kind, 1)
     if n < least:
         raise UsageError(
-            f"{_name(feature)}: a {feature.kind} needs at least {least} points, got {n}; add points."
+            f"{named(feature)}: a {feature.kind} needs at least {least} points, got {n}; add points."
         )
 
 
 def _check_counts(feature: Feature, pattern: Pattern) -> None:
     total = len(getattr(pattern, "at", (0.0,)))
-    for key in ("n", "rings", "levels", "lines", "per_line"):
+    for key in ("n", "every", "rings", "levels", "lines", "per_line"):
         counts = np.atleast_1d(getattr(pattern, key, 1))
         if not np.issubdtype(counts.dtype, np.integer) or np.any(counts < 1):
-            raise UsageError(f"{_name(feature)}: {key} must be 1 or more, without a fraction.")
-        total *= math.prod(int(c) for c in counts)
+            raise UsageError(f"{named(feature)}: {key} must be 1 or more, without a fraction.")
+        total *= math.prod(int(c) for c in counts) if key != "every" else 1
     if isinstance(pattern, Birdcage):
         total = pattern.levels * pattern.n + pattern.lines * pattern.per_line
     if total > MOST_POINTS:
         raise UsageError(
-            f"{_name(feature)}: {total:,} points, at most {MOST_POINTS:,} are planned; reduce n."
+            f"{named(feature)}: {total:,} points, at most {MOST_POINTS:,} are planned; reduce n."
         )
 
 
@@ -282,7 +252,7 @@ def _inner(feature: Feature, size: float, margin: float) -> float:
     """What is left of a size between two margins."""
     if margin < 0.0 or 2.0 * margin >= size:
         raise UsageError(
-            f"{_name(feature)}: a margin of {margin:g} mm leaves nothing of {size:g} mm; reduce it."
+            f"{named(feature)}: a margin of {margin:g} mm leaves nothing of {size:g} mm; reduce it."
         )
     return size - 2.0 * margin
 
@@ -296,6 +266,11 @@ def _angles(n: int, start: float, sweep: float) -> Array:
     """n angles over an arc: both ends of an arc, but a full turn only once."""
     closed = abs(sweep) >= FULL * (1.0 - 1e-12)
     return np.asarray(start + sweep * np.arange(n) / (n if closed else max(n - 1, 1)))
+
+
+def _nominal(f: Feature, p: Nominal) -> Array:
+    assert f.nominal is not None
+    return np.asarray(f.nominal.points[:: p.every])
 
 
 def _grid(f: Feature, p: Grid) -> Array:
@@ -333,7 +308,7 @@ def _levels(f: Feature, p: Levels) -> Array:
     at = np.asarray(p.at, dtype=np.float64)
     if len(at) == 0 or np.any(at < 0.0) or np.any(at > f.extent[0]):
         raise UsageError(
-            f"{_name(f)}: levels {list(p.at)} must lie between 0 and its length {f.extent[0]:g} mm."
+            f"{named(f)}: levels {list(p.at)} must lie between 0 and its length {f.extent[0]:g} mm."
         )
     angle = np.tile(_angles(p.n, p.start, p.sweep), len(at))
     if p.stagger:
@@ -366,7 +341,7 @@ def _about_pole(f: Feature, pole: tuple[float, float, float], longitude: Array, 
 def _latitudes(f: Feature, p: Latitudes) -> Array:
     at = np.asarray(p.at, dtype=np.float64)
     if len(at) == 0 or np.any(np.abs(at) > 0.5 * math.pi):
-        raise UsageError(f"{_name(f)}: levels of a sphere lie between -90 and 90 deg from its equator.")
+        raise UsageError(f"{named(f)}: levels of a sphere lie between -90 and 90 deg from its equator.")
     turn = math.pi / p.n * (np.repeat(np.arange(len(at)), p.n) % 2)
     return _about_pole(f, p.pole, np.tile(_angles(p.n, p.start, FULL), len(at)) + turn, np.repeat(at, p.n))
 
@@ -381,7 +356,7 @@ def _iso10360(f: Feature, p: Iso10360) -> Array:
 
 def _spiral(f: Feature, p: Spiral) -> Array:
     if not 0.0 < p.reach <= math.pi:
-        raise UsageError(f"{_name(f)}: reach lies between 0 and 180 deg from the pole.")
+        raise UsageError(f"{named(f)}: reach lies between 0 and 180 deg from the pole.")
     height = 1.0 - (1.0 - math.cos(p.reach)) * (np.arange(p.n) + 0.5) / p.n
     return _about_pole(f, p.pole, GOLDEN * np.arange(p.n, dtype=np.float64), np.arcsin(height))
 
@@ -394,7 +369,7 @@ def _ring(f: Feature, p: Ring) -> Array:
 _PLACES: Mapping[type, Callable[[Feature, Any], Array]] = MappingProxyType(
     {
         Grid: _grid, Polar: _polar, Spread: _spread, Even: _even, Around: _around, Levels: _levels,
-        Helix: _helix, Birdcage: _birdcage, Latitudes: _latitudes,
+        Nominal: _nominal, Helix: _helix, Birdcage: _birdcage, Latitudes: _latitudes,
         Iso10360: _iso10360, Spiral: _spiral, Ring: _ring,
     }
 )  # fmt: skip

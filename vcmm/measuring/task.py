@@ -25,6 +25,7 @@ from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
 from vcmm.part.alignment import align
 from vcmm.part.form import Lobes
+from vcmm.part.nominal import travel_onto
 from vcmm.part.part import Feature, Part, frame
 
 
@@ -68,6 +69,10 @@ def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
     surface = task.part.mesh if feature.kind == "mesh" else feature
     assert surface is not None
     radius = t.tip_radius[rows, None]
+    if feature.nominal is not None:
+        feet, way = (t.points[rows], t.normals[rows]), t.approach[rows]
+        travel = travel_onto(feature.nominal, feet, feet[0] + displacement, way, radius[:, 0])
+        return np.asarray(feet[0] + travel[..., None] * way - radius * feet[1])
     # start clear of the surface, whatever the error, but not beyond the middle of a bore that the tip nearly fills
     back = np.full(radius.shape, 0.1 + 2 * float(np.abs(displacement).max(initial=0.0)))
     if feature.inside and len(feature.sizes):
@@ -88,7 +93,7 @@ def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
 
 def _onto_tangent_plane(t: Touches, rows: Ints, start: Array) -> Array:
     """Travel (..., m) of a tip of no size from start (..., m, 3) to the plane of the nominal point and normal: what e beside it a
-    surface of curvature 1/R lies off that plane is e^2 / 2R, 0.004 nm for 10 um and 12 mm.
+    surface of curvature 1/R lies off that plane is e^2 / 2R, 4 nm for 10 um and 12 mm.
     """
     n = t.normals[rows]
     return np.asarray(((t.points[rows] - start) * n).sum(axis=-1) / (t.approach[rows] * n).sum(axis=-1))
@@ -101,7 +106,7 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
     out, read = {}, wanted(task.part.characteristics)
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
-        if feature.kind == "mesh":
+        if feature.free:
             if name in read:
                 out[name] = _nominal_places(task, name)
             continue
@@ -118,7 +123,7 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
 
 
 def _nominal_places(task: Task, name: str) -> Fitted:
-    """Of points on a mesh, which have no associated element: where they lie in the drawing, and the normals there."""
+    """Of points on a free-form surface, which have no associated element: where they lie in the drawing, and the normals there."""
     t, none = task.touches, np.zeros(0)
     rows = t.rows[name]
     return Fitted("mesh", np.zeros(3), np.zeros(3), none, none, t.normals[rows], points=t.points[rows])

@@ -24,8 +24,10 @@ from vcmm.core.axes import ROTARY
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.motion.led_path import led_path, swept_angle
+from vcmm.motion.polar import polar_samples
 from vcmm.motion.tool_pose import pointed, rotary_of, tip_and_axis, tip_as_at_zero
-from vcmm.nc.moves import PLANES, Move, Point, Remark
+from vcmm.nc.moves import Move, Point, Remark
 
 CHORD = 1e-5  # mm by which the axes may leave the led path between two points
 EVERY = 0.02  # rad of the rotary axes, or of an arc, between two looks at it
@@ -47,6 +49,7 @@ class Leading:
     name: str
     tip: Array
     angle: Array
+    offset: Array  # of the tool, mm: a tool change leaves the axes where they stand, and moves the tip
     moves: list[Move] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
 
@@ -121,14 +124,16 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
             f"{machine.name} has no rotary axes; add them to its structure, for example structure = \"w C' B' Y' b X Z t\", with "
             "[axes.B] centre"
         )
-    led = next((m for m in moves if m.led), None)
+    led = next((m for m in moves if m.led and not m.over_face), None)
     if led is not None and _lacks_linear(machine):
         raise ModelLimit(
-            f"{name}:{led.source.line}: the tip is led over the workpiece here (polar interpolation), which is simulated on machines with X, Y "
-            f"and Z only, and {machine.name} has not all of them: driven tools of a lathe are left out; take these blocks out"
+            f"{name}:{led.source.line}: the tip is led over the workpiece here (tool centre point control or a tilted plane), which is simulated on "
+            f"machines with X, Y and Z only, and {machine.name} has not all of them; take these blocks out"
         )
     first = moves[0]
-    state = Leading(machine, name, np.array(first.start), np.array(first.rotary_start))
+    state = Leading(
+        machine, name, np.array(first.start), np.array(first.rotary_start), np.array(first.tool_offset)
+    )
     bare = [ROTARY[i] for i in rotary_of(machine) if machine.axes[ROTARY[i]].centre == (0.0, 0.0, 0.0)]
     if led is not None and bare:
         text = (
@@ -141,6 +146,8 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
 
 def _taken(state: Leading, m: Move) -> None:
     """One move of the program."""
+    changed = np.array(m.tool_offset)
+    state.tip, state.offset = state.tip + state.offset - changed, changed
     if m.kind == "dwell":
         here = _point(state.tip)
         state.moves.append(
@@ -149,6 +156,9 @@ def _taken(state: Leading, m: Move) -> None:
         return
     if not m.led:
         _plain(state, m)
+        return
+    if m.over_face:
+        _over_face(state, m)
         return
     offset = np.array(m.tool_offset)
     if m.tool_axis_start is not None and m.tool_axis_start == m.tool_axis_end:
@@ -168,6 +178,24 @@ def _plain(state: Leading, m: Move) -> None:
     start = m.start if m.centre is not None else _point(state.tip)
     state.moves.append(m._replace(start=start, rotary_start=_point(state.angle)))
     state.tip, state.angle = np.array(m.end), np.array(m.rotary_end)
+
+
+def _over_face(state: Leading, m: Move) -> None:
+    """Polar interpolation: X is the distance of the tip from the axis of C, which turns the point of the face to it; Y stays there."""
+    if "C" not in state.machine.chain.work:
+        raise UsageError(
+            f"{state.name}:{m.source.line}: polar interpolation turns axis C under the tool, and {state.machine.name} has none that carries the "
+            'part; add it, for example structure = "w C\' b Z X t"'
+        )
+    zero = np.array(state.machine.axes["C"].centre)
+    at, tip, angle = polar_samples(m, zero, state.tip, float(state.angle[2]))
+    both = np.tile(state.angle, (len(at), 1))
+    both[:, 2] = angle
+    state.moves += [
+        p._replace(tool_axis_start=None, tool_axis_end=None, over_face=False)
+        for p in _moved(m, at, tip, both)
+    ]
+    state.tip, state.angle = tip[-1], both[-1]
 
 
 def _angle(state: Leading, m: Move, axis: Array) -> Array:
@@ -222,42 +250,14 @@ def _samples(state: Leading, m: Move, target: Array, offset: Array) -> tuple[Arr
     """(shares (k,), tips in the workpiece (k, 3), angles (k, 3)) dense enough for CHORD, ends included."""
     begin, _ = state.pose(offset)
     turned = np.abs(target - state.angle).max()
-    count = max(LEAST_LOOKS, math.ceil(max(turned, abs(_sweep(m))) / EVERY))
+    count = max(LEAST_LOOKS, math.ceil(max(turned, abs(swept_angle(m))) / EVERY))
     share = np.linspace(0.0, 1.0, count + 1)
     angle = state.angle + share[:, None] * (target - state.angle)
-    tip = tip_as_at_zero(state.machine, _led(m, begin, share), angle, np.tile(offset, (count + 1, 1)))
+    tip = tip_as_at_zero(state.machine, led_path(m, begin, share), angle, np.tile(offset, (count + 1, 1)))
     bend = np.linalg.norm(np.diff(tip, 2, axis=0), axis=1).max() * count**2  # of the whole move, mm
     count = max(1, math.ceil(math.sqrt(bend / (8.0 * CHORD))))
     share = np.linspace(0.0, 1.0, count + 1)
-    return share, _led(m, begin, share), state.angle + share[:, None] * (target - state.angle)
-
-
-def _sweep(m: Move) -> float:
-    """Signed angle of an arc in its plane, rad; 0 of a line."""
-    if m.centre is None:
-        return 0.0
-    a, b, _ = PLANES[m.plane]
-    begin = math.atan2(m.start[b] - m.centre[b], m.start[a] - m.centre[a])
-    stop = math.atan2(m.end[b] - m.centre[b], m.end[a] - m.centre[a])
-    turn = (begin - stop if m.clockwise else stop - begin) % (2.0 * math.pi)
-    turn = (turn if turn > 1e-6 else turn + 2.0 * math.pi) + 2.0 * math.pi * (m.turns - 1)
-    return -turn if m.clockwise else turn
-
-
-def _led(m: Move, begin: Array, share: Array) -> Array:
-    """Tips (k, 3) in the workpiece from `begin` (3,), where the tool really is, to the end of the move."""
-    end = np.array(m.end)
-    if m.centre is None:
-        return np.asarray(begin + share[:, None] * (end - begin))
-    a, b, n = PLANES[m.plane]
-    sweep, centre = _sweep(m), m.centre
-    r0, r1 = (math.hypot(p[a] - centre[a], p[b] - centre[b]) for p in (m.start, m.end))
-    angle = math.atan2(m.start[b] - centre[b], m.start[a] - centre[a]) + share * sweep
-    radius = r0 + share * (r1 - r0)
-    out = np.empty((len(share), 3))
-    out[:, a], out[:, b] = centre[a] + radius * np.cos(angle), centre[b] + radius * np.sin(angle)
-    out[:, n] = m.start[n] + share * (m.end[n] - m.start[n])
-    return np.asarray(out + (1.0 - share)[:, None] * (begin - np.array(m.start)))
+    return share, led_path(m, begin, share), state.angle + share[:, None] * (target - state.angle)
 
 
 def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> list[Move]:
@@ -266,17 +266,24 @@ def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> l
     tip = tip_as_at_zero(state.machine, at, angle, offset)
     tip[0] = state.tip
     axis = tip_and_axis(state.machine, tip, angle, offset)[1]
+    return [
+        p._replace(tool_axis_start=_point(axis[i]), tool_axis_end=_point(axis[i + 1]))
+        for i, p in enumerate(_moved(m, at, tip, angle))
+    ]
+
+
+def _moved(m: Move, at: Array, tip: Array, angle: Array) -> list[Move]:
+    """Motions of the axes from point to point: at (k, 3) of the workpiece, tips as with rotary axes at zero (k, 3), angles (k, 3)."""
     way, run = np.linalg.norm(np.diff(at, axis=0), axis=1), np.linalg.norm(np.diff(tip, axis=0), axis=1)
     turn = np.degrees(np.linalg.norm(np.diff(angle, axis=0), axis=1))
     out = []
-    for i in range(len(share) - 1):
+    for i in range(len(at) - 1):
         out.append(
             m._replace(
                 kind="rapid" if m.kind == "rapid" else "line", start=_point(tip[i]), end=_point(tip[i + 1]),
                 rotary_start=_point(angle[i]), rotary_end=_point(angle[i + 1]), centre=None, clockwise=None, turns=1,
                 feed=_feed(m.feed, float(way[i]), float(run[i]), float(turn[i])), led=False,
-                tool_axis_start=_point(axis[i]), tool_axis_end=_point(axis[i + 1]),
-                exact_stop=m.exact_stop and i == len(share) - 2, compensation=m.compensation,
+                exact_stop=m.exact_stop and i == len(at) - 2, compensation=m.compensation,
             )
         )  # fmt: skip
     return out

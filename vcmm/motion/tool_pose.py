@@ -40,11 +40,16 @@ def ends_of(machine: Machine, axes: dict[str, Array]) -> tuple[dict[str, Pose6],
     return link_frames(machine.chain, machine.axes, Run(axes, np.zeros((count, 3))))
 
 
-def tip_and_axis(machine: Machine, tip: Array, angle: Array, offset: Array) -> tuple[Array, Array]:
-    """Tip and tool axis (k, 3) in workpiece axes; tip as with rotary axes at zero, offset: that of the tool, mm."""
+def tip_and_axis(
+    machine: Machine, tip: Array, angle: Array, offset: Array, direction: Array = Z
+) -> tuple[Array, Array]:
+    """Tip and tool axis (k, 3) in workpiece axes; tip as with rotary axes at zero, offset: that of the tool, mm.
+
+    direction (3,) or (k, 3): from tip to holder, in the frame of the last tool-side axis.
+    """
     _, tool, work = ends_of(machine, by_letter(machine, tip + offset, angle))
     at = work.undo(tool.apply(-offset))
-    axis = work.turn_back(tool.turn(np.broadcast_to(Z, tip.shape)))
+    axis = work.turn_back(tool.turn(np.broadcast_to(direction, tip.shape)))
     axis = axis.round(15)  # cos 90 deg is no 6e-17
     return at, axis / np.linalg.norm(axis, axis=1)[:, None]
 

@@ -65,6 +65,8 @@ class Move(NamedTuple):
         None  # unit vectors from the tip to the spindle, workpiece axes; None: as A, B, C stand
     )
     tool_axis_end: Point | None = None
+    over_face: bool = False  # polar interpolation: X and C lead the tip over the end face, Y stands still
+    work_spindle: int = 1  # which spindle holds the part: 2 = the sub-spindle
 
 
 class Remark(NamedTuple):

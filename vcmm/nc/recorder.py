@@ -297,7 +297,7 @@ class Recorder(ModalState):
             rotary_end=self.rotary if rotary is None else rotary, plane=plane or self.plane, centre=centre, turns=turns,
             clockwise=clockwise, feed=feed, spindle=self.spindle(start, end), tool=self.tool, tool_offset=self.tool_offset,
             compensation=None, seconds=seconds, exact_stop=stop, tolerance=None if stop else self.tolerance,
-            offset=self.offset, rewritable=rewritable, **self.leading(rewritable),
+            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **self.leading(rewritable),
         )  # fmt: skip
 
     def point_to(self, direction: Point) -> None:
@@ -312,6 +312,8 @@ class Recorder(ModalState):
         if not rewritable or not (self.led or self.tilted):
             return {}
         if not self.tilted:
+            if self.over_face:
+                return {"led": True, "over_face": True}
             return {"led": True, "tool_axis_start": self.aimed or self.aim, "tool_axis_end": self.aim}
         x, y, z = (row[2] for row in self.world.matrix)
         size = math.hypot(x, y, z)

@@ -23,6 +23,12 @@ LINUXCNC_TIPS: dict[int, tuple[int, int]] = {
 }  # fmt: skip
 
 
+DIRECTIONS: dict[str, Point] = {
+    "x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0), "-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0),
+    "-z": (0.0, 0.0, -1.0),
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Tool:
     """A tool, mm. shape bull has a corner_radius, turning a nose_radius and an orientation 0 to 9 of its imaginary tip; a probe is a
@@ -45,6 +51,9 @@ class Tool:
     stick_out: float | None = None
     cutting_length: float | None = None  # height of the cutting edges over the tip
     shank_diameter: float | None = None  # of what follows above them: shank or holder
+    driven: str | None = (
+        None  # driven tool of a lathe, angle head: the way from tip to holder, a word of DIRECTIONS
+    )
 
     @property
     def radius(self) -> float | None:
@@ -52,6 +61,11 @@ class Tool:
         if self.shape == "turning" and self.nose_radius is not None:
             return self.nose_radius
         return None if self.diameter is None else self.diameter / 2.0
+
+    @property
+    def direction(self) -> Point:
+        """From the tip to the holder, a unit vector in machine axes."""
+        return DIRECTIONS[self.driven or "z"]
 
     @property
     def offset(self) -> Point:
@@ -92,7 +106,8 @@ class Setup:
     material of the stock: for cutting forces, None = none are computed. thrust: force square to the edge over the main one.
     strict: nothing is assumed, what a program lacks is refused; else it is taken as the machine would and told (levels).
     surfaces: what a probing move meets, machine axes: the stock and what is stated. read_out: mm by which each touch of the program
-    reads further along its way than where ball and surface meet.
+    reads further along its way than where ball and surface meet. expected_at: tips (machine axes) at which its touches answer where no
+    surface is stated, whatever the program expects.
     path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
@@ -115,6 +130,7 @@ class Setup:
     subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
     surfaces: tuple[Surface, ...] = ()
     read_out: tuple[float, ...] = ()
+    expected_at: tuple[Point, ...] = ()
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero

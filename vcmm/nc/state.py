@@ -57,6 +57,8 @@ class ModalState:
     tool: int = 0
     tool_offset: Point = ORIGIN
     led: bool = False  # tool centre point control is on
+    over_face: bool = False  # polar interpolation is on: X and C lead the tip
+    work_spindle: int = 1  # which spindle holds the part
     tilted: bool = False  # a tilted plane is in force, and the tool stands square to it
     aim: Point | None = None  # tool axis that the program asks for, workpiece axes
     compensation: RadiusCompensation | None = None

@@ -56,12 +56,60 @@ class Face:
 
 
 @dataclass(frozen=True)
+class BoxEdges:
+    """Edges and corners of a box, met by a ball that overlaps them while its middle is beside the faces; a point meets none."""
+
+    low: Point
+    high: Point
+
+    def meets(self, start: Point, along: Point, radius: float) -> tuple[float, Point] | None:
+        """The same: the middle of the ball comes as near as its radius to an edge (a cylinder about it), or to a corner (a sphere)."""
+        if radius <= 0.0:
+            return None
+        found = []
+        for k in range(27):  # each axis: at its lower end, between both, at its upper end
+            ends = (k % 3, k // 3 % 3, k // 9)
+            fixed = [i for i in range(3) if ends[i] != 1]
+            if len(fixed) < 2:
+                continue
+            at = [self.low[i] if ends[i] == 0 else self.high[i] for i in range(3)]
+            met = self._near(start, along, radius, at, fixed)
+            if met is not None:
+                found.append(met)
+        return min(found) if found else None
+
+    def _near(
+        self, start: Point, along: Point, radius: float, at: list[float], fixed: list[int]
+    ) -> tuple[float, Point] | None:
+        """Where the distance from `at` along the axes `fixed` falls to the radius, with the foot on the edge."""
+        b = sum((start[i] - at[i]) * along[i] for i in fixed)
+        a = sum(along[i] ** 2 for i in fixed)
+        c = sum((start[i] - at[i]) ** 2 for i in fixed) - radius * radius
+        root = b * b - a * c
+        if a < GRAZING**2 or root < 0.0 or b >= 0.0:
+            return None
+        way = (-b - math.sqrt(root)) / a
+        middle = [s + way * d for s, d in zip(start, along)]
+        beside = any(not self.low[i] <= middle[i] <= self.high[i] for i in range(3) if i not in fixed)
+        outside = all((middle[i] - at[i]) * (1.0 if at[i] == self.high[i] else -1.0) > 0.0 for i in fixed)
+        if way < -BEHIND or beside or not outside:
+            return None
+        x, y, z = ((middle[i] - at[i]) / radius if i in fixed else 0.0 for i in range(3))
+        return max(way, 0.0), (x, y, z)
+
+
+@dataclass(frozen=True)
 class Round:
-    """A bore (inside) or boss along Z that is touched: a point of its axis and its radius, mm."""
+    """A bore (inside) or boss along Z that is touched: a point of its axis and its radius, mm; low, high: between which Z it stands.
+
+    Its rims are not touched: the middle of the ball meets it between low and high, or passes.
+    """
 
     point: Point
     radius: float
     inside: bool
+    low: float = -math.inf
+    high: float = math.inf
 
     def meets(self, start: Point, along: Point, radius: float) -> tuple[float, Point] | None:
         """The same: |start + way along - axis| = R - r inside, R + r outside (the nearer root outside, the farther inside)."""
@@ -77,20 +125,20 @@ class Round:
         if root < 0.0 or beyond:
             return None
         way = (-b + (math.sqrt(root) if self.inside else -math.sqrt(root))) / a
-        if way < -BEHIND:
+        if way < -BEHIND or not self.low - BEHIND <= start[2] + way * along[2] <= self.high + BEHIND:
             return None
         sign = -1.0 if self.inside else 1.0
         n = (sign * (x + way * along[0]) / reach, sign * (y + way * along[1]) / reach, 0.0)
         return max(way, 0.0), n
 
 
-Surface = Face | Round
+Surface = Face | BoxEdges | Round
 
 
-def box_faces(low: Point, size: Point) -> tuple[Face, ...]:
-    """The six faces of a box."""
+def box_faces(low: Point, size: Point) -> tuple[Surface, ...]:
+    """The six faces of a box, and its edges."""
     high = (low[0] + size[0], low[1] + size[1], low[2] + size[2])
-    out = []
+    out: list[Surface] = [BoxEdges(low, high)]
     for i in range(3):
         for sign, corner in ((-1.0, low), (1.0, high)):
             normal = (sign * (i == 0), sign * (i == 1), sign * (i == 2))
@@ -120,12 +168,32 @@ def first_contact(
 
 
 def stopped_at(start: Point, at: Point, end: Point) -> tuple[Point, Point, Point] | None:
-    """A touch at a tip position that lies between two others, of a surface square to the way; None where it lies elsewhere."""
-    length, way = math.dist(start, end), math.dist(start, at)
-    if not length or _dot(_minus(at, start), _minus(end, start)) < 0.0 or way > length:
+    """A touch where a way passes a tip position, of a surface square to the way; None where it ends before or begins behind it."""
+    length = math.dist(start, end)
+    if not length:
         return None
     x, y, z = ((b - a) / length for a, b in zip(start, end))
-    return at, (x, y, z), (-x, -y, -z)
+    way = _dot(_minus(at, start), (x, y, z))
+    if not -BEHIND <= way <= length:
+        return None
+    return (start[0] + way * x, start[1] + way * y, start[2] + way * z), (x, y, z), (-x, -y, -z)
+
+
+def left_contact(
+    surfaces: Sequence[Surface], start: Point, end: Point, radius: float, centre: Point = ORIGIN
+) -> tuple[Point, Point, Point] | None:
+    """(tip, unit way, outward normal) where a ball that touches at its start leaves on its way; None where it touches nothing there.
+
+    A ball that lies on a surface leaves it at once: where it does is where it would touch on the way back.
+    """
+    length = math.dist(start, end)
+    if not length:
+        return None
+    x, y, z = ((b - a) / length for a, b in zip(start, end))
+    back = first_contact(surfaces, start, (start[0] - x, start[1] - y, start[2] - z), radius, centre)
+    if back is None or math.dist(back[0], start) > 2.0 * BEHIND:
+        return None
+    return start, (x, y, z), back[2]
 
 
 def _dot(a: Point, b: Point) -> float:

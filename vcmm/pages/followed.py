@@ -66,7 +66,7 @@ def _of_cut(scenario: CutScenario) -> FollowedPath:
         constants=scenario.constants, lathe=lathe,
     )  # fmt: skip
     w = walk(program.moves)
-    return followed(program.moves, w, np.linalg.norm(errors_on(field, w), axis=1))
+    return followed(program.moves, w.move, w.tip, np.linalg.norm(errors_on(field, w), axis=1))
 
 
 def _rest(paths: Sequence[FollowedPath]) -> str:

@@ -59,6 +59,8 @@ def in_words(e: Evaluated) -> str:
     c, unit = e.result, e.unit
     half = (c.interval[1] - c.interval[0]) / 2
     if c.true_value is not None:
+        if not math.isfinite(c.interval[1]):
+            return f"{c.name}: indicated {e.measured * 1e3:.2f} µm. These points do not bound the true value: {c.why_not_shown}."
         low, high = (f"{x * 1e3:.2f}" for x in c.interval)
         stated = f" Stated with {c.filtered}." if c.filtered else ""
         claim = "" if c.true_value.claimed else " Its coverage was counted and is not claimed."
@@ -145,7 +147,7 @@ def _budget(c: CharacteristicResult) -> str:
     further = f"{len(rest)} further lines together {u_rest} {word} (all in budget.csv). " if rest else ""
     total = (
         f"{further}u(y) = {r.number(c.u * scale, 3)} {word}, ν_eff = {'∞' if math.isinf(nu) else f'{nu:.0f}'}, "
-        f"k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word}, p = {c.p:.0%}."
+        f"k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word}, p = {c.p:.0%}."
     )
     return html(table) + r.paragraph(total)
 

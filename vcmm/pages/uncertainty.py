@@ -187,5 +187,5 @@ def budget_table(c: CharacteristicResult) -> str:
         more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
         more.append(["what inputs do only together", *blank, f"{c.interaction_share:.1%}"])
-    total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word} (p = {c.p:.0%})"
+    total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"
     return html(table, more=more, foot=[[total, *blank, ""]])

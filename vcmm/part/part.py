@@ -22,6 +22,7 @@ from vcmm.core.errors import DataError, UsageError, choose_from, did_you_mean
 from vcmm.core.pose import Array, Pose, dot, frozen, length, triad, unit
 from vcmm.part.characteristic import TYPES, Characteristic, members
 from vcmm.part.mesh import Mesh, load_mesh
+from vcmm.part.nominal import NominalPoints, distance_and_normal
 
 __all__ = [
     "KINDS", "TYPES", "Characteristic", "Feature", "Mesh", "Part", "Shape",
@@ -49,8 +50,12 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "cone": Kind(("radius at the point", "half apex angle"), ("length",)),
         "torus": Kind(("ring radius", "tube radius"), ()),
         "mesh": Kind((), (), direction=False),
+        "points": Kind((), (), direction=False),
     }
 )
+
+
+FREE = ("mesh", "points")
 
 
 class Shape(Protocol):
@@ -70,9 +75,10 @@ class Feature:
 
     `point` (3,): centre, point on a plane, or for line, cylinder and cone the end from which `axis` leads
     along the length. `axis` (3,): normal out of the material (plane, point), direction or axis; zeros for
-    sphere and mesh.
+    sphere, mesh and points.
     `sizes` as in KINDS: a cone's radius grows along its axis. `extent`: size along u and v, or the length.
     `u` (3,): see the head of this module; by default `triad` chooses it from the axis.
+    `nominal`: the surface of kind points, next to which `point` is the middle.
     """
 
     name: str
@@ -83,6 +89,7 @@ class Feature:
     inside: bool = False
     extent: tuple[float, ...] = ()
     u: Array | None = None
+    nominal: NominalPoints | None = None
 
     def __post_init__(self) -> None:
         for field in ("point", "axis", "sizes"):
@@ -96,12 +103,19 @@ class Feature:
         if KINDS[self.kind].direction:
             object.__setattr__(self, "axis", frozen(unit(self.axis)))
 
+    @property
+    def free(self) -> bool:
+        """A free-form surface: no element is fitted to it, only its profile is toleranced."""
+        return self.kind in FREE
+
 
 def _feature_problems(f: Feature) -> Iterable[str]:
     if f.kind not in KINDS:
         yield f'unknown type "{f.kind}".{choose_from(f.kind, KINDS)}'
         return
     kind = KINDS[f.kind]
+    if (f.kind == "points") != (f.nominal is not None):
+        yield "nominal points belong to the type points, and it needs them."
     for word, vector in (("point", f.point), ("axis", f.axis), ("u", f.u)):
         if vector is not None and (vector.shape != (3,) or not np.all(np.isfinite(vector))):
             yield f"{word} must be three finite numbers, not {vector.tolist()}."
@@ -168,7 +182,7 @@ def _part_problems(part: Part) -> Iterable[str]:
 
 
 def frame(feature: Feature) -> Array:
-    """Orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere and mesh."""
+    """Orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere, mesh and points."""
     return triad(feature.axis, feature.u) if KINDS[feature.kind].direction else np.eye(3)
 
 
@@ -176,7 +190,8 @@ def moved(feature: Feature, b_from_a: Pose) -> Feature:
     """The same feature in another frame (one pose, not a batch)."""
     u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
-    return replace(feature, point=point, axis=axis, u=u)
+    nominal = feature.nominal and feature.nominal.moved(b_from_a)
+    return replace(feature, point=point, axis=axis, u=u, nominal=nominal)
 
 
 def ends(feature: Feature) -> Array:
@@ -195,13 +210,16 @@ def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
     The surface is unbounded: extents do not cut it. A circle stands for the cylinder through it, a point and
     a line for the plane on which they lie. UsageError for kind mesh (use vcmm.part.mesh.closest).
     """
+    if feature.nominal is not None:
+        return distance_and_normal(feature.nominal, np.asarray(points, dtype=np.float64))[0]
     side = -1.0 if feature.inside else 1.0
     arm = np.asarray(points, dtype=np.float64) - feature.point
     if feature.kind in ("point", "plane", "line"):
         return dot(arm, _outward(feature))
     if feature.kind == "sphere":
         return np.asarray(side * (length(arm) - feature.sizes[0]))
-    along, radial, _ = _cylindrical(feature, arm)
+    along, square = _across(feature, arm)
+    radial = length(square)
     if feature.kind in ("circle", "cylinder"):
         return np.asarray(side * (radial - feature.sizes[0]))
     if feature.kind == "cone":
@@ -215,19 +233,22 @@ def normal(feature: Feature, points: npt.ArrayLike) -> Array:
 
     It is the gradient of `signed_distance`. On the axis and in the centre, where all directions fit, it is u.
     """
+    if feature.nominal is not None:
+        return distance_and_normal(feature.nominal, np.asarray(points, dtype=np.float64))[1]
     side = -1.0 if feature.inside else 1.0
     arm = np.asarray(points, dtype=np.float64) - feature.point
     if feature.kind in ("point", "plane", "line"):
         return np.broadcast_to(_outward(feature), arm.shape).copy()
     if feature.kind == "sphere":
         return side * _direction(arm, frame(feature)[0])
-    along, radial, away = _cylindrical(feature, arm)
+    along, square = _across(feature, arm)
+    away = _direction(square, frame(feature)[0])
     if feature.kind in ("circle", "cylinder"):
         return side * away
     if feature.kind == "cone":
         half = feature.sizes[1]
         return np.asarray(side * (math.cos(half) * away - math.sin(half) * feature.axis))
-    tube = (radial - feature.sizes[0])[..., None] * away + along[..., None] * feature.axis
+    tube = (length(square) - feature.sizes[0])[..., None] * away + along[..., None] * feature.axis
     return side * _direction(tube, feature.axis)
 
 
@@ -237,13 +258,12 @@ def _outward(feature: Feature) -> Array:
     return np.asarray(frame(feature)[0]) if feature.kind == "line" else feature.axis
 
 
-def _cylindrical(feature: Feature, arm: Array) -> tuple[Array, Array, Array]:
-    """Distance along the axis (...), from the axis (...), and the direction away from it (..., 3)."""
+def _across(feature: Feature, arm: Array) -> tuple[Array, Array]:
+    """Distance along the axis (...), and the vector from the axis, square to it (..., 3)."""
     if feature.kind == "mesh":
         _outward(feature)
     along = dot(arm, feature.axis)
-    square = arm - along[..., None] * feature.axis
-    return along, length(square), _direction(square, frame(feature)[0])
+    return along, arm - along[..., None] * feature.axis
 
 
 def _direction(vectors: Array, otherwise: Array) -> Array:
@@ -273,8 +293,8 @@ def surface_point(feature: Feature, first: npt.ArrayLike, second: npt.ArrayLike 
         along = np.zeros_like(b) if feature.kind == "circle" else b
         radius = (feature.sizes[0] + slope * along)[..., None]
         return np.asarray(feature.point + radius * around + along[..., None] * w)
-    if feature.kind == "mesh":
-        raise UsageError(f'Feature "{feature.name}" lies on a mesh: give points instead.')
+    if feature.free:
+        raise UsageError(f'Feature "{feature.name}" is a free-form surface: give points instead.')
     ring, tube = feature.sizes
     return np.asarray(
         feature.point + (ring + tube * np.cos(b))[..., None] * around + (tube * np.sin(b))[..., None] * w

@@ -72,7 +72,7 @@ def clamps_of(solid: Solid) -> Union:
 
 def drawn_back(rows: TouchSequence, blocked: Ints) -> Ints:
     """Touches from which the tool must be able to draw back: both ends of blocked moves, and where a stylus changes."""
-    return np.unique(np.concatenate([rows.ends(), blocked.ravel()])).astype(np.intp)
+    return np.unique(np.concatenate([rows.ends, blocked.ravel()])).astype(np.intp)
 
 
 def back_lacking(
@@ -163,7 +163,7 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
     a, b = way.pairs.T
     over = np.max([back[a], back[b], travel[a], travel[b], crossing], axis=0)
     ends = np.zeros(rows.n)
-    ends[rows.ends()] = back[rows.ends()]
+    ends[rows.ends] = back[rows.ends]
     return over, ends
 
 

@@ -199,7 +199,7 @@ def _compressed(columns: Array) -> Array:
 
 def _form(scenario: Scenario, motions: Motions, points: Array, spread: float) -> tuple[Array, float]:
     feature = motions.feature
-    if feature.kind in ("mesh", "point"):
+    if feature.free or feature.kind == "point":
         return np.zeros((len(points), 0)), spread
     reference = surface_grid(feature, 2 * DENSE)
     there = (reference, normal(feature, reference))

@@ -114,7 +114,7 @@ def _spherical(feature: Feature, points: Array) -> Array:
 
 
 def surface_grid(feature: Feature, n: int = 24, margin: float = 0.0) -> Array:
-    """Points (k, 3) spread evenly over a feature, `margin` mm inside its edges; empty for kind mesh."""
+    """Points (k, 3) spread evenly over a feature, `margin` mm inside its edges; the nominal points of kind points, none of a mesh."""
     turn = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
     if feature.kind == "plane":
         a, b = (np.linspace(-1.0, 1.0, _odd(n)) * max(0.5 * e - margin, 0.25 * e) for e in feature.extent)
@@ -136,6 +136,8 @@ def surface_grid(feature: Feature, n: int = 24, margin: float = 0.0) -> Array:
     if feature.kind == "torus":
         tube = np.linspace(0.0, 2.0 * np.pi, n // 2, endpoint=False)
         return surface_point(feature, *(g.ravel() for g in np.meshgrid(turn, tube, indexing="ij")))
+    if feature.nominal is not None:
+        return feature.nominal.points
     return feature.point[None] if feature.kind == "point" else np.zeros((0, 3))
 
 

@@ -82,7 +82,7 @@ def part_points(part: Part) -> Array:
     """Points (n, 3) whose bounding box holds the part, drawing frame."""
     if part.mesh is not None:
         return part.mesh.vertices
-    return np.concatenate([outline(f) for f in part.features.values() if f.kind != "mesh"])
+    return np.concatenate([outline(f) for f in part.features.values() if not f.free])
 
 
 def _room(f: Feature) -> Cuboid:

@@ -201,8 +201,8 @@ def _reaches(scenario: Scenario, feature: str, stylus: str) -> bool:
     grid = np.concatenate([surface_grid(f, 12, scenario.plan.styli[stylus].tip_radius), *present])
     touched = grid[accessible(scenario, f, stylus, grid)]
     moving = motions_of(f)
-    if len(touched) <= moving.count or f.kind == "mesh":
-        return len(touched) > 0 and f.kind == "mesh"
+    if len(touched) <= moving.count or f.free:
+        return len(touched) > 0 and f.free
     jac = moving.rows(touched, normal(f, touched)) / moving.scale()
     return bool(np.linalg.matrix_rank(jac, tol=1e-6) == moving.count)
 

@@ -75,11 +75,10 @@ class Feasibility:
     def feasible(self, poses: npt.ArrayLike) -> Bools:
         """(m,): nothing is in the way."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-        static = self._static(six).max(axis=1)
-        for i in np.flatnonzero(
-            static == 0.0
-        ):  # the tool is looked at only where nothing simpler is in the way
-            static[i] = self._of_tool(six[i]).max()
+        together = Pose.from_turns(six[:, :3], six[:, 3:])
+        static, every = self._static(six, together).max(axis=1), together.each()
+        for i in np.flatnonzero(static == 0.0):  # the tool is looked at where nothing simpler is in the way
+            static[i] = self._of_tool(every[i]).max()
         return np.asarray(static == 0.0)
 
     def violation(self, poses: npt.ArrayLike) -> Array:
@@ -89,16 +88,16 @@ class Feasibility:
     def amounts(self, poses: npt.ArrayLike) -> Array:
         """(m, len(CONSTRAINTS)) mm, 0 where met. Angles count as the arc at the part's rim, kg as mm."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-        out = self._static(six)
-        for i in range(len(six)):
-            out[i] += self._of_tool(six[i])
+        together = Pose.from_turns(six[:, :3], six[:, 3:])
+        out = self._static(six, together)
+        for row, pose in zip(out, together.each()):
+            row += self._of_tool(pose)
         return out
 
-    def _static(self, six: Array) -> Array:
-        """The columns that need no tool, others 0."""
+    def _static(self, six: Array, pose: Pose) -> Array:
+        """The columns that need no tool (m, len(CONSTRAINTS)), others 0; pose: the batch of the six numbers (m, 6)."""
         out = np.zeros((len(six), len(CONSTRAINTS)))
         column = CONSTRAINTS.index
-        pose = Pose.from_turns(six[:, :3], six[:, 3:])
         out[:, column("load")] = self.overload()
         size, over = self._travel(pose)
         out[:, column("size")], out[:, column("travel")] = size.max(axis=1), over.max(axis=(1, 2))
@@ -159,9 +158,14 @@ class Feasibility:
         off = (0.0 if table is None else table) - lowest
         return np.where(off > 1e-3, off, 0.0)
 
+    @cached_property
+    def shafts(self) -> Array:
+        """(s, 3) unit, machine: from the tip of each stylus to its head."""
+        return np.array([-self.rows.plan.styli[name].direction for name in self.rows.styli])
+
     def steep(self, rotation: Array) -> Array:
         """(n,) rad by which the shaft leans over the surface too far."""
-        shafts = np.array([-self.rows.plan.styli[name].direction for name in self.rows.styli]) @ rotation
+        shafts = self.shafts @ rotation
         cosine = np.einsum("ni,ni->n", shafts[self.rows.stylus], self.rows.normal)
         off = np.arccos(np.clip(cosine, -1.0, 1.0)) - self.scenario.surroundings.steepest
         return np.where(off > 1e-9, off, 0.0)
@@ -235,9 +239,9 @@ class Feasibility:
         moves[direct > 0.0] = np.minimum(over, direct[direct > 0.0])
         return moves, ends
 
-    def _of_tool(self, six: Array) -> Array:
-        """The columns that need the tool, for one pose (6,); others 0."""
-        pose, out, column = Pose.from_turns(six[:3], six[3:]), np.zeros(len(CONSTRAINTS)), CONSTRAINTS.index
+    def _of_tool(self, pose: Pose) -> Array:
+        """The columns that need the tool, for one pose; others 0."""
+        out, column = np.zeros(len(CONSTRAINTS)), CONSTRAINTS.index
         out[column("direction")] = self.steep(pose.rotation).max() * self._arm()
         of_part, table = self.room(pose.rotation), self.table_room(pose)
         for name in NAMES:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -92,6 +93,7 @@ class TouchSequence:
         first = np.flatnonzero(self.stylus[1:] == self.stylus[:-1])
         return np.stack([first, first + 1], axis=1)
 
+    @cached_property
     def ends(self) -> Ints:
         """Touches at which a stylus comes into play or goes out of it."""
         change = np.flatnonzero(self.stylus[1:] != self.stylus[:-1])
@@ -132,9 +134,14 @@ class Tooling:
 
     def key(self, rotation: Array) -> tuple[float, ...]:
         """Poses with one key (machine_from_part rotations) see the part from the same side: all bodies are round."""
-        up = np.array(self.around.head.up, dtype=float)
-        seen = np.vstack([up / np.linalg.norm(up), *(t.centre[0] for t in self.tools)]) @ rotation
+        seen = self.looks @ rotation
         return tuple((np.round(seen, 9) + 0.0).ravel().tolist())
+
+    @cached_property
+    def looks(self) -> Array:
+        """(1 + s, 3), machine: the way up and one place of each tool, which tell the sides of the part that it sees."""
+        up = np.array(self.around.head.up, dtype=float)
+        return np.vstack([up / np.linalg.norm(up), *(t.centre[0] for t in self.tools)])
 
     def need(self, body: int) -> Array:
         return self.shaft_need if body == 0 else np.full(self.rows.n, self.around.safe)

@@ -27,11 +27,12 @@
   }
   function project() {
     flat = new Float64Array(2 * (n + 1));
+    const cut = d.rapid.some(r => !r), shown = d.x.map((_, i) => !cut || (i > 0 && !d.rapid[i - 1]) || d.rapid[i] === 0); // fitted to what cuts
     let lo = [Infinity, Infinity], hi = [-Infinity, -Infinity];
     for (let i = 0; i <= n; i++) for (let k = 0; k < 2; k++) {
       const v = view[k], q = v[0] * d.x[i] + v[1] * d.y[i] + v[2] * d.z[i];
       flat[2 * i + k] = q;
-      if (i || n < 2) { lo[k] = Math.min(lo[k], q); hi[k] = Math.max(hi[k], q); }
+      if (shown[i]) { lo[k] = Math.min(lo[k], q); hi[k] = Math.max(hi[k], q); }
     }
     const w = canvas.width, h = canvas.height;
     scale = 0.92 * Math.min(w / (hi[0] - lo[0] || 1), h / (hi[1] - lo[1] || 1));

@@ -64,7 +64,7 @@ def _block_errors(machine: Machine, run: Run, drawn: Sequence[Draws], count: int
     """(m, n, 3) of one block of trials: motions effect by effect, the transforms of all trials multiplied at once."""
     trials = range(len(drawn[0].raw) if drawn else count)
     channels = [d for d in drawn if d.influence.input.is_channel]
-    runs = [_with_channels(run, channels, t) for t in trials]
+    runs = [_with_channels(run, channels, t) for t in trials] if channels else [run] * len(trials)
     motions, reading = [], np.zeros((len(trials), run.n, 3))
     for effect in machine.effects:
         six = _drawn_motions(effect, runs, [d for d in drawn if _acts(d, effect)], bases)
@@ -179,7 +179,7 @@ def _in_proportion(effect: Effect, count: int, drawn: Sequence[Draws], bases: _B
         if len(one.influence.copies) == 1:
             total = total + (one.departures[:, 0] @ unit.reshape(-1, unit.shape[2]).T).reshape(total.shape)
         else:
-            total = total + np.stack([np.einsum("nik,nk->ni", unit, one.on_rows(t)) for t in range(count)])
+            total = total + np.einsum("nik,mnk->mni", unit, one.departures[:, one.influence.codes])
     return total
 
 

@@ -33,6 +33,8 @@ AUDIT: tuple[Column[Audited], ...] = (
     entry("attained_interval95", lambda a: list(a.interval95)),
     Column("parts", lambda a: a.parts, COUNT, key="parts", csv="parts"),
     Column("mean width", lambda a: a.width, SIZE, key="mean_width_{unit}"),
+    Column("an oracle's", lambda a: a.oracle, SIZE, key="oracle_width_{unit}"),
+    entry("oracle_attained", lambda a: a.oracle_held),
     entry("claimed", lambda a: a.claimed),
     entry("why_not_claimed", lambda a: a.why or None),
     Column("band", lambda a: f"{a.least:.2f} to {a.most:.2f}", WORDS),
@@ -46,7 +48,8 @@ AUDIT: tuple[Column[Audited], ...] = (
 def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
     caption = (
         "Share of drawn parts whose true value lies in their interval; form is given in units of the machine's noise. Verdicts: "
-        "exact binomial test against the nearer end of the band; outside below 2.5 %."
+        "exact binomial test against the nearer end of the band; outside below 2.5 %. An oracle knows the family of forms of every part "
+        "and how their sizes are spread."
     )
     return ResultTable("coverage, counted", AUDIT, rows, caption)
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from vcmm.compensating.points import CorrectedPoints
-from vcmm.compensating.result import CompensatedProgram, Departure
+from vcmm.compensating.result import CompensatedProgram, Departure, OrientationProof
 from vcmm.core.run import Array
 from vcmm.tables.quantities import fixed, in_file
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, csv_text, entry, records
@@ -21,6 +21,15 @@ DEPARTURES: tuple[Column[Named], ...] = (
     Column("rms", lambda n: n[1].rms, fixed(2, "um", 1e3)),
     entry("max_um", lambda n: n[1].largest * 1e3),
     entry("rms_um", lambda n: n[1].rms * 1e3),
+    Column("at line", lambda n: n[1].line, NUMBER_TEXT, key="line"),
+)
+
+POINTINGS: tuple[Column[Named], ...] = (
+    Column("", lambda n: n[0]),
+    Column("largest", lambda n: n[1].largest, fixed(1, "urad", 1e6)),
+    Column("rms", lambda n: n[1].rms, fixed(1, "urad", 1e6)),
+    entry("max_urad", lambda n: n[1].largest * 1e6),
+    entry("rms_urad", lambda n: n[1].rms * 1e6),
     Column("at line", lambda n: n[1].line, NUMBER_TEXT, key="line"),
 )
 
@@ -49,6 +58,18 @@ class Compared(Protocol):
 def departures(result: Compared, rows: list[Named]) -> ResultTable[Named]:
     title = f"{result.name} on {result.machine}: departure of the cut path from the programmed one"
     return ResultTable(title, DEPARTURES, rows)
+
+
+def pointings(proof: OrientationProof) -> ResultTable[Named]:
+    rows = [("as programmed", proof.before), ("compensated program", proof.after)]
+    return ResultTable(
+        "angle between the tool and where it is programmed to point, over the cuts", POINTINGS, rows
+    )
+
+
+def pointing_json(departure: Departure) -> dict[str, Any]:
+    """The same of one program."""
+    return records(POINTINGS, [("", departure)])[0]
 
 
 def shifts(result: Compared) -> ResultTable[Shift]:

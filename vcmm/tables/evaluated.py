@@ -129,8 +129,8 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     Column("bias", lambda c: c.bias, DEVIATION, key="bias_{unit}"),
     entry("bias_corrected", lambda c: c.corrected),
     entry("u_{unit}", lambda c: c.u),
-    Column("U", lambda c: c.expanded, SIZE, key="U_{unit}"),
-    Column("k", lambda c: c.k, fixed(2), key="k", on="terminal"),
+    Column("U", lambda c: c.stated[0], SIZE, key="U_{unit}"),
+    Column("k", lambda c: c.stated[1], fixed(2), key="k", on="terminal"),
     entry("p", lambda c: c.p),
     entry("interval_{unit}", lambda c: list(c.interval)),
     Column("interval from nominal", lambda c: from_nominal(c.interval, c), SPAN),
@@ -290,7 +290,13 @@ def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> R
 def combined(c: CharacteristicResult) -> BudgetLine:
     """The closing line of a budget: k, U, p, y and bias in words, u in numbers."""
     scale = SMALL_SCALE[c.unit]
-    said = f"k = {c.k:.3g}; U = {c.expanded * scale:.4g}; p = {c.p:g}; y = {c.value:.9g} {c.unit}"
+    expanded, k = c.stated
+    said = (
+        f"k = {k:.3g}; U = {expanded * scale:.4g}; "
+        if math.isfinite(expanded)
+        else "no U: the true value is not bounded; "
+    )
+    said += f"p = {c.p:g}; y = {c.value:.9g} {c.unit}"
     said += f"; bias = {c.bias * scale:.4g}" if math.isfinite(c.bias) else ""
     return BudgetLine(
         input="combined", what=said, distribution="", dof=math.inf, redraw="", estimate=None, u_input=None, unit="",

@@ -109,3 +109,15 @@ FILE: tuple[Column[Any], ...] = (
     Column(None, lambda r: decided(r[1].result) or "", csv="decision"),
     Column(None, lambda r: p_conform(r[1].result), csv="p_conform"),
 )
+
+
+def warnings_of_parts(parts: Sequence[EvaluatedPart]) -> list[str]:
+    """What all parts say once; before what only some say stand their names."""
+    said: dict[str, list[str]] = {}
+    for part in parts:
+        for text in dict.fromkeys(part.warnings):
+            said.setdefault(text, []).append(part.part)
+    return [
+        text if len(names) == len(parts) else "part " + ", ".join(f'"{n}"' for n in names) + f": {text}"
+        for text, names in said.items()
+    ]

@@ -65,6 +65,10 @@ def move_json(m: Move, axes: str = "ABC") -> dict[str, Any]:
     if m.led or m.tool_axis_end is not None:
         ways = (("tool_axis_start", m.tool_axis_start), ("tool_axis_end", m.tool_axis_end))
         out |= {name: None if way is None else list(way) for name, way in ways} | {"led": m.led}
+    if m.over_face:
+        out["over_face"] = True
+    if m.work_spindle != 1:
+        out["work_spindle"] = m.work_spindle
     if m.kind == "dwell":
         out["seconds"] = m.seconds
     return out

@@ -1,4 +1,4 @@
-"""TCH PROBE 0 and 419, by hand."""
+"""TCH PROBE 0, by hand, and what the cycles have in common."""
 
 from __future__ import annotations
 
@@ -55,8 +55,10 @@ def test_what_is_missing_is_said():
         interpret(program("TCH PROBE 419 DATUM IN ONE AXIS ~\n Q263=+0 ~\n Q272=1"), "heidenhain", SETUP)
     with pytest.raises(DataError, match=r"as in TCH PROBE 0\.0"):
         interpret(program("TCH PROBE 0.0 REF. PLANE Q5"), "heidenhain", SETUP)
-    with pytest.raises(DataError, match="known are 0 and 419"):
-        interpret(program("TCH PROBE 421 MEASURE HOLE"), "heidenhain", SETUP)
+    with pytest.raises(
+        DataError, match=r"TCH PROBE 405 \(it turns the C axis\) is not understood; known are 0, 400, 401"
+    ):
+        interpret(program("TCH PROBE 405 ROT IN C-AXIS"), "heidenhain", SETUP)
 
 
 def test_another_preset_keeps_its_other_axes_and_feeds_are_per_minute():

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from vcmm.core.errors import DataError
 from vcmm.nc.interpret import interpret
 from vcmm.nc.setup import Setup, Tool
-from vcmm.nc.touching import Face, box_faces
+from vcmm.nc.touching import Face, Round, box_faces
 
 BOX = box_faces((50.0, 20.0, -230.0), (100.0, 60.0, 30.0))
 PROBE = Tool(9, length=120.0, diameter=6.0, shape="probe")
@@ -115,3 +117,99 @@ def test_a_flat_tool_touches_with_its_end_from_above():
     mill = Setup(offsets=SETUP.offsets, tools={9: Tool(9, length=120.0, diameter=6.0)}, surfaces=BOX)
     found = interpret(HEAD.replace("Z-5.", "Z20.") + "G0 X0.\nG31 Z-10. F100.\nM30", "fanuc", mill)
     assert found.touches[0].tip[2] == -200.0
+
+
+def corner_surfaces(angle: float) -> tuple[Face, Face]:
+    """Two faces that meet at X -50, Y -30 of the work, turned by an angle (rad); the part lies towards +X and +Y."""
+    c, s = math.cos(angle), math.sin(angle)
+    point = (50.0, 20.0, -200.0)
+    return Face(point, (-c, -s, 0.0)), Face(point, (s, -c, 0.0))
+
+
+def test_an_outer_corner_is_found_where_turned_faces_meet():
+    # part turned by 0.01 rad about its corner at X-50 Y-30; expected 1 mm beside it
+    setup = Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=corner_surfaces(0.01))
+    text = (
+        HEAD.replace("X-70. Y0.", "X-60. Y-40.")
+        + "G65 P9816 X-51. Y-30. I20. J20. S1.\n#1=#135\n#2=#142\n#3=#139\nG0 X#1 Y#2\nZ#3\nM30"
+    )
+    found = interpret(text, "fanuc", setup)
+    assert len(found.touches) == 4
+    # measured -50 where -51 was expected: G54 goes from 100 by 1; X reads -50, Y the 0.5730 deg, Z the 90.5730 deg
+    degrees = math.degrees(0.01)
+    assert found.moves[-1].end == pytest.approx(
+        (101.0 - 50.0, 50.0 + degrees, -200.0 + 90.0 + degrees), abs=1e-9
+    )
+
+
+def test_a_corner_without_second_touches_is_square_to_the_axes():
+    text = HEAD.replace("X-70. Y0.", "X-60. Y-40.") + "G65 P9816 X-50. Y-30. S2.\nG55 G0 X0. Y0.\nM30"
+    found = interpret(text, "fanuc", SETUP)
+    assert [t.tip for t in found.touches] == [(60.0, 17.0, -205.0), (47.0, 30.0, -205.0)]
+    assert found.moves[-1].end[:2] == pytest.approx((100.0, 50.0))
+
+
+def test_an_inner_corner_is_touched_from_inside():
+    inside = (Face((100.0, 0.0, 0.0), (-1.0, 0.0, 0.0)), Face((0.0, 80.0, 0.0), (0.0, -1.0, 0.0)))
+    setup = Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=inside)
+    text = HEAD.replace("X-70. Y0.", "X-20. Y10.") + "G65 P9815 X0. Y30.\nG0 X[#140*100.] Y[#141*100.]\nM30"
+    found = interpret(text, "fanuc", setup)
+    assert [t.tip[:2] for t in found.touches] == [(80.0, 77.0), (97.0, 60.0)]
+    assert found.moves[-1].end[:2] == pytest.approx((100.0, 50.0))
+
+
+@pytest.mark.parametrize(("axis", "start", "expected"), [("Y", "X0. Y-45.", 0.0), ("X", "X-65. Y0.", 90.0)])
+def test_the_angle_of_a_face(axis, start, expected):
+    # 0.01 rad = 0.5730 deg, counter-clockwise seen from +Z
+    setup = Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=corner_surfaces(0.01))
+    where = {"X": "-50.", "Y": "-30."}[axis]
+    text = (
+        HEAD.replace("X-70. Y0.", start)
+        + f"G65 P9843 {axis}{where} D20.\n#1=#139\n#2=#144\nG0 X#1\nY[#2*100.]\nM30"
+    )
+    found = interpret(text, "fanuc", setup)
+    x, y, _ = found.moves[-1].end
+    assert x - 100.0 == pytest.approx(expected + math.degrees(0.01), abs=1e-9)
+    assert y - 50.0 == pytest.approx(100.0 * math.degrees(0.01), abs=1e-7)
+
+
+def test_a_bore_by_three_points_and_across_an_angle():
+    # bore of 30.04 about (101, 51); expected 30 about (100, 50)
+    bore = Round((101.0, 51.0, 0.0), 15.02, inside=True)
+    setup = Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=(bore,))
+    text = HEAD.replace("X-70. Y0.", "X0. Y0.")
+    found = interpret(text + "G65 P9823 A0. B120. C240. D30.\nG0 X[#140+#138] Y#141\nM30", "fanuc", setup)
+    assert found.moves[-1].end[:2] == pytest.approx((100.0 + 1.0 + 30.04, 51.0), abs=1e-9)
+    found = interpret(text + "G65 P9814 D30.\nG0 X[#140+#138] Y#141\nM30", "fanuc", setup)
+    assert found.moves[-1].end[:2] == pytest.approx((100.0 + 1.0 + 30.04, 51.0), abs=1e-9)
+    # across 45 deg through (100, 50): the middle of the chord is the foot of the axis, half the diagonal away: (101, 51)
+    found = interpret(text + "G65 P9821 A45. D30.\nG0 X[#140+#138] Y#141\nM30", "fanuc", setup)
+    assert found.moves[-1].end[:2] == pytest.approx((100.0 + 1.0 + 30.04, 51.0), abs=1e-9)
+
+
+def test_an_overtravel_of_nothing_is_one():
+    # the face lies 0.4 mm beyond what is expected: within the usual 10 mm, not within none; then it is where it is expected
+    beyond = HEAD + "G65 P9811 X-50.4 Q0.\nG0 X[#140*100.]\nM30"
+    assert interpret(beyond, "fanuc", SETUP).moves[-1].end[0] == pytest.approx(100.0)
+    assert interpret(beyond.replace(" Q0.", ""), "fanuc", SETUP).moves[-1].end[0] == pytest.approx(140.0)
+
+
+def test_calibrating_and_switching_move_nothing_and_others_are_refused():
+    found = interpret(HEAD + "G65 P9832\nG65 P9804 D25.\nG65 P9833\nM30", "fanuc", SETUP)
+    assert not found.touches
+    assert "calibrates the probe" in found.warnings[-1].text
+    with pytest.raises(DataError, match=r":5:1: G65 P9834 \(from feature to feature\) is not understood"):
+        interpret(HEAD + "G65 P9834\nM30", "fanuc", SETUP)
+
+
+def test_linuxcnc_probes_away_from_what_it_touches():
+    text = "G21 G90 G94 G54\nT9 M6\nG43 H9\nG0 X-70 Y0\nG0 Z-5\nF100\nG38.2 X-40\nG38.4 X-70\nG0 X[#5061-1]\nG0 Y#5070\n{}M2"
+    found = interpret(text.format(""), "linuxcnc", SETUP)
+    assert [t.along for t in found.touches] == [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)]
+    assert found.moves[-1].end[:2] == (46.0, 51.0)
+    with pytest.raises(DataError, match=r"G38\.4 leaves no surface"):
+        interpret(text.format("G38.4 X-80\n"), "linuxcnc", SETUP)
+    assert (
+        "G38.5 leaves no surface"
+        in interpret(text.format("G38.5 X-80\n"), "linuxcnc", SETUP).warnings[-1].text
+    )

@@ -20,6 +20,7 @@ from vcmm.nc.heidenhain.planes import plane
 from vcmm.nc.heidenhain.probing import KlartextProbing
 from vcmm.nc.heidenhain.text import KlartextBlock, KlartextReader, blocks_of, tokenize
 from vcmm.nc.heidenhain.tools import call_tool, define_tool
+from vcmm.nc.heidenhain.touch_cycles import CYCLES, LATER, touch_cycle
 from vcmm.nc.heidenhain.traces import cuts_of, words_of
 from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.moves import PLANES, Program, Source
@@ -189,23 +190,26 @@ class _Runner:
         return self.paths.straight(reader)
 
     def probe(self, reader: KlartextReader) -> None:
-        """TCH PROBE 0 and 419; what others find is the machine's."""
+        """TCH PROBE 0 and those of touch_cycles; what others find is the machine's."""
         reader.accept("PROBE")
         number, column = reader.upper(), reader.column
         probing = self.probing
-        if number in ("0.0", "0.1", "419"):
+        known = int(number) if number.isdigit() else 0
+        if number in ("0.0", "0.1") or known in CYCLES:
             reader.at += 1
         if number == "0.0":
             probing.first(reader)
         elif number == "0.1":
             probing.second(reader)
-        elif number == "419":
-            probing.datum(self.paths.cycles.q_values(reader, self.parameters.values), column)
+        elif known in CYCLES:
+            values = self.parameters.values
+            touch_cycle(self.recorder, values, known, self.paths.cycles.q_values(reader, values), column)
         else:
             reader.rest()
+            why = f" ({LATER[known]})" if known in LATER else ""
             self.recorder.assume(
                 f"TCH PROBE {number}", "passed over: nothing is probed, its results are 0",
-                f"TCH PROBE {number} is not understood; known are 0 and 419, take it out",
+                f"TCH PROBE {number}{why} is not understood; known are 0, {', '.join(map(str, CYCLES))}: probe with these, or take it out",
             )  # fmt: skip
 
     def pattern(self, reader: KlartextReader) -> None:

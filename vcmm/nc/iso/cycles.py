@@ -19,6 +19,7 @@ from vcmm.nc.moves import PLANES
 CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
 _STICKY = {"G73": "Q", "G83": "Q", "G82": "P", "G89": "P", "G86": "P", "G88": "P", "G76": "Q"}
 _MOST_PECKS = 20_000
+SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
 
 def drill(c: IsoControl, w: IsoWords, code: str) -> None:
@@ -46,6 +47,16 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
     for _ in range(repeats):
         point = [point[0] + step[0], point[1] + step[1]]
         drill_at(c, point[0], point[1], code)
+
+
+def lathe_cycle(c: IsoControl, mode: str) -> tuple[str, str]:
+    """What a drilling cycle of a lathe does and its plane: along Z; on Fanuc G87, G88, G89 do along X what G83, G84, G85 do along Z.
+
+    Source: FANUC B-64304EN-1, "canned cycle for drilling": face (Z) and side (X) drilling, tapping and boring.
+    """
+    if mode in SIDE and not c.language.everything_home:
+        return SIDE[mode], "YZ"
+    return mode, "XY"
 
 
 def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
@@ -98,11 +109,15 @@ def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
 def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
     """R and depth: the words as given stay in force, and are checked."""
     letter = AXES[normal]
-    for kept, word in (("Z", letter), ("R", "R")):
+    half = 0.5 if letter == "X" and c.diametral() else 1.0
+    for kept, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
         number = w.take(word)
         if number is not None:
-            c.cycle[kept] = length(c, w, word, number)
+            c.cycle[kept] = length(c, w, word, number) * factor
             c.counted_on = c.counted_on - {kept} if c.absolute else c.counted_on | {kept}
+    number = w.take("UVW"[normal]) if c.language.lathe else None
+    if number is not None:  # from R to the bottom
+        c.cycle["Z"], c.counted_on = length(c, w, "UVW"[normal], number) * half, c.counted_on | {"Z"}
     if "Z" not in c.cycle:
         c.fault(f"{code} has no depth yet; add {letter}, as in {code} {letter}-10.0 R2.0")
     if "R" not in c.cycle and (c.language.lathe or c.language.survey):

@@ -11,7 +11,7 @@ from typing import Any
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
-from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
+from vcmm.nc.iso.cycles import CYCLES, drill, lathe_cycle, rigid_tap
 from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
 from vcmm.nc.iso.grooving import SINGLE, single_cut
 from vcmm.nc.iso.groups import PROBING
@@ -174,6 +174,7 @@ def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:
 
 def _axis_left(c: IsoControl, w: IsoWords) -> bool:
     letters = "XYZABCUVW" if c.language.lathe else "XYZABC@^"
+    letters += "H" if c.language.codes == "lathe" else ""
     return any(a in w.values and a not in w.used for a in letters)
 
 
@@ -221,8 +222,8 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
             thread_cycle(c, w)
         else:
             kept = c.plane
-            if c.language.lathe:  # along Z, or along X
-                c.plane = "YZ" if mode in ("G87", "G88", "G89") else "XY"
+            if c.language.lathe:
+                mode, c.plane = lathe_cycle(c, mode)
             drill(c, w, mode)
             c.plane = kept
         c.marker = ""

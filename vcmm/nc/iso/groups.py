@@ -113,7 +113,13 @@ REFUSED = {
     "G241": "radial drilling with a driven tool", "G243": "radial drilling with a driven tool", "G195": "radial tapping with a driven tool",
     "G196": "radial tapping with a driven tool", "G78": "threading cycles", "G79": "facing cycles", "G12": "circular pockets", "G13": "circular pockets",
 }  # fmt: skip
-PROBING = ("G31", "G38.2", "G38.3")  # towards a surface; where the set-up states it, the touch is worked out
+PROBING = (
+    "G31",
+    "G38.2",
+    "G38.3",
+    "G38.4",
+    "G38.5",
+)  # where the set-up states surfaces, the touch is worked out
 STAND_INS = {  # a survey goes straight to the end point of what it does not model
     "G5": "G1", "G5.1": "G1", "G5.2": "G1", "G5.3": "G1", "G6.1": "G1", "G6.2": "G1", "G31": "G1", "G38.2": "G1", "G38.3": "G1",
     "G38.4": "G1", "G38.5": "G1", "G41.2": "G41", "G42.2": "G42", "G84.2": "G84", "G84.3": "G74",

@@ -39,9 +39,10 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
 
 def turned(c: IsoControl, w: IsoWords) -> Point:
     """The rotary position that a block asks for, rad."""
-    if not any(w.has(a) for a in "ABC"):
-        return c.rotary
     out = list(c.rotary)
+    step = w.take("H") if c.language.codes == "lathe" else None  # system A: C by an increment
+    if step is not None:
+        out[2] += math.radians(step)
     for i, axis in enumerate("ABC"):
         number = w.take(axis)
         if number is not None:

@@ -19,7 +19,7 @@ from vcmm.nc.iso.polar import polar_ends, radial_ends
 from vcmm.nc.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
-from vcmm.nc.probing import touch
+from vcmm.nc.probing import leave, touch
 from vcmm.nc.recorder import NO_TOOL
 
 CENTRE_WORDS = "IJK"
@@ -72,26 +72,28 @@ def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
 
 
 def probe(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G31, G38.2, G38.3: towards the programmed point until the probe answers; not modal here, the motion before stays in force.
+    """G31, G38.2, G38.3: towards the programmed point until the probe answers; G38.4, G38.5: away from a surface until it is free. Not
+    modal here, the motion before stays in force.
 
     Sources: FANUC B-64304EN, "skip function (G31)", #5061 to #5063 hold where it stopped, and the end point where nothing was met;
-    LinuxCNC, "G38.n straight probe": G38.2 is an alarm without contact, #5061 to #5063 and #5070 (1: contact).
+    LinuxCNC, "G38.n straight probe": G38.2 and G38.4 are alarms without contact, #5061 to #5063 and #5070 (1: contact).
     """
     w.take("P")
     c.column = column
     p, rotary = target(c, w)
     if rotary != c.rotary:
         raise BlockFault(column, f"{code} with a rotary axis: probe with linear axes only")
-    c.met = touch(c, p, c.tools.get(c.tool, NO_TOOL))
-    if not c.met and code == "G38.2":
-        raise BlockFault(
-            column,
-            "G38.2 meets no surface that the set-up states: an alarm; check the target, [stock] and [[surfaces]]",
-        )
+    away = code in ("G38.4", "G38.5")
+    c.met = (leave if away else touch)(c, p, c.tools.get(c.tool, NO_TOOL))
+    what = (
+        "leaves no surface: the probe touches none where it starts"
+        if away
+        else "meets no surface that the set-up states"
+    )
+    if not c.met and code in ("G38.2", "G38.4"):
+        raise BlockFault(column, f"{code} {what}: an alarm; check the target, [stock] and [[surfaces]]")
     if not c.met:
-        c.remark(
-            f"{code} meets no surface that the set-up states and goes to its end point", column, every=True
-        )
+        c.remark(f"{code} {what} and goes to its end point", column, every=True)
 
 
 def corner_words(c: IsoControl, w: IsoWords) -> None:

@@ -30,7 +30,7 @@ class Winding:
     """What is wound. radius: of the cylinder, mm; 0: polar. linear: the axis whose words are arcs of the cylinder (Haas), else -1.
 
     axis: index of the rotary axis. zero: the turning axis in machine coordinates, mm; angle: of C where polar began, rad.
-    kept: plane, diameter, led before.
+    kept: plane, diameter, led, over_face before.
     """
 
     radius: float
@@ -38,7 +38,7 @@ class Winding:
     linear: int
     zero: Point
     angle: float
-    kept: tuple[str, str, bool]
+    kept: tuple[str, str, bool, bool]
 
 
 def wind(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
@@ -49,9 +49,14 @@ def wind(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     elif code in ("G12.1", "G112"):
         if c.winding is None:
             c.winding = Winding(
-                0.0, 2, -1, c.world.apply((0.0, 0.0, 0.0)), c.rotary[2], (c.plane, c.diameter, c.led)
+                0.0,
+                2,
+                -1,
+                c.world.apply((0.0, 0.0, 0.0)),
+                c.rotary[2],
+                (c.plane, c.diameter, c.led, c.over_face),
             )
-            c.plane, c.led, c.wound_from = "XY", True, c.winding
+            c.plane, c.led, c.over_face, c.wound_from = "XY", True, True, c.winding
             c.diameter = "" if c.language.haas else c.diameter  # Haas: X and Y are radii
     else:
         _cylinder(c, w, column)
@@ -62,7 +67,7 @@ def unwind(c: IsoControl) -> None:
     on, c.winding = c.winding, None
     if on is None:
         return
-    c.plane, c.diameter, c.led = on.kept
+    c.plane, c.diameter, c.led, c.over_face = on.kept
     if not on.radius:
         x, y, z = c.p
         c.rotary = (c.rotary[0], c.rotary[1], on.angle + math.atan2(y, x))
@@ -87,7 +92,9 @@ def _cylinder(c: IsoControl, w: IsoWords, column: int) -> None:
     if radius:
         if named is None:
             raise BlockFault(column, "cylindrical interpolation needs the rotary axis, as in G7.1 C30.")
-        c.winding = Winding(radius, named, linear, (0.0, 0.0, 0.0), 0.0, (c.plane, c.diameter, c.led))
+        c.winding = Winding(
+            radius, named, linear, (0.0, 0.0, 0.0), 0.0, (c.plane, c.diameter, c.led, c.over_face)
+        )
 
 
 def wound_target(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[Point, Point]:

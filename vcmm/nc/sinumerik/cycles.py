@@ -212,6 +212,13 @@ def turned(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     (contour if item.name == "CYCLE95" else thread)(i, runner, item)  # type: ignore[arg-type]
 
 
+def measured(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE976 to CYCLE979, CYCLE998."""
+    from vcmm.nc.sinumerik.measuring import measure
+
+    measure(i, runner, item, arguments_of(runner, item))
+
+
 def deep(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE83 (RTP, RFP, SDIS, DP, DPR, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI): strokes to FDEP, then shorter by DAM each.
 
@@ -281,5 +288,6 @@ CYCLES: dict[str, Cycle] = {
     "CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE84": tap, "CYCLE840": tap, "CYCLE85": ream, "CYCLE86": bore, "CYCLE87": bore,
     "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivel, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
     "CYCLE802": pattern, "POCKET1": milled, "POCKET2": milled, "POCKET3": milled, "POCKET4": milled, "CYCLE71": milled,
-    "CYCLE95": turned, "CYCLE97": turned,
+    "CYCLE95": turned, "CYCLE97": turned, "CYCLE976": measured, "CYCLE977": measured, "CYCLE978": measured, "CYCLE979": measured,
+    "CYCLE998": measured,
 }  # fmt: skip

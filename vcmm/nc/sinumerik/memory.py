@@ -29,6 +29,49 @@ ARITHMETIC: Mapping[str, Callable[[Any], float]] = {
 SAME: Mapping[str, Callable[[Any], str]] = {
     "AXNAME": lambda s: str(s).upper(), "AXSTRING": str, "TOUPPER": lambda s: str(s).upper(), "TOLOWER": lambda s: str(s).lower(),
 }  # fmt: skip
+MEASURING = frozenset(  # global user data of the measuring cycles, which a program sets before a call
+    [
+        "_MVAR",
+        "_SETVAL",
+        "_SETV",
+        "_MA",
+        "_MD",
+        "_FA",
+        "_TSA",
+        "_KNUM",
+        "_PRNUM",
+        "_NMSP",
+        "_VMS",
+        "_STA1",
+        "_INCA",
+        "_ID",
+        "_SZA",
+        "_SZO",
+        "_CPA",
+        "_CPO",
+        "_RA",
+        "_RF",
+        "_CORA",
+        "_TZL",
+        "_TMV",
+        "_TUL",
+        "_TLL",
+        "_TDIF",
+        "_K",
+        "_EVNUM",
+        "_TNUM",
+        "_TNAME",
+        "_DLNUM",
+        "_TENV",
+        "_CALNUM",
+        "_NUM",
+        "_CHBIT",
+        "_TP",
+        "_WP",
+        "_OVR",
+        "_OVI",
+    ]
+)
 MODES = {"_OFF": 0.0, "_FINISH": 1.0, "_SEMIFIN": 2.0, "_ROUGH": 3.0}  # of CYCLE832
 
 
@@ -204,6 +247,9 @@ class SinumerikMemory:
         found = self._scoped(name)
         if found is not None:
             found.store(index, value)
+        elif name in MEASURING:
+            self.scopes[0][name] = Variable("STRING" if isinstance(value, str) else "REAL", many=bool(index))
+            self.scopes[0][name].store(index, value)
         elif name.startswith("$P_UIFR") and self.work_offset(index, value):
             return
         elif name.startswith("$") or index:

@@ -84,14 +84,14 @@ class SinumerikPaths(SinumerikControl):
             self.r.straight(self.target(words), motion == "G0" or words.positioned, turned)
 
     def measure(self, words: SinumerikWords, turned: Point | None) -> None:
-        """MEAS=1 (the rest of the way is deleted) and MEAW=1: straight until the probe answers; $AA_MM, $AA_MW, $AC_MEA hold where.
+        """MEAS=1 (the rest of the way is deleted) and MEAW=1 (it goes on to the end): straight until the probe answers; $AA_MM, $AA_MW, $AC_MEA hold where.
 
         Source: Siemens, Programming Manual Job Planning, "Measuring with touch-trigger probe (MEAS, MEAW)".
         """
         stops, r = words.has("MEAS"), self.r
         number = words.take("MEAS") or words.take("MEAW") or 0.0
         end = self.target(words)
-        if not r.setup.surfaces or turned is not None or not stops:
+        if not r.setup.surfaces or turned is not None:
             what = f"MEA{'S' if stops else 'W'}={number:g} (measuring)"
             r.assume(
                 what, "to its end point",
@@ -99,10 +99,10 @@ class SinumerikPaths(SinumerikControl):
             )  # fmt: skip
             r.straight(end, False, turned)
             return
-        words.runner.memory.met = touch(r, end, r.tool_data)
+        words.runner.memory.met = touch(r, end, r.tool_data, stops=stops)
         if not words.runner.memory.met:
             r.remark(
-                f"MEAS={number:g} meets no surface that the set-up states and goes to its end point",
+                f"MEA{'S' if stops else 'W'}={number:g} meets no surface that the set-up states and goes to its end point",
                 every=True,
             )
 

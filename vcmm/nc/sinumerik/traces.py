@@ -51,13 +51,13 @@ def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
 
 
 def words_of(block: SinumerikBlock, line: str) -> dict[str, WordAt]:
-    """SinumerikWords by address: CR= as "R", I1= as "I1"."""
+    """SinumerikWords by address: CR= as "R", I1= as "I1", A3= as "A3"."""
     out: dict[str, WordAt] = {}
     for item in block.items:
         span = None if item.name == "R" or item.value is None else span_of(item, line)
         if span is None:
             continue
-        numbered = item.number is not None and item.name in "IJKXYZ"
+        numbered = item.number is not None and item.name in "IJKXYZABC"
         key = _KEYS.get(item.name, item.name)
         if numbered:
             key = re.sub(r"\s", "", line[item.first - 1 : span[0] - 1].split("=")[0]).upper()
