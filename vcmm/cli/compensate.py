@@ -62,12 +62,11 @@ def compensate_command(
         return machine_form(program, points, table, out, json)
     from vcmm.core.units import quantity
 
-    limit = quantity(tolerance, "length", "--tolerance", "1 um")
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
     options = {
-        "tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline, "orientation": orientation,
+        "tolerance": quantity(tolerance, "length", "--tolerance", "1 um"), "decimals": decimals, "carry": carry, "growth": growth, "inline": inline, "orientation": orientation,
     }  # fmt: skip
     return _rewritten(given, out, options, (diff, plot), json)
 
