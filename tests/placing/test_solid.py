@@ -6,7 +6,7 @@ import numpy as np
 
 from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.part.mesh import Mesh
-from vcmm.placing.solid import Cuboid, Frustum, MeshSolid, Rod
+from vcmm.placing.solid import WORTH, Cuboid, Frustum, MeshSolid, Rod
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -76,3 +76,39 @@ def to_face(p: Array, corners: Array) -> Array:
     for one, other in ((a, b), (b, c), (c, a)):
         inside &= dot(np.cross(other - one, foot - one), normal) >= 0.0
     return np.where(inside, np.abs(height), np.inf)
+
+
+def ball(count: int) -> Mesh:
+    """A sphere of radius 10 mm as 2 count^2 triangles, closed."""
+    import trimesh
+
+    made = trimesh.creation.uv_sphere(10.0, count=[count, count])
+    return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
+
+
+def both(mesh: Mesh, p: Array) -> tuple[Array, Array]:
+    """Distances as asked, and by every triangle with the winding number."""
+    from vcmm.placing._mesh_kernels import mesh_distance
+
+    gap, winding = mesh_distance(p, np.ascontiguousarray(mesh.triangles()))
+    return MeshSolid(mesh).distance(p), np.where(winding > 0.5, -gap, gap)
+
+
+def test_a_large_closed_mesh_is_asked_otherwise_and_says_the_same():
+    mesh, p = ball(16), np.random.default_rng(4).uniform(-15, 15, (400, 3))
+    assert len(p) * len(mesh.faces) > WORTH
+    assert MeshSolid(mesh)._closed
+    found, wanted = both(mesh, p)
+    assert np.allclose(found, wanted, atol=1e-12)
+    assert (found < 0).any()
+
+
+def test_holes_overlapping_bodies_and_a_mesh_inside_out_keep_their_winding_number():
+    one, p = ball(16), np.random.default_rng(5).uniform(-15, 15, (400, 3))
+    other = Mesh(
+        np.vstack([one.vertices, one.vertices + 6.0]), np.vstack([one.faces, one.faces + len(one.vertices)])
+    )
+    for mesh in (Mesh(one.vertices, one.faces[3:]), other, Mesh(one.vertices, one.faces[:, ::-1])):
+        assert not MeshSolid(mesh)._closed
+        found, wanted = both(mesh, p)
+        assert np.array_equal(found, wanted)

@@ -48,7 +48,7 @@ def distribution(
             fontsize=TICK,
             color=MUTED,
         )
-    if interval:
+    if interval and np.isfinite(interval).all():
         drawn.axvspan(*interval, color=LIGHT["accent"], alpha=0.14, label="coverage interval", linewidth=0.0)
     for limit, name in zip(limits or (), ("lower limit", "upper limit")):
         if np.isfinite(limit):

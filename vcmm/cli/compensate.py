@@ -13,7 +13,7 @@ def compensate_command(
     program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
     inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
-    points: Path | None = None, surface: bool = False, table: str | None = None,
+    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
@@ -52,6 +52,8 @@ def compensate_command(
         Measured points (columns as in recordings): indicated to corrected.
     surface
         Correct the finished surface of a cutting scenario, not only the path: what bends, wears or lags.
+    plot
+        Also write a page beside the result: the path before and after, coloured by what is off, with a slider along it.
     table
         Table for a control: isg, linuxcnc or heidenhain.
     json
@@ -70,7 +72,7 @@ def compensate_command(
         "tolerance": quantity(tolerance, "length", "--tolerance", "1 um"), "decimals": decimals, "carry": carry, "growth": growth,
         "inline": inline, "orientation": orientation, "surface": _surface(given) if surface else None,
     }  # fmt: skip
-    return _rewritten(given, out, options, diff, json)
+    return _rewritten(given, out, options, (diff, plot), json)
 
 
 @dataclass(frozen=True)
@@ -128,9 +130,9 @@ def _surface(given: _GivenProgram) -> Any:
 
 
 def _rewritten(
-    given: _GivenProgram, out: Path | None, options: dict[str, Any], diff: bool, json: bool
+    given: _GivenProgram, out: Path | None, options: dict[str, Any], shown: tuple[bool, bool], json: bool
 ) -> int:
-    """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline."""
+    """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline. shown: differences, page."""
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
     from vcmm.console.documents import document, print_json
@@ -144,18 +146,29 @@ def _rewritten(
     with progress() as report:
         result = compensate(
             program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
-            constants=given.constants, progress=report, **options,
+            constants=given.constants, progress=report, follow=shown[1], **options,
         )  # fmt: skip
     write_source(target, result.data)
     say(f"wrote {target}")
+    if shown[1]:
+        _write_page(target.with_suffix(".html"), result, program)
     if json:
         body = compensation_json(result, target)
         print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
     else:
         _show(result)
-        if diff:
+        if shown[0]:
             _show_diff(program, target, result)
     return 0 if result.met else 1
+
+
+def _write_page(target: Path, result: Any, program: Path) -> None:
+    from vcmm.console.terminal import say
+    from vcmm.pages.followed import compensation_page
+    from vcmm.report import write
+
+    write(target, compensation_page(result, program))
+    say(f"wrote {target}")
 
 
 def _offsets(given: _GivenProgram, json: bool) -> int:

@@ -21,17 +21,11 @@ from vcmm.compensating.languages import LANGUAGES
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
 from vcmm.compensating.offsets import with_shifts
-from vcmm.compensating.pointing import pointing, reoriented, with_angles
+from vcmm.compensating.pointing import reoriented, with_angles
 from vcmm.compensating.proof import (
     block_rate,
     compare,
     compare_comments,
-    departure,
-    departures,
-    end_departures,
-    errors_on,
-    spans,
-    walk,
 )
 from vcmm.compensating.refusals import (
     check_channels,
@@ -47,6 +41,7 @@ from vcmm.compensating.refusals import (
 )
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
+from vcmm.compensating.run_again import both_paths, departed, pointing_of
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.surface import SurfaceErrors, what_is_left, with_surface
 from vcmm.compensating.switched import check_expressions
@@ -80,6 +75,7 @@ def compensate(
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
     surface: SurfaceErrors | None = None,
+    follow: bool = False,
     orientation: bool = False,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
@@ -87,7 +83,7 @@ def compensate(
     machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. orientation: angles
-    and directions of the tool are corrected too, where the tip is led.
+    and directions of the tool are corrected too, where the tip is led. follow: keep both paths with their errors.
 
     Raises DataError, UsageError and ModelLimit, with file and line, for whatever cannot be rewritten for certain.
     """
@@ -109,7 +105,7 @@ def compensate(
         orientation=orientation,
     )
     try:
-        return _rewritten(work, tolerance, growth, report)
+        return _rewritten(replace(work, follow=follow), tolerance, growth, report)
     except (DataError, ModelLimit) as error:
         raise at_origin(error, work.source.name, work.origin) from None
 
@@ -279,15 +275,16 @@ def _proved(
     compare_comments(work.source.text, text, mark, work.dialect.name in SEMICOLON)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
-    after = _departed(work, work.known, new, lines)
+    after = departed(work, work.known, new, lines)
+    paths = both_paths(work, new, lines) if work.follow else None
     whole = None
     if work.known.dynamic and work.field.surface is None:
         full = work.known.whole()
         whole = (
-            _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
+            _at(departed(work, full, work.program, ()), origin), _at(departed(work, full, new, lines), origin)
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
-    aimed = None if work.aim is None else pointing(work, work.aim, new, lines)
+    pointing = None if work.aim is None else pointing_of(work, work.aim, new, lines)
     rounding = _rounding(work, writer, after)
     digits = min(rounding.largest, math.sqrt(3.0) * rounding.step)  # mm that the last digit can cost
     met = after.largest <= used + digits + 1e-9
@@ -320,7 +317,8 @@ def _proved(
         warnings=tuple(notes),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
-        orientation=aimed,
+        paths=paths,
+        orientation=pointing,
     )
 
 
@@ -366,22 +364,6 @@ def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> 
 def _at(departed: Departure, origin: Sequence[int]) -> Departure:
     """With the line of the file."""
     return replace(departed, line=origin[departed.line])
-
-
-def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
-    """The program run on the machine, against the path of the original; lines: empty for the original itself."""
-    field = field_of(
-        known, work.setup, program.moves, set_here=work.field.set_here, constants=work.field.constants,
-        lathe=work.dialect.lathe,
-    )  # fmt: skip
-    w = walk(program.moves)
-    low, high = spans(work.program, program, lines) if lines else (np.arange(len(program.moves)),) * 2
-    field = replace(field, surface=work.field.surface, own=(low, high))
-    actual = w.tip + errors_on(field, w)
-    gap = departures(actual, work.program.moves, low[w.move], high[w.move])
-    gap = np.maximum(gap, end_departures(actual, w, program.moves, work.program.moves, low, high))
-    at = [program.moves[i].source.line for i in w.move.tolist()]
-    return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
 
 def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:

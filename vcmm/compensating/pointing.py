@@ -5,13 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from vcmm.compensating.field import PathErrors
-from vcmm.compensating.orientation import oriented_source, proved
-from vcmm.compensating.proof import spans
-from vcmm.compensating.result import OrientationProof
-from vcmm.compensating.rewriting import Work
+from vcmm.compensating.orientation import oriented_source
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.core.machine import Machine
@@ -40,17 +35,3 @@ def reoriented(
     again = interpret(source.text, name, field.setup, source.name, trace=True)
     read = with_angles(again, field.known.machine, source.name)
     return source, read, replace(field, moves=read.moves)
-
-
-def pointing(work: Work, aim: Program, new: Program, lines: Sequence[int]) -> OrientationProof:
-    """Where the tool points with the program as it is, and with the new one; lines: of the source for each line of the new program."""
-
-    def along(program: Program) -> PathErrors:
-        return replace(work.field, moves=program.moves)
-
-    low, _ = spans(work.program, new, lines)
-    origin = (0, *work.origin)
-    own = np.arange(len(aim.moves))
-    before = proved(along(aim), aim.moves, aim.moves, low=own, lines=origin)
-    own_lines = (0, *(origin[n] for n in lines))
-    return OrientationProof(before, proved(along(new), aim.moves, new.moves, low=low, lines=own_lines))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from vcmm.compensating.followed import FollowedPath
 from vcmm.core.run import Array
 
 
@@ -80,4 +81,5 @@ class CompensatedProgram:
     whole: tuple[Departure, Departure] | None = (
         None  # before and after with reversal and lag too, which are not corrected
     )
+    paths: tuple[FollowedPath, FollowedPath] | None = None  # before and after, where they are asked for
     orientation: OrientationProof | None = None  # where angles of the tool are corrected too

@@ -47,6 +47,7 @@ class Work:
     hashed: str
     notes: tuple[str, ...]
     carry: bool
+    follow: bool = False  # keep the paths with their errors
     aim: Program | None = None  # as the tool was to point, where its angles have been corrected
 
 

@@ -11,6 +11,7 @@ from vcmm.cutting.solid import picture as stock_mesh
 from vcmm.machining.result import CutResult, Patch
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.turned_blank import TurnedBlank, mesh
+from vcmm.pages.followed import cut_path
 from vcmm.pages.uncertainty import characteristic_blocks
 from vcmm.tables.cut import finished_part, owners, surface
 from vcmm.tables.evaluated import computed
@@ -27,6 +28,8 @@ def cut_page(scenario: CutScenario, result: CutResult) -> str:
         picture(result),
         *stock_picture(result),
         *maps(result),
+        r.heading("Along the program"),
+        cut_path(scenario),
     ]
     for c in result.characteristics:
         blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -80,44 +81,27 @@ def face_normals(triangles: Array) -> Array:
     return np.asarray(np.divide(raw, size, out=np.zeros_like(raw), where=size > 0.0))
 
 
+def surface_of(mesh: Mesh) -> Any:
+    """The mesh as PolyData of pyvista, for filters of VTK, which need no display."""
+    import pyvista
+
+    faces: Any = mesh.faces
+    return pyvista.PolyData.from_regular_faces(mesh.vertices, faces)
+
+
 def closest(mesh: Mesh, points: Array) -> tuple[Array, Array]:
     """Distance (n,) from points (n, 3) to the mesh, and the normal (n, 3) of the nearest triangle.
 
-    Exact: only triangles whose bounding ball can hold the nearest point are looked at.
+    Exact, by the cell locator of VTK (no rendering), also for a mesh that is open.
     """
-    triangles = mesh.triangles()
-    centre, radius = _balls(triangles)
-    normals = face_normals(triangles)
-    distance, normal = np.empty(len(points)), np.empty((len(points), 3))
-    for i, point in enumerate(points):
-        away = length(centre - point)
-        near = np.flatnonzero(away - radius <= np.min(away + radius))
-        gap = length(point - _foot(triangles[near], point))
-        best = int(np.argmin(gap))
-        distance[i], normal[i] = gap[best], normals[near[best]]
-    return distance, normal
+    nearest, foot = surface_of(mesh).find_closest_cell(points, return_closest_point=True)
+    return length(points - foot), face_normals(mesh.triangles()[np.atleast_1d(nearest)])
 
 
 def _balls(triangles: Array) -> tuple[Array, Array]:
     """Centre (f, 3) and radius (f,) of a ball around each triangle."""
     centre = triangles.mean(axis=1)
     return centre, length(triangles - centre[:, None, :]).max(axis=1)
-
-
-def _foot(triangles: Array, point: Array) -> Array:
-    """Point (k, 3) of each triangle (k, 3, 3) nearest to a point (3,): inside the face, else on an edge."""
-    normal = face_normals(triangles)
-    foot = point - dot(point - triangles[:, 0], normal)[:, None] * normal
-    on_edge = np.stack([_foot_on_edge(triangles[:, i], triangles[:, (i + 1) % 3], point) for i in range(3)])
-    nearest = on_edge[np.argmin(length(point - on_edge), axis=0), np.arange(len(triangles))]
-    return np.where(_inside(triangles, normal, foot)[:, None], foot, nearest)
-
-
-def _foot_on_edge(a: Array, b: Array, point: Array) -> Array:
-    edge = b - a
-    square = dot(edge, edge)
-    share = np.divide(dot(point - a, edge), square, out=np.zeros_like(square), where=square > 0.0)
-    return np.asarray(a + np.clip(share, 0.0, 1.0)[:, None] * edge)
 
 
 def _inside(triangles: Array, normals: Array, points: Array) -> npt.NDArray[np.bool_]:

@@ -13,14 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
 from vcmm.core.pose import Array, Pose, dot, length
-from vcmm.part.mesh import Mesh
+from vcmm.part.mesh import Mesh, surface_of
 
 FAR = 1e9
+WORTH = 100_000  # points times triangles (40 ms) from which VTK, which sorts the triangles first (3 to 9 ms), is quicker
 
 
 class Solid(Protocol):
@@ -146,14 +148,32 @@ class Without:
 
 @dataclass(frozen=True, eq=False)
 class MeshSolid:
-    """A solid bounded by triangles, faces counter-clockwise seen from outside."""
+    """A solid bounded by triangles, faces counter-clockwise seen from outside.
+
+    A closed surface in one piece is asked by VTK (130 times faster at 20 000 triangles), any other, and small questions, triangle
+    by triangle.
+    """
 
     mesh: Mesh
 
+    @cached_property
+    def _closed(self) -> bool:
+        """Whether the side of the nearest triangle is the side of the solid: one piece without an edge of its own, not inside out."""
+        surface = surface_of(self.mesh)
+        a, b, c = np.moveaxis(self.mesh.triangles(), 1, 0)
+        pieces = surface.connectivity("all")["RegionId"]
+        return bool(surface.is_manifold and np.ptp(pieces) == 0 and dot(a, np.cross(b, c)).sum() > 0.0)
+
     def distance(self, points: Array) -> Array:
+        flat = np.ascontiguousarray(points.reshape(-1, 3))
+        if len(flat) * len(self.mesh.faces) > WORTH and self._closed:
+            import pyvista
+
+            found: Any = pyvista.PolyData(flat).compute_implicit_distance(surface_of(self.mesh))
+            found = found["implicit_distance"]
+            return np.asarray(found, dtype=np.float64).reshape(points.shape[:-1])
         from vcmm.placing._mesh_kernels import mesh_distance
 
-        flat = np.ascontiguousarray(points.reshape(-1, 3))
         gap, winding = mesh_distance(flat, np.ascontiguousarray(self.mesh.triangles()))
         return np.asarray(np.where(winding > 0.5, -gap, gap).reshape(points.shape[:-1]))
 

@@ -1,20 +1,38 @@
-// The path of a program on a canvas: by tool, rapids dashed, the line under the pointer, a slider along the program.
+// The path of a program on a canvas: by error, feed or tool, rapids dashed, the line under the pointer, a slider along the program.
 (() => {
-  const box = document.querySelector("[data-path]");
-  const d = JSON.parse(box.querySelector("script[type='application/json']").textContent);
+  const box = document.currentScript.parentElement;
+  const all = JSON.parse(box.querySelector("script[type='application/json']").textContent);
   const canvas = box.querySelector("canvas"), slider = box.querySelector("input"), told = box.querySelector("output");
+  const chosen = (name, other) => box.querySelector(`select[name=${name}]`)?.value ?? other;
   const views = { top: [[1, 0, 0], [0, 1, 0]], front: [[1, 0, 0], [0, 0, 1]], side: [[0, 1, 0], [0, 0, 1]],
     lathe: [[0, 0, 1], [1, 0, 0]], space: [[0.866, 0.5, 0], [-0.25, 0.433, 0.866]] };
-  const colours = ["#2a6fdb", "#d9622b", "#2f9e63", "#a63bb5", "#b58a1b", "#1b9aaa", "#c23a57", "#6b7a8f"];
-  const n = d.line.length, tools = [...new Set(d.tool)];
-  let view = views[d.view], zoom = 1, shift = [0, 0], flat = [], scale = 1, origin = [0, 0], over = -1;
+  const TOOLS = ["#2a6fdb", "#d9622b", "#2f9e63", "#a63bb5", "#b58a1b", "#1b9aaa", "#c23a57", "#6b7a8f"], NONE = "#98a2ad", MARK = "#e11d48";
+  const tools = [...new Set(all.paths.flatMap(p => p.tool))];
+  let view = views[all.view], zoom = 1, shift = [0, 0], flat = [], scale = 1, origin = [0, 0], over = -1;
+  let d = all.paths[0], n = d.line.length, kind = "tool";
+  const band = (scale, v) => { let k = 0; while (k < scale.colours.length - 1 && v >= scale.levels[k + 1]) k++; return scale.colours[k]; };
+  const colour = i => {
+    if (d.rapid[i]) return NONE;
+    if (kind === "tool") return TOOLS[tools.indexOf(d.tool[i]) % TOOLS.length];
+    const v = d[kind][i];
+    return v === null || v === undefined ? NONE : band(all[kind], v);
+  };
+  function choose() {
+    d = all.paths[Number(chosen("program", 0))]; n = d.line.length;
+    kind = chosen("colour", "tool");
+    box.querySelectorAll("[data-scale]").forEach(e => { e.hidden = e.dataset.scale !== kind; });
+    const share = slider.value / slider.max;
+    slider.max = n; slider.value = Math.round(share * n); over = -1;
+    size();
+  }
   function project() {
     flat = new Float64Array(2 * (n + 1));
+    const cut = d.rapid.some(r => !r), shown = d.x.map((_, i) => !cut || (i > 0 && !d.rapid[i - 1]) || d.rapid[i] === 0); // fitted to what cuts
     let lo = [Infinity, Infinity], hi = [-Infinity, -Infinity];
     for (let i = 0; i <= n; i++) for (let k = 0; k < 2; k++) {
       const v = view[k], q = v[0] * d.x[i] + v[1] * d.y[i] + v[2] * d.z[i];
       flat[2 * i + k] = q;
-      if (i || n < 2) { lo[k] = Math.min(lo[k], q); hi[k] = Math.max(hi[k], q); }
+      if (shown[i]) { lo[k] = Math.min(lo[k], q); hi[k] = Math.max(hi[k], q); }
     }
     const w = canvas.width, h = canvas.height;
     scale = 0.92 * Math.min(w / (hi[0] - lo[0] || 1), h / (hi[1] - lo[1] || 1));
@@ -27,14 +45,14 @@
     c.clearRect(0, 0, canvas.width, canvas.height);
     let group = null;
     for (let i = 0; i < last; i++) {
-      const key = d.rapid[i] ? "rapid" : d.tool[i];
+      const key = colour(i) + d.rapid[i];
       if (key !== group) {
         if (group !== null) c.stroke();
         group = key;
         c.beginPath();
         c.setLineDash(d.rapid[i] ? [5, 5] : []);
-        c.lineWidth = d.rapid[i] ? 0.8 : 1.4;
-        c.strokeStyle = d.rapid[i] ? "#98a2ad" : colours[tools.indexOf(d.tool[i]) % colours.length];
+        c.lineWidth = d.rapid[i] ? 0.8 : kind === "tool" ? 1.4 : 2.6;
+        c.strokeStyle = colour(i);
         c.moveTo(...at(i));
       }
       c.lineTo(...at(i + 1));
@@ -43,15 +61,18 @@
     c.setLineDash([]);
     const mark = over >= 0 ? over : last - 1;
     if (mark >= 0) {
-      c.beginPath(); c.lineWidth = 4; c.strokeStyle = "#e11d48"; c.moveTo(...at(mark)); c.lineTo(...at(mark + 1)); c.stroke();
-      const p = at(mark + 1); c.beginPath(); c.arc(p[0], p[1], 4, 0, 7); c.fillStyle = "#e11d48"; c.fill();
+      c.beginPath(); c.lineWidth = 4; c.strokeStyle = MARK; c.moveTo(...at(mark)); c.lineTo(...at(mark + 1)); c.stroke();
+      const p = at(mark + 1); c.beginPath(); c.arc(p[0], p[1], 4, 0, 7); c.fillStyle = MARK; c.fill();
       const feed = d.rapid[mark] ? "rapid" : d.feed[mark] === null ? "feed not known" : d.feed[mark] + " mm/min";
-      told.textContent = `line ${d.line[mark]}: ${d.text[d.line[mark]] ?? ""}   |  T${d.tool[mark]}, ${feed}, to X ${d.x[mark + 1]} ` +
+      const error = d.error[mark] === undefined || d.error[mark] === null ? "" : `, off by ${d.error[mark].toFixed(2)} µm`;
+      told.textContent = `line ${d.line[mark]}: ${all.text[d.line[mark]] ?? ""}   |  T${d.tool[mark]}, ${feed}${error}, to X ${d.x[mark + 1]} ` +
         `Y ${d.y[mark + 1]} Z ${d.z[mark + 1]} mm   (${mark + 1} of ${n})`;
     }
+    box.dataset.drawn = `${chosen("program", 0)} ${kind} ${last}`;
   }
   function size() { canvas.width = canvas.clientWidth; canvas.height = canvas.clientHeight; project(); draw(); }
   slider.addEventListener("input", () => { over = -1; draw(); });
+  box.querySelectorAll("select").forEach((s) => s.addEventListener("change", choose));
   box.querySelectorAll("button").forEach((b) => b.addEventListener("click", () => {
     view = views[b.value]; zoom = 1; shift = [0, 0]; project(); draw();
   }));
@@ -72,5 +93,5 @@
   });
   canvas.addEventListener("wheel", (e) => { e.preventDefault(); zoom *= e.deltaY < 0 ? 1.2 : 1 / 1.2; draw(); });
   window.addEventListener("resize", size);
-  size();
+  choose();
 })();
