@@ -13,8 +13,7 @@ def compensate_command(
     program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
     inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
-    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
@@ -60,17 +59,13 @@ def compensate_command(
         Print one JSON document.
     """
     if points is not None or table is not None:
-        from vcmm.cli.compensate_machine import machine_form
-
-        return machine_form(program, points, table, out, json)
-    from vcmm.core.units import quantity
-
+        return _machine_form(program, points, table, out, json)
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
     options = {
-        "tolerance": quantity(tolerance, "length", "--tolerance", "1 um"), "decimals": decimals, "carry": carry, "growth": growth,
-        "inline": inline, "orientation": orientation, "surface": _surface(given) if surface else None,
+        "tolerance": _length(tolerance), "decimals": decimals, "carry": carry, "growth": growth, "inline": inline,
+        "orientation": orientation, "surface": _surface(given) if surface else None,
     }  # fmt: skip
     return _rewritten(given, out, options, (diff, plot), json)
 
@@ -115,6 +110,18 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
         constants=scenario.constants,
         scenario=scenario,
     )
+
+
+def _machine_form(program: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
+    from vcmm.cli.compensate_machine import machine_form
+
+    return machine_form(program, points, table, out, json)
+
+
+def _length(tolerance: str) -> float:
+    from vcmm.core.units import quantity
+
+    return quantity(tolerance, "length", "--tolerance", "1 um")
 
 
 def _surface(given: _GivenProgram) -> Any:

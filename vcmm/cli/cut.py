@@ -166,13 +166,12 @@ def show(result: Any) -> None:
     from vcmm.tables import cut as tables
 
     show_table(tables.finished_part(result))
-    more = tuple(
-        make(result)
-        for make, found in ((tables.threads, result.threads), (tables.grooves, result.grooves))
-        if found
-    )
-    for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result), *more):
+    for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
         show_table(table)
+    if result.threads:
+        show_table(tables.threads(result))
+    if result.grooves:
+        show_table(tables.grooves(result))
     s = result.surface
     minutes, seconds = divmod(result.seconds, 60)
     print(

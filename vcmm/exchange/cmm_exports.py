@@ -268,7 +268,8 @@ def _rows(block: _Dimension | None) -> Iterator[ExportRow]:
         assert block is not None
         unit = "deg" if axis.upper() in ANGLES else block.unit
         short = block.name if len(block.rows) == 1 else ""
-        yield ExportRow("", f"{block.name}.{axis}", cell, unit, "MEAS", where, short, broken)
+        name = f"{block.name}.{axis}"
+        yield ExportRow("", name, cell, unit, column="MEAS", where=where, short=short, broken=broken)
 
 
 READERS: Mapping[str, Reader] = {"CALYPSO table": _calypso, "PC-DMIS report": _pcdmis}

@@ -8,6 +8,10 @@ from __future__ import annotations
 
 import re
 
+from vcmm.core.errors import UsageError
+from vcmm.nc.iso.control import IsoControl
+from vcmm.nc.moves import Remark
+
 _MARK = re.compile(r"[ \t]*\$([1-9])[ \t]*(?:\([^()]*\)[ \t]*)?\r?\n?\Z")
 
 
@@ -27,3 +31,16 @@ def one_channel(text: str, marks: dict[int, int], wanted: int) -> str:
         kept = k not in marks and now in (0, wanted)
         out.append(line if kept else line[len(line.rstrip("\r\n")) :])
     return "".join(out)
+
+
+def tell_other_channels(c: IsoControl, marks: dict[int, int]) -> None:
+    """What of a program of several channels is not read, by line. UsageError: the set-up asks for a channel that is not there."""
+    channel = c.setup.channel
+    if channel not in {1, *marks.values()}:
+        raise UsageError(
+            f"{c.file}: the program has the channels {', '.join(map(str, sorted(set(marks.values()))))}, not {channel}; correct channel in the set-up"
+        )
+    for line, number in marks.items():
+        if number != channel:
+            text = f"channel {number} begins here and is left out; channel {channel} is read. channel = {number} in the set-up reads this one, on its own"
+            c.remarks.append(Remark(line, 1, text))

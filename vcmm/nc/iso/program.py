@@ -11,13 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vcmm.core.errors import UsageError
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.facing import with_angles
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.frames import UNITY
 from vcmm.nc.iso.blocks import IsoBlock
-from vcmm.nc.iso.channels import marks_of, one_channel
+from vcmm.nc.iso.channels import marks_of, one_channel, tell_other_channels
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
@@ -35,8 +34,9 @@ from vcmm.nc.iso.macros import (
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
+from vcmm.nc.iso.tools import tell_left_in_the_changer
 from vcmm.nc.iso.turning import turning
-from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Remark, Source
+from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace
@@ -71,7 +71,7 @@ def run(
     c.points_written = language.survey and not setup.decimal_point and points_written(text)
     if marks:
         text = one_channel(text, marks, setup.channel)
-        _other_channels(c, marks)
+        tell_other_channels(c, marks)
     runner = IsoRunner(c, attach(c), Text(name, text, language), folders_of(Path(name), setup.subprograms))
     runner.flow = flow
     _blocks(runner)
@@ -89,7 +89,7 @@ def run(
                 "the moves of this program",
                 "none: what it needs from its caller or its machine keeps them from being reached",
             )
-    _tool_left_in_the_changer(c)
+    tell_left_in_the_changer(c)
     program = c.program(name)
     if c.wound_from is not None:
         program = replace(program, moves=with_angles(program.moves, c.wound_from))
@@ -97,19 +97,6 @@ def run(
         return program
     flow.take(program.moves)
     return replace(program, moves=())
-
-
-def _other_channels(c: IsoControl, marks: dict[int, int]) -> None:
-    """What of a program of several channels is not read, by line."""
-    channel = c.setup.channel
-    if channel not in {1, *marks.values()}:
-        raise UsageError(
-            f"{c.file}: the program has the channels {', '.join(map(str, sorted(set(marks.values()))))}, not {channel}; correct channel in the set-up"
-        )
-    for line, number in marks.items():
-        if number != channel:
-            text = f"channel {number} begins here and is left out; channel {channel} is read. channel = {number} in the set-up reads this one, on its own"
-            c.remarks.append(Remark(line, 1, text))
 
 
 _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
@@ -128,15 +115,6 @@ def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
     if setup.arc_centre:
         dialect = replace(dialect, arc_centre=setup.arc_centre)
     return dialect if setup.strict else replace(dialect, survey=True)
-
-
-def _tool_left_in_the_changer(c: IsoControl) -> None:
-    """A T without M6 selects a tool and puts none in the spindle."""
-    if c.next_tool and not c.tool and not c.called:
-        first = next((m.source.line for m in c.moves if m.kind in ("line", "arc")), 0)
-        if first:
-            text = f"this cuts without a tool: T{c.next_tool} is selected, but M6, which puts it in the spindle, is missing"
-            c.remarks.append(Remark(first, 1, text))
 
 
 def _blocks(r: IsoRunner) -> None:
@@ -411,5 +389,6 @@ def _pointless(*words: str | None) -> bool:
 
 def _tails(c: IsoControl) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """What a rapid and a line have behind their ends: of a move that goes nowhere."""
-    here, feed = c.tip(), None if c.feed is None else c.feed * c.feed_scale
+    here = c.tip()
+    feed = None if c.feed is None else c.feed * c.feed_scale
     return tuple(c.move("rapid", here, here)[4:]), tuple(c.move("line", here, here, feed=feed)[4:])

@@ -6,7 +6,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.levels import SetupEntry, unknown_tool
-from vcmm.nc.moves import ORIGIN, Point
+from vcmm.nc.moves import ORIGIN, Point, Remark
 from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
 from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
 
@@ -133,3 +133,12 @@ def _unknown_radius(c: IsoControl, number: int, tool: Tool | None, column: int) 
         f"the {name} of tool {number}", "0 mm: the path on the programmed contour", otherwise,
         blank=SetupEntry(f"tools.{number}", key, size), column=column,
     )  # fmt: skip
+
+
+def tell_left_in_the_changer(c: IsoControl) -> None:
+    """A T without M6 selects a tool and puts none in the spindle."""
+    if c.next_tool and not c.tool and not c.called:
+        first = next((m.source.line for m in c.moves if m.kind in ("line", "arc")), 0)
+        if first:
+            text = f"this cuts without a tool: T{c.next_tool} is selected, but M6, which puts it in the spindle, is missing"
+            c.remarks.append(Remark(first, 1, text))
