@@ -86,14 +86,9 @@ def certificate_worth(
         if f.limit_um is not None and not (certificate.E0 and f.name.startswith("R "))  # R of an axis holds no probe
     ]  # fmt: skip
     return CertificateWorth(
-        certificate.words(),
-        tuple(by_prior),
-        tuple(by_fact),
-        covered,
-        tuple(figures),
-        settings.seed,
-        result.warnings,
-    )
+        certificate.words(), tuple(by_prior), tuple(by_fact),
+        covered=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
+    )  # fmt: skip
 
 
 def _drawn_from(path: Path) -> MachineCertificate:
