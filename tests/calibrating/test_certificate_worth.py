@@ -71,6 +71,27 @@ def test_priors_facts_and_machines_at_the_limit(
     assert figures["A X"]["limit_um"] == pytest.approx(1.2)
 
 
+@pytest.mark.thorough
+def test_a_known_bias_that_is_left_in_is_told_beside_the_counts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Part at 22 degC: 11.5e-6 * 2 * 30 mm = 0.69 um too large; the counts fall for that, and not for the certificate."""
+    monkeypatch.setattr(family, "DRAWN", 300)
+    warm = sizes_only(tmp_path)
+    warm.write_text(warm.read_text(encoding="utf-8").replace('room = "20 degC"', 'room = "22 degC"'))
+    assert run(["certificate", str(warm), "--trials", "1000", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert any("bore diameter: the known bias of +0.69 um is not corrected" in w for w in found["warnings"])
+    warm.write_text(
+        warm.read_text(encoding="utf-8").replace("seed = 1", 'seed = 1\nknown_bias = "corrected"')
+    )
+    assert run(["certificate", str(warm), "--trials", "1000", "--json"]) in (0, 1)  # few machines
+    right = json.loads(capsys.readouterr().out)
+    assert not any("known bias" in w for w in right["warnings"])
+    least = [min(r["covered"] for r in f["at_limit"]) for f in (found, right)]
+    assert least[0] < 0.85 < 0.9 < least[1]
+
+
 def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) -> None:
     """docs/certificate.md, of the scenario that comes with vcmm."""
     scenario = load_scenario(sizes_only(tmp_path))

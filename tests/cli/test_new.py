@@ -21,6 +21,12 @@ def test_what_new_writes_passes_its_check_and_names_the_next_step(tmp_path, caps
         assert run(["check", str(tmp_path / f"{name}.toml")]) == 0
 
 
+def test_an_argument_too_many_is_named(capsys):
+    assert run(["new", "ring_gauge", "my_ring.toml"]) == 2
+    told = capsys.readouterr().err
+    assert '"my_ring.toml" is one argument too many; vcmm new --help says what it takes' in told
+
+
 def test_a_ring_gauge_by_hand(tmp_path, capsys):
     """Ring of 50 mm: thermometer 0.1 K x 11.5e-6 x 50 = 57.5 nm; the tip of 4 mm travels 46 mm,
     and a scale of 0.6 um/m carries half of it: 13.8 nm each. A diameter from 16 touches: 2 x 0.3 um / 4.

@@ -79,6 +79,8 @@ def test_points_that_cannot_be_read(tmp_path: Path, text: str, message: str) -> 
             "characteristic,value_mm\nbore,thirty\n",
             'measured.csv:2: "thirty" in column value_mm is not a finite number',
         ),
+        ("characteristic;value_mm\nbore;30,002\n", "is not a finite number; decimals take a point"),
+        ("characteristic,value_mm\nbore,1_000\n", '"1_000" in column value_mm is not a finite number'),
         ("name,value_mm\nbore,30\n", "the column characteristic is missing"),
     ],
 )

@@ -43,7 +43,10 @@ class CertifiedU:
 
 @dataclass(frozen=True)
 class CertificateWorth:
-    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines drawn as stated."""
+    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines drawn as stated.
+
+    warnings: what the intervals that are counted leave in, such as a known bias.
+    """
 
     stated: str
     by_prior: tuple[CertifiedU, ...]
@@ -51,6 +54,7 @@ class CertificateWorth:
     covered: tuple[CoveredMachines, ...]
     figures: tuple[Figure, ...]
     seed: int
+    warnings: tuple[str, ...] = ()
 
 
 def certificate_worth(
@@ -74,15 +78,17 @@ def certificate_worth(
         by_fact += _expanded(known, path, part, settings)
     report("machines at the limit", (whole - 1) / whole)
     at_limit = load_scenario(path, certificate={**table, "prior": "limit"})
-    covered = covered_at_limit(at_limit.machine, certificate, _evaluated(at_limit, settings))
+    result = _evaluated(at_limit, settings)
+    covered = covered_at_limit(at_limit.machine, certificate, result)
     figures = [
         f for test in ("10360-2", "230-2") if certificate.limits(test)
         for f in predicted(machine, test, certificate.limits(test), settings.seed, 400)
         if f.limit_um is not None and not (certificate.E0 and f.name.startswith("R "))  # R of an axis holds no probe
     ]  # fmt: skip
     return CertificateWorth(
-        certificate.words(), tuple(by_prior), tuple(by_fact), covered, tuple(figures), settings.seed
-    )
+        certificate.words(), tuple(by_prior), tuple(by_fact),
+        covered=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
+    )  # fmt: skip
 
 
 def _drawn_from(path: Path) -> MachineCertificate:

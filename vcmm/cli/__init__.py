@@ -154,8 +154,16 @@ def _dispatch(words: list[str]) -> int:
     except CycloptsError as error:
         from vcmm.console.complaints import said
 
-        hint = "; write it out, for example 1000000" if str(error).endswith("into int.") else ""
-        text = str(error).removesuffix(".") + hint if hint else str(error)
+        text = _refusal(error, words)
         Console(stderr=True, highlight=False, soft_wrap=True).print(said((text,)), markup=False)
         return WRONG
     return code if isinstance(code, int) else 0
+
+
+def _refusal(error: Exception, words: list[str]) -> str:
+    """What the parser of the command line does not take, and what to do."""
+    if unused := getattr(error, "unused_tokens", None):
+        return f'"{" ".join(unused)}" is one argument too many; vcmm {words[0]} --help says what it takes'
+    if str(error).endswith("into int."):
+        return str(error).removesuffix(".") + "; write it out, for example 1000000"
+    return str(error)

@@ -37,7 +37,7 @@ def certificate_command(
     from vcmm.calibrating.certificate_worth import certificate_worth
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
-    from vcmm.console.terminal import progress, show_table
+    from vcmm.console.terminal import progress, say, show_table
     from vcmm.evaluation.at_limit import smallest
     from vcmm.tables.certified import worth_json, worth_tables
 
@@ -45,10 +45,18 @@ def certificate_command(
         found = certificate_worth(scenario, trials=trials, seed=seed, progress=report)
     if json:
         print_json(
-            document("vcmm.certificate/1", worth_json(found), seed=found.seed, files=sources(scenario))
+            document(
+                "vcmm.certificate/1",
+                worth_json(found),
+                seed=found.seed,
+                files=sources(scenario),
+                warnings=found.warnings,
+            )
         )
     else:
         print(found.stated)
         for table in worth_tables(found):
             show_table(table)
+        for warning in found.warnings:
+            say(f"note: {warning}")
     return int(smallest(found.covered) < LEAST)

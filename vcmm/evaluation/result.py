@@ -20,6 +20,9 @@ from vcmm.gps.decision import Decision
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+BIAS_LEFT_IN = (
+    "the known bias is not corrected"  # why no coverage is claimed: the interval is about the indicated value
+)
 SHOWN_IN = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
 

@@ -30,7 +30,7 @@ from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import BIAS_LEFT_IN, BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress, Sampler
 from vcmm.evaluation.truth import Additive, Predicted, Truth, holds
 from vcmm.evaluation.world import World
@@ -318,7 +318,7 @@ class _Evaluation:
             return f"{c.type} is an extreme value: its spread says nothing of the true value{told}"
         bias = float(self.bias[i]) - truth.shift
         if bias and not holds(truth.attained(self.settings.p, self.settings.kind, bias), self.settings.p):
-            return "the known bias is not corrected"
+            return BIAS_LEFT_IN
         return ""
 
 

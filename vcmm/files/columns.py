@@ -90,7 +90,7 @@ class Sheet:
                 out[j] = to_number(row[i])
             except ValueError:
                 problems.append(
-                    f'{self.at(j)}: "{brief(row[i])}" in column {name} is not a number{_instead(row[i], name)}'
+                    f'{self.at(j)}: "{brief(row[i])}" in column {name} is not a number{instead(row[i], name)}'
                 )
                 continue
             if not is_usual(out[j]):
@@ -116,7 +116,7 @@ def _is_temperature(name: str) -> bool:
     return name.startswith(("temp_", "reading_")) and name.endswith("_C") and "gradient" not in name
 
 
-def _instead(cell: str, name: str) -> str:
+def instead(cell: str, name: str) -> str:
     """What to write, where that can be told."""
     if name.startswith("sense_"):
         return "; write 1 where the axis last moved up, -1 where it moved down, 0 where that is not known"

@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.core.errors import DataError, choose_from
+from vcmm.core.text import to_number
 from vcmm.core.units import UNITS, dimension_of
-from vcmm.files.columns import Sheet, read_csv
+from vcmm.files.columns import Sheet, instead, read_csv
 from vcmm.inference.given import GivenPoints, GivenValue
 
 LENGTHS = tuple(u for u in UNITS if dimension_of(u) == "length")
@@ -95,7 +96,9 @@ def _values_of(
                 out.append(value_in(sheet, i, name, part, filled[0]))
             except ValueError:
                 cell = sheet.rows[i][sheet.header.index(filled[0].name)]
-                problems.append(f'{sheet.at(i)}: "{cell}" in column {filled[0].name} is not a finite number')
+                problems.append(
+                    f'{sheet.at(i)}: "{cell}" in column {filled[0].name} is not a finite number{instead(cell, filled[0].name)}'
+                )
     if problems:
         raise DataError(problems)
     return tuple(out)
@@ -103,7 +106,7 @@ def _values_of(
 
 def value_in(sheet: Sheet, row: int, name: str, part: str, column: ValueColumn) -> GivenValue:
     """The number of a row in one column. ValueError: it is no finite number."""
-    number = float(sheet.rows[row][sheet.header.index(column.name)])
+    number = to_number(sheet.rows[row][sheet.header.index(column.name)])
     if not np.isfinite(number):
         raise ValueError
     return GivenValue(

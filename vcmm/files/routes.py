@@ -18,7 +18,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.units import UNITS
-from vcmm.files.columns import Sheet, read_csv
+from vcmm.files.columns import Sheet, instead, read_csv
 from vcmm.files.measured import (
     ANGLES,
     LENGTHS,
@@ -112,7 +112,7 @@ def _one(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]) -> Giv
     except ValueError:
         cell = sheet.rows[i][sheet.header.index(filled[0].name)]
         raise DataError(
-            f'{sheet.at(i)}: "{cell}" in column {filled[0].name} is not a finite number'
+            f'{sheet.at(i)}: "{cell}" in column {filled[0].name} is not a finite number{instead(cell, filled[0].name)}'
         ) from None
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from vcmm.evaluation.jointly import JointJudgement
+from vcmm.evaluation.result import BIAS_LEFT_IN
 from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform
 from vcmm.tables.quantities import DEVIATION, LENGTH, SPAN, percent
@@ -40,6 +41,20 @@ SHOWN: tuple[Column[Evaluated], ...] = (
 )
 
 
+def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[Evaluated], ...], str, str]:
+    """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
+    if not any(_bias_left_in(e) for p in parts for e in p.characteristics):
+        return SHOWN, "the {:.0%} interval of the true value", CAPTION
+    heads = {"true value from nominal": "interval from nominal"}
+    columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in SHOWN)
+    return columns, "its {:.0%} interval", CAPTION + LEFT_IN
+
+
+def _bias_left_in(e: Evaluated) -> bool:
+    return e.result.why_not_shown == BIAS_LEFT_IN
+
+
+LEFT_IN = " Where a known bias is not corrected (see the notes) the interval is about the indicated value, else it is that of the true value."
 CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
 
 
@@ -47,8 +62,9 @@ def shown(part: EvaluatedPart) -> ResultTable[Evaluated]:
     """characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
     first = part.characteristics[0].result
     name = f'part "{part.part}": ' if part.part else ""
-    title = f"{name}measured, and the {first.p:.0%} interval of the true value"
-    return ResultTable(title, SHOWN, part.characteristics, CAPTION)
+    columns, interval, caption = _columns([part])
+    title = f"{name}measured, and {interval.format(first.p)}"
+    return ResultTable(title, columns, part.characteristics, caption)
 
 
 @dataclass(frozen=True)
@@ -71,9 +87,10 @@ def _of_part(column: Column[Any]) -> Column[OfPart]:
 def batch(parts: Sequence[EvaluatedPart]) -> ResultTable[OfPart]:
     """Several parts in one table: part | characteristic | measured | deviation | ... ."""
     rows = [OfPart(p.part, e) for p in parts for e in p.characteristics]
-    columns = (Column("part", lambda r: r.part), *(_of_part(c) for c in SHOWN if c.head != "nominal"))
-    title = f"{len(parts)} parts: measured, and the {rows[0].of.result.p:.0%} interval of the true value"
-    return ResultTable(title, columns, rows, CAPTION)
+    of_one, interval, caption = _columns(parts)
+    columns = (Column("part", lambda r: r.part), *(_of_part(c) for c in of_one if c.head != "nominal"))
+    title = f"{len(parts)} parts: measured, and {interval.format(rows[0].of.result.p)}"
+    return ResultTable(title, columns, rows, caption)
 
 
 def wholes(parts: Sequence[EvaluatedPart]) -> list[str]:
@@ -138,13 +155,18 @@ def values_csv(parts: Sequence[EvaluatedPart]) -> str:
     return csv_text(ResultTable("", FILE, rows))
 
 
+def _true_end(e: Evaluated, end: int) -> str:
+    """An end of the interval of the true value, mm or rad; empty where the interval is about the indicated value."""
+    return "" if _bias_left_in(e) else f"{e.result.interval[end]:.9f}"
+
+
 FILE: tuple[Column[Any], ...] = (
     Column(None, lambda r: r[0], csv="part"),
     Column(None, lambda r: r[1].result.name, csv="characteristic"),
     Column(None, lambda r: r[1].unit, csv="unit"),
     Column(None, lambda r: r[1].measured, csv="measured", file=lambda v, u: f"{v:.9f}"),
-    Column(None, lambda r: r[1].result.interval[0], csv="true_low", file=lambda v, u: f"{v:.9f}"),
-    Column(None, lambda r: r[1].result.interval[1], csv="true_high", file=lambda v, u: f"{v:.9f}"),
+    Column(None, lambda r: _true_end(r[1], 0), csv="true_low"),
+    Column(None, lambda r: _true_end(r[1], 1), csv="true_high"),
     Column(None, lambda r: decided(r[1].result) or "", csv="decision"),
     Column(None, lambda r: p_conform(r[1].result), csv="p_conform"),
 )
