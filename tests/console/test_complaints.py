@@ -29,5 +29,8 @@ def test_what_knows_its_line_keeps_it(tmp_path):
 
 
 def test_a_refusal_of_the_program_keeps_the_line_of_the_program(tmp_path):
-    with pytest.raises(ProgramLimit, match=r"^part.nc:21:1: an arc; use less\.$"), about(tmp_path / "none.toml", "cut"):
+    with (
+        pytest.raises(ProgramLimit, match=r"^part.nc:21:1: an arc; use less\.$"),
+        about(tmp_path / "none.toml", "cut"),
+    ):
         refuse("part.nc", Source(21, 1, 1), "an arc", "use less")
