@@ -15,6 +15,7 @@ from vcmm.compensating.job import compensate
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.core.run import Run
 from vcmm.effects.component import ComponentPolynomial
+from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import RotaryLocation
 
 COUNT = 24
@@ -120,6 +121,16 @@ def test_an_axis_that_stands_off_is_written_off_as_much(tmp_path):
         assert new[3] - old[3] == pytest.approx(-math.degrees(OFF), abs=6e-6)
         assert new[4] == pytest.approx(old[4], abs=1e-9)
     assert found.orientation.before.largest == pytest.approx(OFF, rel=1e-3)
+
+
+def test_angles_that_need_no_change_stay_byte_for_byte(tmp_path):
+    mill = replace(machine(HEAD), effects=(ScaleFactor("X", 100e-6),))
+    file = tmp_path / "part.nc"
+    file.write_text(TEXTS["fanuc"])
+    found = compensate(file, replace(READY, dialect="fanuc"), mill, orientation=True)
+    angles = [re.findall(r"[BC][-.\d]+", text) for text in (found.text, TEXTS["fanuc"])]
+    assert angles[0] == angles[1]
+    assert "B25. C0." in found.text
 
 
 def test_without_asking_angles_stay(tmp_path):

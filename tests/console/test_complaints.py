@@ -6,6 +6,8 @@ import pytest
 
 from vcmm.console.complaints import about
 from vcmm.core.errors import DataError, ModelLimit, UsageError
+from vcmm.nc.faults import ProgramLimit, refuse
+from vcmm.nc.moves import Source
 
 TEXT = 'vcmm = "scenario/1"\n[plan]\na = 1\n[pose]\nshift = "0 0 0 mm"\n[cut]\nb = 2\n'
 
@@ -24,3 +26,11 @@ def test_the_line_of_the_table(tmp_path, error, table, line):
 def test_what_knows_its_line_keeps_it(tmp_path):
     with pytest.raises(DataError, match=r"^e.csv:3: no number$"), about(tmp_path / "none.toml"):
         raise DataError("e.csv:3: no number")
+
+
+def test_a_refusal_of_the_program_keeps_the_line_of_the_program(tmp_path):
+    with (
+        pytest.raises(ProgramLimit, match=r"^part.nc:21:1: an arc; use less\.$"),
+        about(tmp_path / "none.toml", "cut"),
+    ):
+        refuse("part.nc", Source(21, 1, 1), "an arc", "use less")

@@ -42,3 +42,19 @@ def test_a_rapid_through_the_bar_is_told(tmp_path):
     program = "G0 X44. Z2.\nX40.\nG0 Z-20.\nG1 Z-60. F0.1\nX52.\n"
     ready = lathe.shop(plain(tmp_path, setup=lathe.SETUP + BAR, program=program))
     assert any("a rapid runs through the stock, 2.00 mm deep" in text for text in remarks(ready))
+
+
+def test_a_facing_cut_takes_off_what_lies_over_its_nose(tmp_path):
+    """2 mm of a bar of 44 mm, faced by a nose of 0.8 mm, which sweeps 1.6 mm: 3.04 cm3, and the way back is free."""
+    program = "G0 X46. Z2.\nZ0.\nG1 X-1.6 F0.1\nG0 Z5.\nX46.\n"
+    bar = '[stock]\ndiameter = "44 mm"\nlength = "90 mm"\nfront = "2 mm"\n'
+    blank = lathe.shop(plain(tmp_path, setup=lathe.SETUP + bar, program=program)).blank
+    assert blank.collisions == ()
+    assert blank.removed == pytest.approx(math.pi * 22**2 * 2, rel=0.01)
+
+
+def test_a_part_that_is_parted_off_stays(tmp_path):
+    program = "G0 X46. Z-40.\nG1 X-1.6 F0.1\nG0 X46.\n"
+    blank = lathe.shop(plain(tmp_path, setup=lathe.SETUP + BAR, program=program)).blank
+    assert blank.collisions == ()
+    assert blank.removed == pytest.approx(math.pi * 22**2 * 1.6, rel=0.02)  # the nose of 0.8 mm alone

@@ -9,7 +9,8 @@ import pytest
 from vcmm.cli import run
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.nc.interpret import interpret
+from vcmm.files.setup import load_setup
+from vcmm.nc.interpret import interpret, read_for
 from vcmm.nc.sensible import remarks_on, without_length
 from vcmm.nc.setup import Setup, Tool
 
@@ -114,3 +115,14 @@ def test_polar_interpolation_on_a_lathe_is_no_cut_along_y():
     assert not [
         r for r in remarks_on(program, Setup(offsets={"G54": (0.0, 0.0, 0.0)}), lathe) if "along Y" in r.text
     ]
+
+
+def test_a_tool_that_states_no_length_is_told(tmp_path):
+    text = 'vcmm = "setup/1"\ndialect = "fanuc"\n[offsets]\nG54 = ["0 mm", "0 mm", "0 mm"]\n[tools.1]\ndiameter = "10 mm"\n'
+    program = "G21 G90 G54\nT1 M6\nG43 H1 G0 Z5.\nG1 Z-5. F100\nM30\n"
+    said = {}
+    for length in ("", 'length = "0 mm"\n', 'length = "90 mm"\n'):
+        (tmp_path / "s.toml").write_text(text + length)
+        read = read_for("cut", program, None, load_setup(tmp_path / "s.toml"))
+        said[length] = [(r.line, "[tools.1] of the set-up states no length" in r.text) for r in read.warnings]
+    assert said == {"": [(4, True)], 'length = "0 mm"\n': [], 'length = "90 mm"\n': []}

@@ -171,7 +171,7 @@ def _words(
         given = value_of(word) if word.plain and word.mode != "IC" and trace.after.absolute else math.nan
         if not abs(math.remainder(given - math.degrees(nominal[k]), 360.0)) < 1e-6:
             raise _unreadable(trace, name, letter)
-        out.append((word, written(given + change[k], _digits(word, LEAST_ANGLE, decimals), word.text)))
+        out += _anew(word, given + change[k], LEAST_ANGLE, decimals)
     return out
 
 
@@ -185,11 +185,14 @@ def _vector_words(
     length = math.hypot(*(value_of(w) for w in known))
     own = np.linalg.solve(np.array(trace.transformation.matrix), axis)
     own *= length / np.linalg.norm(own)
-    return [(w, written(v, _digits(w, LEAST_VECTOR, decimals), w.text)) for w, v in zip(known, own.tolist())]
+    return [new for w, v in zip(known, own.tolist()) for new in _anew(w, v, LEAST_VECTOR, decimals)]
 
 
-def _digits(word: WordAt, least: int, asked: int | None) -> int:
-    return max(least, word.decimals or 0, asked or 0)
+def _anew(word: WordAt, value: float, least: int, asked: int | None) -> list[tuple[WordAt, str]]:
+    """The word with its new value; none where its digits stay what they are: it is left byte for byte."""
+    digits = max(least, word.decimals or 0, asked or 0)
+    same = abs(round(value, digits) - value_of(word)) < 0.5 * 10.0**-digits
+    return [] if same else [(word, written(value, digits, word.text))]
 
 
 def _unreadable(trace: Trace, name: str, words: str) -> DataError:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.text import brief
+from vcmm.nc.faults import ProgramLimit
 
 MOST = 20  # problems that are shown
 LONGEST = 800  # characters of one problem
@@ -18,11 +19,12 @@ ROOM = 3800  # bytes of all of them, so that a message with its count stays unde
 def about(file: Path, table: str = "") -> Iterator[None]:
     """Complaints about the numbers of a scenario get its file and line: those of `table` where the file has it.
 
-    Else the pose where a point is out of reach, else the plan.
+    Else the pose where a point is out of reach, else the plan. What says its own file and line (a refusal of the NC program)
+    is left as it is.
     """
     try:
         yield
-    except DataError:
+    except (DataError, ProgramLimit):
         raise
     except (ModelLimit, UsageError) as error:
         from vcmm.files.toml import read_toml

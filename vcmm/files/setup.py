@@ -295,4 +295,5 @@ def _tool(key: str, t: ToolTable) -> Tool:
     return Tool(
         number=int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
         offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
+        length_stated="length" in t.model_fields_set,
     )  # fmt: skip

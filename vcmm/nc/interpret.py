@@ -14,6 +14,7 @@ from vcmm.nc.levels import demand
 from vcmm.nc.moves import MoveFlow, Program, Remark
 from vcmm.nc.reading import guess, read_bytes, runner_up
 from vcmm.nc.recognition import SURE, Candidate, candidates, kin
+from vcmm.nc.sensible import lengths_taken
 from vcmm.nc.setup import Setup
 
 CLEAR = 8.0  # score of signs from which on they speak against what was said
@@ -98,9 +99,11 @@ def read_for(
     job: str, text: str, dialect: str | None, setup: Setup, *, name: str = "program", trace: bool = False
 ) -> Program:
     """The program for a job whose answer depends on every number: nothing is assumed. Where numbers are missing, DataError names
-    each of them and how to give it; what is wrong in itself is refused as it is."""
+    each of them and how to give it; what is wrong in itself is refused as it is. A tool that stands in the set-up without a
+    length is a remark."""
     try:
-        return interpret(text, dialect, replace(setup, strict=True), name, trace)
+        read = interpret(text, dialect, replace(setup, strict=True), name, trace)
+        return replace(read, warnings=(*read.warnings, *lengths_taken(read, setup)))
     except DataError as refusal:
         try:
             survey = interpret(text, dialect, replace(setup, strict=False), name)

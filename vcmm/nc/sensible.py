@@ -32,9 +32,27 @@ def length_missing(move: Move, tools: Mapping[int, Tool]) -> str:
     )
 
 
+def lengths_taken(program: Program, setup: Setup) -> tuple[Remark, ...]:
+    """Tools that cut or touch, are no turning tools and stand in the set-up without a length: 0 mm is taken for each, and said."""
+    first: dict[int, Move] = {}
+    for move in program.moves:
+        if move.kind in CUTS:
+            first.setdefault(move.tool, move)
+    out = []
+    for number, move in first.items():
+        tool = setup.tools.get(number)
+        if tool is not None and not tool.length_stated and tool.shape != "turning" and tool.driven is None:
+            text = (
+                f"[tools.{number}] of the set-up states no length: 0 mm is taken, so its errors are those of a Z as much lower, without "
+                f'the arm of the tool; write length = "80 mm" ("0 mm" where the work offset was set with this tool)'
+            )
+            out.append(Remark(move.source.line, 1, text))
+    return tuple(out)
+
+
 def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple[Remark, ...]:
     """Tool lengths not in force, work offsets that the set-up does not name, ends of moves beyond the travels."""
-    out, moves = [], program.moves
+    out, moves = list(lengths_taken(program, setup)), program.moves
     late = without_length(moves, setup.tools)
     if late is not None:
         out.append(Remark(late.source.line, 1, length_missing(late, setup.tools)))

@@ -34,7 +34,7 @@ class Tool:
     """A tool, mm. shape bull has a corner_radius, turning a nose_radius and an orientation 0 to 9 of its imaginary tip; a probe is a
     ball that cuts nothing, its length counts to the lowest point of the ball.
 
-    The radius that cutter radius compensation uses is `radius`; diameter None = not known.
+    The radius that cutter radius compensation uses is `radius`; diameter None = not known. length_stated: else 0 mm is taken.
     """
 
     number: int
@@ -52,6 +52,7 @@ class Tool:
     cutting_length: float | None = None  # height of the cutting edges over the tip
     shank_diameter: float | None = None  # of what follows above them: shank or holder
     width: float | None = None  # of a groove tool
+    length_stated: bool = True
     driven: str | None = (
         None  # driven tool of a lathe, angle head: the way from tip to holder, a word of DIRECTIONS
     )
