@@ -58,6 +58,11 @@ def compensate_command(
     json
         Print one JSON document.
     """
+    rewriting = {"--surface": surface, "--orientation": orientation, "--plot": plot, "--diff": diff}
+    _only_a_program(
+        [name for name, on in rewriting.items() if on],
+        {"--offset-only": offset_only, "--points": points is not None, "--table": table is not None},
+    )
     if points is not None or table is not None:
         return _machine_form(program, points, table, out, json)
     given = _given(program, setup, dialect, set_on)
@@ -68,6 +73,17 @@ def compensate_command(
         "orientation": orientation, "surface": _surface(given) if surface else None,
     }  # fmt: skip
     return _rewritten(given, out, options, (diff, plot), json)
+
+
+def _only_a_program(asked: list[str], forms: dict[str, bool]) -> None:
+    """Raises UsageError for options that only a rewritten program has, with a form that writes none."""
+    from vcmm.core.errors import UsageError
+
+    form = next((name for name, on in forms.items() if on), None)
+    if form is not None and asked:
+        raise UsageError(
+            f"{', '.join(asked)} with {form}: that form rewrites no program, so there is nothing to do it to; take {form} away, or {', '.join(asked)}"
+        )
 
 
 @dataclass(frozen=True)
