@@ -72,6 +72,30 @@ def test_a_tool_10_um_too_large_in_radius_goes_round_the_boss_10_um_farther_out(
     assert any("tool_radius[1]: corrected where" in w for w in made.warnings)
 
 
+def test_a_second_pass_along_the_same_wall_moves_as_the_first(tmp_path):
+    """Else it cuts away what the first pass was led around: 4.8 of the 10 um were left so."""
+    arc = "G2 X0 Y60. I0 J-60.\n"
+    scenario = vcmm.load_cut(
+        shop.write(tmp_path, LARGER, program=shop.PROGRAM.replace(arc, arc + arc), setup=SETUP)
+    )
+    surface = surface_errors(scenario)
+    assert surface is not None
+    assert surface.points == 72
+    new, _ = compensated(scenario, tmp_path, surface)
+    assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
+
+
+def test_a_subprogram_is_written_out_where_only_the_surface_is_off(tmp_path):
+    """The way round the boss at two depths, called twice: no error of the path, yet every call has its own numbers."""
+    round_it = "G1 X-20. Y60. F600\nG1 X0 Y60.\nG2 X0 Y60. I0 J-60.\nG1 X20. Y60.\nG1 X20. Y90.\n"
+    text = shop.PROGRAM.replace(round_it, "M98 P2\nG0 X-20. Y90. Z-11.\nM98 P2\n")
+    text = text.replace("M30\n", f"M30\nO2\n{round_it}M99\n")
+    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, program=text, setup=SETUP))
+    new, made = compensated(scenario, tmp_path, surface_errors(scenario))
+    assert made.met
+    assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
+
+
 def test_both_walls_of_a_slot_cannot_be_moved_apart_by_one_way_of_the_tool(tmp_path):
     """Each wall wants the tool to go 10 um the other way: it stays where it is, and both walls are named."""
     text = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + WALLS
