@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 import vcmm
+from tests.compensating.mill import mill
 from tests.machining import shop
+from vcmm.compensating.field import known_errors_of
 from vcmm.compensating.job import compensate
 from vcmm.compensating.surface import nearest_share, surface_errors
 from vcmm.core.errors import UsageError
+from vcmm.effects.clamping import Clamping
 from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import set_up
 from vcmm.nc.moves import Move, Source
@@ -128,3 +131,10 @@ def test_the_share_of_a_line_is_that_of_the_foot():
     share, gap = nearest_share(line, np.array([[25.0, 3.0, 0.0], [-4.0, 3.0, 0.0]]))
     assert share.tolist() == [0.25, 0.0]
     assert gap.tolist() == [3.0, 5.0]
+
+
+def test_spring_back_is_left_to_the_surface():
+    """The path knows where the tool stands, and not where it cuts."""
+    known = known_errors_of(mill(Clamping("z", np.array([1e-3, 0.0, 0.0]))))
+    assert known.machine.effects == ()
+    assert "--surface does" in known.left[0]

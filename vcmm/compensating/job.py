@@ -175,10 +175,8 @@ def prepare(
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
     check_words(read, source, language)
-    corrects = bool(known.machine.effects) or surface is not None
-    source, read, origin = _flat(
-        source, read, setup, language, inline=inline if corrects else 0.0, notes=notes
-    )
+    inline = inline if known.machine.effects or surface is not None else 0.0
+    source, read, origin = _flat(source, read, setup, language, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
 
     columns = {**setup.constants, **(constants or {})}
