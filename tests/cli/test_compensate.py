@@ -46,6 +46,12 @@ def test_offset_only_writes_nothing(tmp_path, capsys):
     assert not (tmp_path / "new.nc").exists()
 
 
+@pytest.mark.parametrize("option", ["--surface", "--orientation", "--plot", "--diff"])
+def test_what_only_a_new_program_has_is_refused_where_none_is_written(tmp_path, capsys, option):
+    assert vcmm([*files(tmp_path, setup=GOOD), "--offset-only", option]) == 2
+    assert f"{option} with --offset-only" in capsys.readouterr().err
+
+
 def test_offset_only_for_sinumerik(tmp_path, capsys):
     words = files(tmp_path, setup=GOOD.replace("fanuc", "sinumerik"))
     (tmp_path / "p.nc").write_text("G54 G90\nG1 X100 F500\nM30\n")

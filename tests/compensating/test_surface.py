@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 import vcmm
+from tests.compensating.mill import mill
 from tests.machining import shop
+from vcmm.compensating.field import known_errors_of
 from vcmm.compensating.job import compensate
 from vcmm.compensating.surface import nearest_share, surface_errors
 from vcmm.core.errors import UsageError
+from vcmm.effects.clamping import Clamping
 from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import set_up
 from vcmm.nc.moves import Move, Source
@@ -72,6 +75,30 @@ def test_a_tool_10_um_too_large_in_radius_goes_round_the_boss_10_um_farther_out(
     assert any("tool_radius[1]: corrected where" in w for w in made.warnings)
 
 
+def test_a_second_pass_along_the_same_wall_moves_as_the_first(tmp_path):
+    """Else it cuts away what the first pass was led around: 4.8 of the 10 um were left so."""
+    arc = "G2 X0 Y60. I0 J-60.\n"
+    scenario = vcmm.load_cut(
+        shop.write(tmp_path, LARGER, program=shop.PROGRAM.replace(arc, arc + arc), setup=SETUP)
+    )
+    surface = surface_errors(scenario)
+    assert surface is not None
+    assert surface.points == 72
+    new, _ = compensated(scenario, tmp_path, surface)
+    assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
+
+
+def test_a_subprogram_is_written_out_where_only_the_surface_is_off(tmp_path):
+    """The way round the boss at two depths, called twice: no error of the path, yet every call has its own numbers."""
+    round_it = "G1 X-20. Y60. F600\nG1 X0 Y60.\nG2 X0 Y60. I0 J-60.\nG1 X20. Y60.\nG1 X20. Y90.\n"
+    text = shop.PROGRAM.replace(round_it, "M98 P2\nG0 X-20. Y90. Z-11.\nM98 P2\n")
+    text = text.replace("M30\n", f"M30\nO2\n{round_it}M99\n")
+    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, program=text, setup=SETUP))
+    new, made = compensated(scenario, tmp_path, surface_errors(scenario))
+    assert made.met
+    assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
+
+
 def test_both_walls_of_a_slot_cannot_be_moved_apart_by_one_way_of_the_tool(tmp_path):
     """Each wall wants the tool to go 10 um the other way: it stays where it is, and both walls are named."""
     text = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + WALLS
@@ -104,3 +131,10 @@ def test_the_share_of_a_line_is_that_of_the_foot():
     share, gap = nearest_share(line, np.array([[25.0, 3.0, 0.0], [-4.0, 3.0, 0.0]]))
     assert share.tolist() == [0.25, 0.0]
     assert gap.tolist() == [3.0, 5.0]
+
+
+def test_spring_back_is_left_to_the_surface():
+    """The path knows where the tool stands, and not where it cuts."""
+    known = known_errors_of(mill(Clamping("z", np.array([1e-3, 0.0, 0.0]))))
+    assert known.machine.effects == ()
+    assert "--surface does" in known.left[0]

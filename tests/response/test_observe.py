@@ -15,6 +15,7 @@ from vcmm.core.laws import MultivariateNormal, MultivariateSamples, Normal, Stud
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
 from vcmm.effects.backlash import Backlash
+from vcmm.effects.clamping import Clamping
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.expansion import ScaleExpansion
 from vcmm.effects.probe import TipOffset, TipRadius
@@ -50,6 +51,26 @@ def recording(places, directions, kind="probe", measuring=True, second=None, **c
 
 
 # signs of every kind ------------------------------------------------------------------------------------------------
+
+
+def test_a_part_clamped_bent_springs_back_to_the_other_side():
+    """Clamped, its middle bulges by c P2(0) = -c / 2 in z, and is cut flat; free it is off by +c / 2, as vcmm cut has it."""
+    seen = recording(
+        [[0, 0, 0]],
+        [Z],
+        "path",
+        False,
+        feature=["top"],
+        clamp=["1"],
+        part_x_mm=[0.0],
+        part_y_mm=[0.0],
+        part_z_mm=[0.0],
+    )
+    bent = Clamping("z", np.array([4e-3, 0.0, 0.0]))
+    assert baseline(seen, build.machine(bent)) == pytest.approx([2e-3])
+    assert Observer(seen, build.machine()).of_parameter(bent, "coefficients")[0, 0] == pytest.approx(0.5)
+    clamped = replace(seen, run=replace(seen.run, labels={}))
+    assert baseline(clamped, build.machine(bent)) == pytest.approx([-2e-3])
 
 
 @pytest.mark.parametrize("kind", ["probe", "displacement", "path"])

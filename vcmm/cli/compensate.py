@@ -58,16 +58,29 @@ def compensate_command(
     json
         Print one JSON document.
     """
+    asked = {"--surface": surface, "--orientation": orientation, "--plot": plot, "--diff": diff}
+    _only_a_program(asked, {"--offset-only": offset_only, "--points": points, "--table": table})
     if points is not None or table is not None:
         return _machine_form(program, points, table, out, json)
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
-    options = {
-        "tolerance": _length(tolerance), "decimals": decimals, "carry": carry, "growth": growth, "inline": inline,
+    options = {"tolerance": _length(tolerance), "decimals": decimals, "carry": carry, "growth": growth, "inline": inline,
         "orientation": orientation, "surface": _surface(given) if surface else None,
     }  # fmt: skip
     return _rewritten(given, out, options, (diff, plot), json)
+
+
+def _only_a_program(options: dict[str, bool], forms: dict[str, object]) -> None:
+    """Raises UsageError for options that only a rewritten program has, with a form that writes none."""
+    from vcmm.core.errors import UsageError
+
+    form = next((name for name, given in forms.items() if given), None)
+    asked = ", ".join(name for name, on in options.items() if on)
+    if form is not None and asked:
+        raise UsageError(
+            f"{asked} with {form}: that form rewrites no program, so there is nothing to do it to; take {form} away, or {asked}"
+        )
 
 
 @dataclass(frozen=True)

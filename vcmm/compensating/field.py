@@ -91,6 +91,10 @@ def known_errors_of(machine: Machine) -> KnownErrors:
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
+        elif "clamp" in effect.per.split(", "):
+            left.append(
+                f"{effect.id} bends the part where it is cut, which is not where the tool stands: not corrected by the path, --surface does"
+            )
         elif any(column.startswith(DYNAMIC) for column in effect.required()):
             rest.append(effect)
             left.append(

@@ -175,7 +175,8 @@ def prepare(
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
     check_words(read, source, language)
-    source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
+    inline = inline if known.machine.effects or surface is not None else 0.0
+    source, read, origin = _flat(source, read, setup, language, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
 
     columns = {**setup.constants, **(constants or {})}
@@ -227,10 +228,10 @@ def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
 
 
 def _flat(
-    source: SourceText, read: Program, setup: Setup, language: Dialect, known: KnownErrors, inline: float, notes: list[str]
+    source: SourceText, read: Program, setup: Setup, language: Dialect, inline: float, notes: list[str]
 ) -> tuple[SourceText, Program, tuple[int, ...]]:  # fmt: skip
-    """The program written out where that is needed, what it means, and where its lines come from."""
-    one = must_be_written_out(read.traces, source.name) if known.machine.effects and inline > 0 else None
+    """The program written out where that is needed (inline: 0, never), what it means, and where its lines come from."""
+    one = must_be_written_out(read.traces, source.name) if inline > 0 else None
     if one is None:
         return source, read, tuple(range(1, len(source.lines) + 1))
     flat, origin = written_out(read, source, language, inline)

@@ -50,6 +50,11 @@ class Work:
     follow: bool = False  # keep the paths with their errors
     aim: Program | None = None  # as the tool was to point, where its angles have been corrected
 
+    @property
+    def corrects(self) -> bool:
+        """Whether there is anything that a path can take back."""
+        return bool(self.known.machine.effects) or self.field.surface is not None
+
 
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:
     """The new text, the source line (from 1, 0 for the mark) of each of its lines, and the writer's tallies."""
@@ -109,7 +114,7 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | No
     if not one.contour.rewritable:
         _machine_move(writer, traces, work.dialect)
         return
-    if one.runs > 1 and not work.known.machine.effects:
+    if one.runs > 1 and not work.corrects:
         last = traces[-1].contour
         writer.q = np.array(last.end) + np.array(last.tool_offset)
         return

@@ -22,7 +22,7 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.cutting.contactmap import Ints
+from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.cutting.envelope import CUT
 from vcmm.machining.contact_path import contact_rows, surface_at, tool_side
 from vcmm.machining.gauge import gauge_plan
@@ -43,6 +43,8 @@ STIFF = (
 )
 SEARCHED = 24  # places along a move, for the share of a point that stands beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
+FLANK = 0.5  # of the normal along the axis of the tool, up to which a wall is cut; on floors neighbouring passes overlap anyway
+ALIKE = 0.02  # rad between the normals with which two passes touch one point: chosen
 UNSEEN = 1e-6  # mm: below it there is nothing to correct
 
 
@@ -105,7 +107,7 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
             "--surface corrects milling with the rotary axes at rest; on lathes and with turning rotary axes take --surface away: the path is "
             "corrected, and what belongs into the tool table stands in the answer of diagnose"
         )
-    move, share, gain, gap, feature = _on_features(job)
+    move, share, gain, gap, feature, count = _on_features(job)
     largest = float(np.abs(gap).max(initial=0.0))
     if largest < UNSEEN:
         return None
@@ -115,7 +117,7 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
     rms = float(np.sqrt(np.mean(left**2)))
     names = [str(n) for n in np.unique(feature) if np.abs(left[feature == n]).max() > MUCH * largest]
     return SurfaceErrors(
-        moves=tuple(moves), knots=knots, value=value, effects=ids, points=len(gap), left=rms, largest=largest, against=tuple(names),
+        moves=tuple(moves), knots=knots, value=value, effects=ids, points=count, left=rms, largest=largest, against=tuple(names),
     )  # fmt: skip
 
 
@@ -128,8 +130,9 @@ def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     return replace(machine, effects=rest, inputs=()), tuple(e.id for e in rest)
 
 
-def _on_features(job: PreparedCut) -> tuple[Ints, Array, Array, Array, Words]:
-    """Of points on all features: move (k,) and share (k,) of it that cut them, gain (k, 3), departure (k,) mm outwards, feature."""
+def _on_features(job: PreparedCut) -> tuple[Ints, Array, Array, Array, Words, int]:
+    """Of cuts of points on all features: move (k,) and share (k,) of it that cut them, gain (k, 3), departure (k,) mm outwards, feature;
+    and how many points these are."""
     steps = gauge_plan(job.scenario.part, None).steps
     at, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
     surface = surface_at(job, at, normals)
@@ -141,14 +144,46 @@ def _on_features(job: PreparedCut) -> tuple[Ints, Array, Array, Array, Words]:
     touch = np.array([str(i) for i in range(len(good))])
     tool, contacts = tool_side(job, surface, touch, feature)
     rows, errors = contact_rows(job, surface), tool.errors()
-    gap = contacts.surface(errors) - contacts.surface(np.zeros_like(errors))
-    row, gain = contacts.deepest(errors)
-    seen = np.isfinite(gap)
-    sweep = rows.row[row[seen]]
-    move = job.sweep.move[sweep].astype(np.intp)
-    tips = rows.tip[row[seen]]
+    of_row = job.sweep.move[rows.row].astype(np.intp)
+    point, candidate = _making(contacts, errors, of_row)
+    row, gain = contacts.row[point, candidate], contacts.gain[point, candidate]
+    gap = (
+        contacts.heights(errors)[point, candidate] - contacts.heights(np.zeros_like(errors))[point, candidate]
+    )
+    move = of_row[row]
+    tips = rows.tip[row]
     share = np.array([float(nearest_share(job.program.moves[m], t[None])[0][0]) for m, t in zip(move, tips)])
-    return move, share, gain[seen], gap[seen], feature[seen]
+    return move, share, gain, gap, feature[point], len(np.unique(point))
+
+
+def _making(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, Ints]:
+    """(point, candidate) of the cuts that make the surface: at each point the deepest, and on walls, of every other move the one that comes as near
+    with the same normal. A second pass along a wall is to move as the first does, or it cuts what the first was led away from.
+
+    move_of (rows,): the move of each row of the run.
+    """
+    alone, moved = contacts.heights(np.zeros_like(errors)), contacts.heights(errors)
+    points, deepest = np.arange(len(alone)), moved.argmin(axis=1)
+    gap = moved[points, deepest] - alone[points, deepest]
+    good = np.isfinite(gap)
+    near = 2.0 * np.abs(gap[good]).max(initial=0.0) + UNSEEN
+    move = np.where(contacts.row >= 0, move_of[np.maximum(contacts.row, 0)], -1)
+    wall = np.abs(contacts.cutter[:, :, 2]) < FLANK
+    aside = np.linalg.norm(contacts.cutter - contacts.cutter[points, deepest][:, None], axis=2)
+    other = (
+        wall
+        & (move >= 0)
+        & (move != move[points, deepest][:, None])
+        & np.isfinite(alone)
+        & np.isfinite(moved)
+    )
+    other &= (np.where(other, alone, np.inf) - alone[points, deepest][:, None] <= near) & (aside < ALIKE)
+    for k in range(other.shape[1]):  # of several cuts of one move the lowest
+        same = other & (move == move[:, [k]])
+        other[:, k] &= moved[:, k] <= np.where(same, moved, np.inf).min(axis=1)
+    other[points, deepest] = True
+    point, candidate = np.nonzero(other & good[:, None])
+    return point, candidate
 
 
 def _knots(moves: Sequence[Move]) -> tuple[Ints, Ints]:
@@ -219,7 +254,7 @@ def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[
         return left
     left = tuple(said for said in left if said.split(" ")[0] not in surface.effects)
     told = (
-        f"{', '.join(surface.effects)}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
+        f"{', '.join(surface.effects) or 'the path that the control takes (corners, lag)'}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
         f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
         "part: state of the tool, clamping, stock"
     )

@@ -265,7 +265,7 @@ def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Opt
     labels, unit = _amplitudes(effect, names, columns)
     columns = columns * unit
     label = redraw_label(effect, problem.run)
-    if label:
+    if label and not _one_cut_part(effect, problem, label):
         columns, labels, unit = _per_value(columns, labels, unit, problem, label)
     if not np.isfinite(columns).all() or not np.any(columns) or columns.shape[1] > MOST_COLUMNS:
         return None
@@ -276,6 +276,12 @@ def redraw_label(effect: Effect, run: Run) -> str:
     """The label of which every value has its own copy of the parameters; "" for one copy."""
     wanted = [PER_LABEL[word] for word in effect.per.split(", ") if word in PER_LABEL]
     return next((label for label in wanted if label in run.labels), "")
+
+
+def _one_cut_part(effect: Effect, problem: Problem, label: str) -> bool:
+    """What acts on one part that has been cut, clamped once, is a number, which the next part has too if it is clamped alike."""
+    values, _ = problem.run.copies(label)
+    return bool(effect.on_cut_part) and not problem.recording.measuring and len(values) == 1
 
 
 def applies(kind: type[Effect], problem: Problem) -> bool:

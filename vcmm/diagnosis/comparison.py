@@ -158,7 +158,7 @@ def _predicted(observer: Observer) -> tuple[Array, bool]:
     if max(turns, default=0.0) <= FIRST_ORDER_LIMIT_RAD:
         return observer.baseline(), False
     motion = machine.tip_motion(observer.run, exact=True)
-    reading = machine.reading(observer.run)
+    reading = observer.readings(machine)
     return observe(observer.recording, motion[:, :, None], reading[:, :, None])[:, 0], True
 
 

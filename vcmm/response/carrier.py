@@ -44,6 +44,9 @@ class Sight:
     motion: float = -1.0
     reading: float = 1.0
     turning: bool = False
+    turned: float = (
+        1.0  # sign besides of readings that a finished part shows the other way (Effect.on_cut_part)
+    )
 
     def of_rows(self, values: Array) -> Array:
         """What belongs to the rows of the run (n, ...), one per observation (m, ...)."""
@@ -87,7 +90,8 @@ class Carrier:
         key = (effect.link, "" if effect.link == "reading" else effect.place)
         if key not in self._ways:
             self._ways[key] = self._way(key)
-        return self.machine.sign(effect) * self._ways[key]
+        turned = self.sight.turned if effect.link == "reading" and effect.on_cut_part == "turned" else 1.0
+        return turned * self.machine.sign(effect) * self._ways[key]
 
     def _way(self, link: tuple[str, str]) -> Array:
         sight = self.sight

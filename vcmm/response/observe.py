@@ -8,7 +8,8 @@
     r = +1, but -1 for actual - commanded of a displacement or length: there the instrument is the reference, and a
         reading that lets it indicate less makes the machine appear to go too far
 
-Readings (indicated - true) are those of vcmm.core.effect, mm.
+Readings (indicated - true) are those of vcmm.core.effect, mm. On a part that was cut and is measured later those that turn
+(`on_cut_part`: clamping, expansion) leave the surface on the other side, as in `vcmm cut`: r = -1.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ def sights(recording: Recording) -> tuple[Sight, ...]:
     angle = recording.kind == "angle"
     # readings are lengths, so an angle has none
     r = 0.0 if angle else -recording.sign if recording.kind in INSTRUMENT_KINDS else 1.0
-    first = Sight(recording.direction, recording.row, recording.sign, r, angle)
+    turned = -1.0 if recording.of_cut_part else 1.0
+    first = Sight(recording.direction, recording.row, recording.sign, r, angle, turned)
     has = recording.other >= 0
     if not has.any():
         return (first,)
@@ -90,8 +92,16 @@ class Observer:
 
     def baseline(self) -> Array:
         """Observations (m,) predicted from the machine's own effects."""
-        motion, reading = self.usable.tip_motion(self.run), self.usable.reading(self.run)
+        motion, reading = self.usable.tip_motion(self.run), self.readings(self.usable)
         return observe(self.recording, motion[:, :, None], reading[:, :, None])[:, 0]
+
+    def readings(self, machine: Machine) -> Array:
+        """(n, 3) mm of the rows; those that a cut part shows the other way with their sign turned."""
+        whole = machine.reading(self.run)
+        if not self.recording.of_cut_part:
+            return whole
+        turned = tuple(e for e in machine.effects if e.link == "reading" and e.on_cut_part == "turned")
+        return whole - 2.0 * replace(machine, effects=turned).reading(self.run)
 
     def calibration(self) -> list[tuple[str, Array]]:
         """See `calibration_columns`."""

@@ -142,6 +142,11 @@ class Recording:
         """Of the tip motion in the value: -1 for indicated - true, +1 for actual - commanded."""
         return -1.0 if self.measuring else 1.0
 
+    @property
+    def of_cut_part(self) -> bool:
+        """Whether a part that was cut is measured: readings that act on it (Effect.on_cut_part) count as on the finished part."""
+        return self.kind == "path" and not self.measuring and {"feature", "clamp"} <= self.run.labels.keys()
+
     def groups(self, label: str) -> tuple[tuple[str, ...], Ints]:
         """Values of a label column and the code (m,) of each observation.
 
