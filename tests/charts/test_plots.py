@@ -121,3 +121,9 @@ def test_heights_have_symmetric_colours_and_no_point_where_no_tool_came():
     made = ax.collections[0]
     assert (made.norm.boundaries[0], made.norm.boundaries[-1]) == (-5.0, 5.0)
     assert sorted(made.get_array().tolist()) == [-5.0, 2.0]
+
+
+def test_pictures_in_space_of_nothing_are_empty():
+    none = np.zeros((0, 3))
+    assert charts.motions(none, none, "t", charts.ChartSheet()).get_title(loc="left") == "t, arrows 1 x"
+    assert charts.touches(none, none, np.zeros(0, str), "t", charts.ChartSheet()).name == "3d"

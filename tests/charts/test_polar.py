@@ -20,3 +20,9 @@ def test_deviations_stand_on_their_reference_circle():
     assert ax.get_title(loc="left").endswith("about this reference: 3.00 µm.")
     with pytest.raises(DataError, match="polar"):
         polar([0.0], [math.nan], title="t", ax=ChartSheet())
+
+
+def test_what_is_not_finite_interrupts_the_line():
+    ax = polar([0.0, 1.0, 2.0], [1.0, math.inf, -1.0], title="t", ax=ChartSheet())
+    assert ax.get_title(loc="left").endswith("about this reference: 2.00 µm.")
+    assert ax.get_ylim()[0] == -1.0

@@ -66,6 +66,23 @@ def test_a_pc_dmis_report(tmp_path: Path) -> None:
     assert exported_values(path, ["DIST1.M"])[0][0][0].number == pytest.approx(40.005)  # type: ignore[index]
 
 
+def test_the_head_of_a_new_page_within_a_block_is_no_row(tmp_path: Path) -> None:
+    """So the block still has one row, and is known by its name alone."""
+    path = tmp_path / "report.txt"
+    head, one = (
+        "AX    NOMINAL    MEAS   +TOL   -TOL    DEV   OUTTOL\n",
+        "D  30.0 30.0021 0.011 0.01 0.0021 0.0\n",
+    )
+    page = "\nPART NAME  : PLATE      PAGE 2\nREV NUMBER : A\nSER NUMBER :\n"
+    path.write_text(
+        f"DIM LOC1= LOCATION OF CYLINDER BORE  UNITS=MM ,$\n{head}{one}{page}END OF DIMENSION LOC1\n"
+    )
+    found = exported_values(path, ["LOC1"])
+    assert found is not None
+    assert [v.number for v in found[0][0]] == [30.0021]
+    assert found[1] == ""
+
+
 POSITION = """DIM POS1= TRUE POSITION OF CIRCLE BORE  UNITS=MM ,$
 GRAPH=OFF  TEXT=OFF  MULT=10.00  OUTPUT=BOTH  DEV PERPEN CENTERLINE=ON
 AX     NOMINAL       MEAS       +TOL       -TOL      BONUS        DEV     OUTTOL

@@ -142,6 +142,23 @@ def test_the_true_profile_is_that_at_the_nominal_points(scenario: Path) -> None:
     assert len(surface.touches.rows["blade"]) == 35
 
 
+def test_a_tip_that_comes_in_obliquely_touches_the_nominal_point_itself(scenario: Path) -> None:
+    """A ball of 2 mm from 30 deg beside the normal: without errors it stops at the point, not 2 tan 30 = 1.15 mm beside it. An error
+    is indicated along the way of the tip, as large as it is along that way.
+    """
+    plan = 'feature = "blade"\nstylus = "down"\n'
+    scenario.write_text(scenario.read_text().replace(plan, plan + "approach = [0.5, 0, -0.8660254]\n"))
+    task = load_scenario(scenario).task()
+    rows, t = task.touches.rows["blade"], task.touches
+    assert np.abs(np.cross(t.approach[rows], t.normals[rows])).max() > 0.5
+    without = measured_points(task, np.zeros((t.run.n, 3)))
+    np.testing.assert_allclose(without[rows], t.points[rows], atol=1e-12)
+    out = measured_points(task, 1e-3 * t.run.normal)[rows] - t.points[rows]
+    np.testing.assert_allclose((out * t.normals[rows]).sum(axis=1), 1e-3, atol=1e-7)
+    along = measured_points(task, t.pose.turn(1e-3 * t.approach))[rows] - t.points[rows]
+    np.testing.assert_allclose(along, 1e-3 * t.approach[rows], atol=1e-9)
+
+
 def test_a_point_where_no_nominal_one_is_near_is_refused(scenario: Path) -> None:
     with pytest.raises(DataError, match=r'measured.csv:2: .* mm beyond the extent of "blade"'):
         measured(scenario, {}, (-14.0, 0.0))

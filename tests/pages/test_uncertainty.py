@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from tests.tables.test_evaluated import LINE, result
 from vcmm.charts.distribution import filled
+from vcmm.gps.decision import undecided
 from vcmm.pages.uncertainty import budget_table, characteristic_blocks
 
 
@@ -38,3 +40,15 @@ def test_without_a_decision_there_are_no_zones():
     assert "Distribution of the measured value" not in blocks
     none = replace(LINE, u=0.0)
     assert "Budget: contributions" not in "".join(characteristic_blocks(result(budget=(none,))))
+
+
+def test_where_nothing_is_decided_the_picture_says_why_and_claims_no_zone_without_an_end():
+    """value 30.0001, U 0.4 um within +-10 um: the picture may speak of a zone only where U is stated."""
+    why = undecided("probability 95 %", "the points bound nothing")
+    known = result(tolerance=(29.99, 30.01), decision=why)
+    assert "undecided: the points bound nothing" in "".join(characteristic_blocks(known))
+    assert "lies in the conformance zone" in "".join(characteristic_blocks(known))
+    endless = replace(known, extreme=True, half_width=4e-4, interval=(29.9, math.inf))
+    page = "".join(characteristic_blocks(endless))
+    assert "The result is not available." in page
+    assert "conformance zone." not in page

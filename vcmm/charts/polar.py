@@ -31,7 +31,7 @@ def polar(
     """Deviations radii_um (n,) from the reference circle at angles_rad (n,), counter-clockwise from +x.
 
     `low_um`, `high_um` (n,) bound an uncertainty band. The inscribed and circumscribed circle about the same centre
-    are dashed; their distance, the form deviation about this reference, is told. A NaN interrupts the line. `ax` must
+    are dashed; their distance, the form deviation about this reference, is told. What is not finite interrupts the line. `ax` must
     have polar axes. DataError: lengths differ, or no finite point.
     """
     angle, radius = np.asarray(angles_rad, dtype=np.float64), np.asarray(radii_um, dtype=np.float64)
@@ -39,8 +39,10 @@ def polar(
         raise DataError(
             f"A polar plot needs finite radii (n,) and angles (n,), got {radius.shape} and {angle.shape}."
         )
+    radius = np.where(np.isfinite(radius), radius, np.nan)
     drawn = canvas(ax, 400, "polar")
     sides = [np.asarray(s, dtype=np.float64) for s in (low_um, high_um) if s is not None]
+    sides = [np.where(np.isfinite(s), s, np.nan) for s in sides]
     every = np.concatenate([radius, *sides, [0.0]])
     low, high = float(np.nanmin(every)), float(np.nanmax(every))
     span = high - low or 1.0

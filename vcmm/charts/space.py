@@ -24,7 +24,7 @@ def motions(places: Array, vectors: Array, title: str, ax: Axes | ChartSheet | N
     """vectors (n, 3) mm at places (n, 3) mm; the magnification stands in the title, a round number."""
     drawn = canvas(ax, 420, "3d")
     size = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
-    extent = float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0
+    extent = _longest(places)
     times = round_down(LONGEST * extent / size) if size > 0 else 1.0
     drawn.quiver(*places.T, *(times * vectors).T, color=LIGHT["accent"], linewidth=1.0)
     drawn.scatter(*places.T, color=LIGHT["faint"], s=4)
@@ -40,12 +40,13 @@ def touches(
 ) -> Axes:
     """Touched points (n, 3) mm with their outward normals (n, 3), a colour per feature (n,) of names."""
     drawn = canvas(ax, 420, "3d")
-    reach = 0.08 * (float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0)
+    reach = 0.08 * _longest(places)
     for number, name in enumerate(dict.fromkeys(str(f) for f in features)):
         mine, colour = features == name, LIGHT[f"c{1 + number % 6}"]
         drawn.scatter(*places[mine].T, color=colour, s=10, label=named(name))
         drawn.quiver(*places[mine].T, *(reach * normals[mine]).T, color=colour, linewidth=0.7, alpha=0.6)
-    drawn.legend(fontsize=8, frameon=False)
+    if len(places):
+        drawn.legend(fontsize=8, frameon=False)
     return _space(drawn, title, places)
 
 
@@ -66,9 +67,15 @@ def round_down(value: float) -> float:
     return float(power * max(k for k in (1.0, 2.0, 5.0) if k * power <= value * (1 + 1e-12)))
 
 
+def _longest(places: Array) -> float:
+    """Longest edge of the box about places (n, 3), mm; 1 where it has none."""
+    return (float(np.ptp(places, axis=0).max()) if len(places) else 0.0) or 1.0
+
+
 def _space(drawn: Any, title: str, places: Array) -> Any:
     for axis, name in zip("xyz", LABELS):
         getattr(drawn, f"set_{axis}label")(name, fontsize=8)
     drawn.tick_params(labelsize=7)
-    drawn.set_box_aspect(np.maximum(np.ptp(places, axis=0), 0.15 * np.ptp(places, axis=0).max() or 1.0))
+    extent = np.ptp(places, axis=0) if len(places) else np.ones(3)
+    drawn.set_box_aspect(np.maximum(extent, 0.15 * extent.max() or 1.0))
     return titled(drawn, title)

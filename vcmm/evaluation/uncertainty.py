@@ -42,6 +42,7 @@ from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_feature
 from vcmm.part.part import Characteristic
 from vcmm.response.influence import Influence
 
+NOTHING = 1e-9  # of U: rounding
 NOTED = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
 CURVATURE = (
@@ -348,6 +349,8 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         told = f"{r.name}: {r.type} grows with noise and does not fall with it; "
         if r.why_not_shown:
             told += f"its coverage is not shown: {r.why_not_shown}"
+        elif abs(r.bias) <= NOTHING * r.expanded:
+            told += "here nothing of what is indicated is taken off"
         else:
             told += f"here {r.bias * scale:+.3g} {unit} of what is indicated are taken off"
         out.append(told)

@@ -29,6 +29,8 @@ UNIT_WORDS = {
 }  # fmt: skip
 CALYPSO = ("id", "actual", "nominal", "idsymbol")
 BLOCK = re.compile(r"(?:DIM\s+)?([^\s=]+)\s*=\s*(.+?)(?:\s+UNITS\s*=\s*(\w+).*|\s*,\s*\$)$", re.IGNORECASE)
+AXIS = re.compile(r"[A-Z]{1,3}", re.IGNORECASE)
+NUMBER = re.compile(r"[-+]?[.,]?\d|-{2}")
 TOLERANCE_COMMAND = re.compile(r"FCF[A-Z0-9_]+\b", re.IGNORECASE)
 HEADINGS = {"NOM": "NOMINAL", "OUT-TOL": "OUTTOL", "AXIS": "AX"}
 ANGLES = ("A", "PA")  # axes of a LOCATION that are angles: of a cone, polar
@@ -212,9 +214,15 @@ def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[Expo
             block.header = tuple(
                 (HEADINGS.get(m[0], m[0]), m.end()) for m in re.finditer(r"\S+", line.upper())
             )
-        elif block and block.header and text:
+        elif block and block.header and _is_row(text):
             block.rows += (_row(block, line, where),)
     yield from _rows(block)
+
+
+def _is_row(text: str) -> bool:
+    """An axis (X, D, TP, ...) and something that stands for a number; not the head of a new page within a block."""
+    axis, *others = text.split() or [""]
+    return bool(AXIS.fullmatch(axis)) and any(NUMBER.match(cell) for cell in others)
 
 
 def _row(block: _Dimension, line: str, where: str) -> tuple[str, str, str, str]:

@@ -71,8 +71,9 @@ def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
     radius = t.tip_radius[rows, None]
     if feature.nominal is not None:
         feet, way = (t.points[rows], t.normals[rows]), t.approach[rows]
-        travel = travel_onto(feature.nominal, feet, feet[0] + displacement, way, radius[:, 0])
-        return np.asarray(feet[0] + travel[..., None] * way - radius * feet[1])
+        start = feet[0] + radius * feet[1] + displacement
+        travel = travel_onto(feature.nominal, feet, start, way, radius[:, 0])
+        return np.asarray(feet[0] + travel[..., None] * way)
     # start clear of the surface, whatever the error, but not beyond the middle of a bore that the tip nearly fills
     back = np.full(radius.shape, 0.1 + 2 * float(np.abs(displacement).max(initial=0.0)))
     if feature.inside and len(feature.sizes):

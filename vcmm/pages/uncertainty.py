@@ -137,12 +137,13 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
     guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
     lower = None if c.type not in ("size", "distance", "angle") else low
     title = f"Deviation from nominal, {c.decision.rule} (ISO 14253-1)"
+    title += f"; undecided: {c.decision.reason}" if c.decision.reason else ""
     return draw.on_page(
         draw.zones,
         lower,
         high,
         (c.value - c.nominal) * scale,
-        c.expanded * scale,
+        c.stated[0] * scale,
         guard * scale,
         unit=word,
         title=title,

@@ -158,8 +158,13 @@ class MeshSolid:
 
     @cached_property
     def _closed(self) -> bool:
-        """Whether the side of the nearest triangle is the side of the solid: one piece without an edge of its own, not inside out."""
-        surface = surface_of(self.mesh)
+        """Whether the side of the nearest triangle is the side of the solid: one piece without an edge of its own, every triangle
+        turned like its neighbours (an edge is run through once each way), not inside out.
+        """
+        surface, faces = surface_of(self.mesh), self.mesh.faces
+        ways = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+        if len(np.unique(ways, axis=0)) < len(ways):
+            return False
         a, b, c = np.moveaxis(self.mesh.triangles(), 1, 0)
         pieces = surface.connectivity("all")["RegionId"]
         return bool(surface.is_manifold and np.ptp(pieces) == 0 and dot(a, np.cross(b, c)).sum() > 0.0)
