@@ -11,8 +11,12 @@
 # %% [markdown]
 # # 4. Placing a part
 #
-# The same job as `vcmm place plate.toml`, in Python: the pose, among those that the fixture allows, with the smallest
-# uncertainty of what matters.
+# The job of `vcmm place`, in Python: the pose, among those that the fixture allows, with the smallest uncertainty of what matters.
+# For the command the goal stands in the file; `vcmm place plate.toml --evaluations 500 --scan 128 --trials 5000` then gives the same:
+#
+#     [placement]
+#     objective = { U = 1.0 }
+#     weights = { "bore to front" = 1.0 }
 
 # %%
 import numpy as np

@@ -63,6 +63,7 @@ def test_a_knob_moves_u(plugged: Any, server: WorkbenchServer) -> None:
     with Watched(plugged) as seen:
         seen.page.goto(server.address)
         before = settled(seen)
+        turn(seen, "spread", 2.9)
         turn(seen, "spread", 3.0)
         seen.page.wait_for_function("() => document.getElementById('rows').className === 'preview'")
         after = settled(seen, spread=3.0)
@@ -73,6 +74,36 @@ def test_a_knob_moves_u(plugged: Any, server: WorkbenchServer) -> None:
         assert float(after[c["name"]].split()[0]) == pytest.approx(1e3 * c["U_mm"], rel=5e-3)
     name = "bore square to top"  # all of it is scatter
     assert float(after[name].split()[0]) == pytest.approx(3.0 * float(before[name].split()[0]), rel=0.1)
+
+
+def test_a_pose_beyond_the_travels_leaves_no_figures_of_another(
+    plugged: Any, server: WorkbenchServer
+) -> None:
+    with Watched(plugged) as seen:
+        seen.page.goto(server.address)
+        settled(seen)
+        at = float(seen.page.locator('input[name="x"]').input_value())
+        turn(seen, "x", float(seen.page.locator('input[name="x"]').get_attribute("max") or 0))
+        seen.page.wait_for_function(
+            "() => document.getElementById('status').textContent.includes('outside its travel')"
+        )
+        assert seen.page.locator("#rows tr").count() == 0
+        turn(seen, "x", at)
+        assert len(settled(seen, x=at)) == 3
+
+
+def test_two_pages_both_come_to_their_end(plugged: Any, server: WorkbenchServer) -> None:
+    """Each page ends its own questions only, and a knob that moves on is no error in the console."""
+    with Watched(plugged) as one, Watched(plugged) as two:
+        one.page.goto(server.address)
+        two.page.goto(server.address)
+        for value in (1.5, 2.0, 2.5):
+            turn(one, "spread", value)
+            one.page.wait_for_timeout(600)
+            turn(two, "spread", value + 0.25)
+        settled(one, spread=2.5)
+        settled(two, spread=2.75)
+        assert one.complaints == two.complaints == []
 
 
 def test_the_scenes_follow_a_knob(plugged: Any, server: WorkbenchServer) -> None:

@@ -43,6 +43,12 @@ def test_zones_limits_and_result_are_drawn_at_their_place():
     assert ax.get_title(loc="left") == "t\nThe result lies in the conformance zone."
 
 
+def test_a_decision_that_the_zone_does_not_show_is_said():
+    """A known bias that is not corrected: in the conformance zone, and undecided."""
+    ax = zones(10.0, 20.0, 12.5, 1.0, 1.0, unit="mm", title="t", decision="undecided", ax=ChartSheet())
+    assert ax.get_title(loc="left") == "t\nDecision: undecided. The result lies in the conformance zone."
+
+
 def test_no_result_is_said_and_wrong_limits_are_refused():
     said = zones(None, 1.0, NAN, 0.1, 0.1, unit="mm", title="t", ax=ChartSheet()).get_title(loc="left")
     assert said.endswith("The result is not available.")

@@ -1,4 +1,7 @@
-"""The eight lessons: numbered, and their numbers those that the command gives for the same scenario."""
+"""The eight lessons: numbered, and their numbers those that the command gives for the same scenario.
+
+The eighth writes an effect of its own, which no command knows: its numbers are asserted in its own cells.
+"""
 
 from __future__ import annotations
 
@@ -68,3 +71,36 @@ def test_a_diagnosis_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.
     assert [(a.effect, a.probability) for a in found.answer] == [
         (a["effect"], a["probability"]) for a in wanted["answer"]
     ]
+
+
+@pytest.mark.thorough
+def test_a_pose_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the [placement] that the lesson prints at its head."""
+    found = values_of("04", tmp_path, monkeypatch)["found"]
+    lines = LESSONS["04"].read_text(encoding="utf-8").splitlines()
+    start = lines.index("#     [placement]")
+    stated = "\n".join(line.removeprefix("#     ") for line in lines[start : start + 3])
+    file = tmp_path / "plate.toml"
+    file.write_text(f"{path('plate').read_text(encoding='utf-8')}\n{stated}\n", encoding="utf-8")
+    wanted = printed(
+        "place", str(file), "--evaluations", "500", "--scan", "128", "--trials", "5000", "--json"
+    )
+    assert list(found.best.pose[:3]) == wanted["pose"]["shift_mm"]
+    assert list(found.best.pose[3:]) == wanted["pose"]["turn_rad"]
+    assert found.best.value == wanted["objective"]["value"]
+    assert found.present.value == wanted["present"]["value"]
+
+
+@pytest.mark.thorough
+def test_a_calibration_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lowest and highest value of all eighteen curves, within 0.01 nm and 0.01 nrad."""
+    found = values_of("06", tmp_path, monkeypatch)["found"]
+    machine = path("traced_cmm").parent / "traced_cmm" / "machine.toml"
+    wanted = printed("calibrate", str(path("traced_cmm")), "--machine", str(machine), "--json")["identified"]
+    assert [w["error"] for w in wanted] == list(found.identified.names)
+    curves = [w for w in wanted if w["error"].startswith("E")]
+    assert len(curves) == 18
+    for w in curves:
+        scale = {"um": 1e3, "urad": 1e6}[w["unit"]]
+        _, value, _ = found.band(w["error"])
+        assert (scale * value.min(), scale * value.max()) == pytest.approx((w["low"], w["high"]), abs=1e-5)

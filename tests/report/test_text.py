@@ -64,6 +64,11 @@ def test_plain_and_aligned() -> None:
 
 def test_shorten_fits() -> None:
     text = shorten("thermal expansion of the part", 12.5, 80)
-    assert text.endswith("…")
     assert text_width(text, 12.5) <= 80
+    head, tail = text.split("…")
+    assert "thermal expansion of the part".startswith(head)
+    assert "thermal expansion of the part".endswith(tail)
+    names = [f"stylus_qualification[down].d by {cause}" for cause in ("repeatability", "sphere diameter")]
+    assert len({shorten(n, 12.0, 200.0) for n in names}) == 2
+    assert shorten("bore", 12.5, 1) == "…"
     assert shorten("bore", 12.5, 80) == "bore"

@@ -6,6 +6,7 @@ import http.client
 import json
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ import pytest
 from tests.plate import PLATE
 from vcmm.core.errors import Environment, UsageError
 from vcmm.files.scenario import load_scenario
+from vcmm.library import path
 from vcmm.measuring.scenario import Scenario
-from vcmm.workbench.bench import Bench, GivenUp
+from vcmm.workbench.bench import MOST_PAGES, Bench, GivenUp
 from vcmm.workbench.knobs import knobs_of, turned
 from vcmm.workbench.live import preview
 from vcmm.workbench.server import WorkbenchServer
@@ -76,7 +78,7 @@ def test_knobs_turn_what_they_say(scenario: Scenario) -> None:
     name, stylus = next(iter(scenario.plan.styli.items()))
     assert moved.plan.styli[name].offset == pytest.approx(2.0 * stylus.offset)
     for column, value in scenario.constants.items():
-        assert moved.constants[column] - value == pytest.approx(2.0 if column.startswith("temp_") else 0.0)
+        assert moved.constants[column] - value == pytest.approx(0.0 if "gradient" in column else 2.0)
 
 
 @pytest.mark.parametrize(("knobs", "says"), [({"speed": 1.0}, "no knob"), ({"x": 1e9}, "the knob goes from"), ({"x": "3"}, "finite number"), ({"x": float("nan")}, "finite")])  # fmt: skip
@@ -139,6 +141,68 @@ def test_a_newer_question_ends_an_older_one(scenario: Scenario) -> None:
     assert isinstance(outcome[0], GivenUp)
 
 
+def test_one_page_does_not_end_the_question_of_another(scenario: Scenario) -> None:
+    bench = Bench(scenario)
+    first = bench._ask("a")
+    bench._ask("b")
+    bench._wanted(first)
+    bench._ask("a")
+    with pytest.raises(GivenUp):
+        bench._wanted(first)
+
+
+def test_pages_long_closed_are_forgotten(scenario: Scenario) -> None:
+    bench = Bench(scenario)
+    for number in range(3 * MOST_PAGES):
+        bench._ask(str(number))
+    assert len(bench._newest) == MOST_PAGES
+    bench._wanted((str(3 * MOST_PAGES - 1), 1))
+
+
+def test_a_warmer_room_is_that_of_the_file(tmp_path: Path) -> None:
+    """Sensors read what is there: 8 K on the knob are 28 degC in the file. By hand: 50 mm, 11.5 um/(m K), scales compensated: 4.6 um."""
+    ring = load_scenario(path("ring_gauge"))
+    stated = ", ".join(
+        f'{name} = "28 degC"' for name in ("part", "scale_x", "scale_y", "scale_z", "air", "spindle")
+    )
+    text = path("ring_gauge").read_text()
+    warm = text.replace('temperature = { part = "20.0 degC" }', f"temperature = {{ {stated} }}")
+    assert warm != text
+    (tmp_path / "warm.toml").write_text(warm)
+    written = load_scenario(tmp_path / "warm.toml")
+    assert isinstance(ring, Scenario)
+    assert isinstance(written, Scenario)
+    by_knob, by_file = (preview(s)["characteristics"][0] for s in (turned(ring, {"room": 8.0}), written))
+    assert by_knob["value"] == pytest.approx(by_file["value"], abs=1e-9)
+    assert by_knob["U"] == pytest.approx(by_file["U"], rel=1e-9)
+    assert by_knob["value"] == pytest.approx(50.0 + 4.6e-3, abs=1e-6)
+
+
+def test_owners_have_the_words_of_the_evaluation(scenario: Scenario) -> None:
+    from vcmm import api
+
+    seen = preview(scenario)["characteristics"]
+    whole = {
+        b.input: b.what for c in api.uncertainty(scenario, trials=1000).characteristics for b in c.budget
+    }
+    owners = [b for c in seen for b in c["budget"]]
+    assert owners
+    for b in owners:
+        assert b["what"] == whole[b["input"]]
+
+
+def test_a_page_that_closes_leaves_no_traceback(
+    server: WorkbenchServer, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A reset in the middle of an answer is silent; a fault of ours is not."""
+    for fault, told in ((BrokenPipeError(32, "Broken pipe"), False), (ZeroDivisionError("ours"), True)):
+        try:
+            raise fault
+        except Exception:
+            server.handle_error(None, ("127.0.0.1", 1))
+        assert ("Traceback" in capfd.readouterr().err) is told
+
+
 def test_the_page_comes_to_who_has_the_token(server: WorkbenchServer) -> None:
     status, page = asked(server, f"/?token={server.token}")
     assert status == 200
@@ -170,6 +234,8 @@ def test_questions_and_wrong_questions(server: WorkbenchServer) -> None:
         "was not dropped with it"
         in asked(server, "/diagnose", {"files": {"r.toml": outside, "a.csv": "x"}})[1]["error"]
     )
+    long = 'vcmm = "recording/1"\nname = "' + "long " * 2000 + '"\n'
+    assert asked(server, "/diagnose", {"files": {"r.toml": long}})[0] == 422
     assert "drop one recording" in asked(server, "/diagnose", {"files": {"a.csv": "x"}})[1]["error"]
 
 

@@ -66,11 +66,13 @@ def zones(
     *,
     unit: str,
     title: str,
+    decision: str = "",
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
 
-    A value or an uncertainty that is not finite draws the zones alone and says so.
+    decision: what was decided, said beside the zone (a bias that is known and not corrected leaves a result in the
+    conformance zone undecided). A value or an uncertainty that is not finite draws the zones alone and says so.
     """
     parts, drawn = zone_list(lower, upper, guard), canvas(ax, 190)
     limits = [v for v in (lower, upper) if v is not None]
@@ -85,7 +87,8 @@ def zones(
     verdict = "The result is not available."
     if known:
         _result(drawn, value, expanded, unit)
-        verdict = f"The result lies in the {NAMES[zone_of(value, parts).kind]}."
+        said = f"Decision: {decision}. " if decision else ""
+        verdict = f"{said}The result lies in the {NAMES[zone_of(value, parts).kind]}."
     near = len(limits) == 2 and limits[1] - limits[0] < 0.25 * (ends[1] - ends[0])
     drawn.set_xticks(
         [sum(limits) / 2] if near else limits,

@@ -147,6 +147,7 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
         guard * scale,
         unit=word,
         title=title,
+        decision=c.decision.text,
     )
 
 

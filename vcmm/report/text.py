@@ -115,9 +115,11 @@ def text_width(text: str, size: float) -> float:
 
 
 def shorten(text: str, size: float, width: float) -> str:
-    """`text`, cut with an ellipsis so that it fits into `width` pixels."""
+    """`text` with an ellipsis in its middle so that it fits into `width` pixels: long names often differ in their last word only."""
     if text_width(text, size) <= width:
         return text
-    while text and text_width(text + "…", size) > width:
-        text = text[:-1]
-    return text.rstrip() + "…"
+    for kept in range(len(text) - 1, 0, -1):
+        short = f"{text[: kept - kept // 2].rstrip()}…{text[len(text) - kept // 2 :].lstrip()}"
+        if text_width(short, size) <= width:
+            return short
+    return "…"

@@ -125,7 +125,7 @@ def main(words: Sequence[str]) -> None:
     plotter.add_axes()
     plotter.camera.enable_parallel_projection()
     plotter.view_vector((0.46, -0.8, 0.37))
-    plotter.camera.zoom(1.35)
+    plotter.camera.zoom(1.2)
     if len(words) > 1:
         plotter.screenshot(words[1])
     else:

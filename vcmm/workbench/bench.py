@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import threading
 from collections.abc import Mapping
@@ -18,36 +19,39 @@ from vcmm.tables.evaluated import uncertainty_json
 from vcmm.workbench.knobs import knobs_of, turned
 from vcmm.workbench.live import preview
 
+Question = tuple[str, int]  # the page that asks, and which of its questions
+MOST_PAGES = 100  # pages whose newest question is remembered
+
 
 class GivenUp(Exception):
     """A newer question has come; the answer to this one is no longer wanted."""
 
 
 class Bench:
-    """The task, and which question is the newest. Answers are dictionaries of JSON."""
+    """The task, and which question of every open page is its newest. Answers are dictionaries of JSON."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         self._working = threading.Lock()
         self._asked = threading.Lock()
-        self._newest = 0
+        self._newest: dict[str, int] = {}
 
     def state(self) -> dict[str, Any]:
         """Name, knobs, and the answer with all knobs where they stand."""
         knobs = [vars(k) | {"low": k.reach[0], "high": k.reach[1]} for k in knobs_of(self.scenario)]
         return {"name": self.scenario.name, "knobs": knobs}
 
-    def preview(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Raises UsageError for knobs that do not exist; GivenUp when a newer question has come meanwhile."""
-        mine = self._ask()
+    def preview(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
+        """Raises UsageError for knobs that do not exist; GivenUp when the page has asked something newer meanwhile."""
+        mine = self._ask(page)
         chosen = turned(self.scenario, values)
         with self._working:
             self._wanted(mine)
             return preview(chosen, chosen.settings.seed)
 
-    def settled(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The whole evaluation with its scenes. GivenUp as soon as a newer question has come."""
-        mine = self._ask()
+    def settled(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
+        """The whole evaluation with its scenes. GivenUp as soon as the page has asked something newer."""
+        mine = self._ask(page)
         chosen = turned(self.scenario, values)
 
         def report(text: str, share: float | None) -> None:
@@ -61,13 +65,17 @@ class Bench:
         body = {"preview": False, **uncertainty_json(result), "figures": figures}
         return document("vcmm.uncertainty/1", body, seed=result.seed, files=[], warnings=result.warnings)
 
-    def _ask(self) -> int:
+    def _ask(self, page: str = "") -> Question:
         with self._asked:
-            self._newest += 1
-            return self._newest
+            number = self._newest.pop(page, 0) + 1
+            self._newest[page] = number  # the last to ask stands last
+            if len(self._newest) > MOST_PAGES:
+                del self._newest[next(iter(self._newest))]
+            return page, number
 
-    def _wanted(self, question: int) -> None:
-        if question != self._newest:
+    def _wanted(self, question: Question) -> None:
+        page, number = question
+        if self._newest.get(page) != number:
             raise GivenUp
 
 
@@ -104,11 +112,17 @@ def _check_inside(files: Mapping[str, bytes], folder: Path) -> None:
     for name in (n for n in files if n.endswith(".toml")):
         text = files[name].decode("utf-8", errors="replace")
         for quoted in re.findall(r"[\"']([^\"'\n]*)[\"']", text):
-            if (
-                "\0" in quoted
-                or "\\" in quoted
-                or not (folder / quoted).resolve().is_relative_to(folder.resolve())
-            ):
+            if not _is_inside(quoted, folder):
                 raise UsageError(
                     f'{name} names "{quoted[:80]}", which was not dropped with it; drop all its files together'
                 )
+
+
+def _is_inside(quoted: str, folder: Path) -> bool:
+    """Whether a text in quotation marks, read as a path, stays in the folder. Longer than a path can be: it names no file."""
+    if "\0" in quoted or "\\" in quoted:
+        return False
+    try:
+        return (folder / quoted).resolve().is_relative_to(folder.resolve())
+    except OSError as error:
+        return error.errno == errno.ENAMETOOLONG

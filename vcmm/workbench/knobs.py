@@ -18,6 +18,8 @@ from vcmm.measuring.scenario import Scenario
 REPEATS = 5  # touches at one place
 LEAST, MOST = 0.5, 3.0  # factors of the scatter and of the length of styli
 ROOM = 10.0  # K about the temperatures of the scenario
+RISING = ("temp_", "reading_")  # columns of a temperature, and what its sensor reads, which rises with it
+DIFFERENCE = "gradient_C"  # stays where all temperatures rise
 SPREADS = ("u", "scale", "half_width")  # the number of a law that says how wide it is
 
 
@@ -90,7 +92,7 @@ def _checked(known: Mapping[str, Knob], name: str, value: Any) -> float:
 
 
 def _is_temperature(column: str) -> bool:
-    return column.startswith("temp_") and column.endswith("_C")
+    return column.startswith(RISING) and column.endswith("_C") and not column.endswith(DIFFERENCE)
 
 
 def _planned(plan: Plan, longer: float, times: int) -> Plan:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.evaluation.budget import words
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Term
 from vcmm.gps import characteristics as gps
@@ -30,6 +31,7 @@ def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
     gradient, value = model.gradient(), model.values(model.q0)
     extreme = [not gps.is_linear(c, model.task.part.features) for c in model.characteristics]
     spread = _drawn(model, terms, seed) if any(extreme) else np.zeros(len(value))
+    said = {i.input.id: words(model.world, i.input) for i in model.influences}
     rows = []
     for i, c in enumerate(model.characteristics):
         shares = {t.name: _variance(gradient[i], t) for t in terms}
@@ -39,7 +41,7 @@ def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
         rows.append({
             "name": c.name, "type": c.type, "unit": "um" if gps.unit(c) == "mm" else "urad",
             "value": float(value[i]), "U": 1e3 * COVERAGE * u if gps.unit(c) == "mm" else 1e6 * COVERAGE * u,
-            "budget": [{"input": n, "share": shares[n] / total} for n in largest],
+            "budget": [{"input": n, "what": said.get(n, n), "share": shares[n] / total} for n in largest],
         })  # fmt: skip
     return {"preview": True, "characteristics": rows}
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 import secrets
+import sys
 import tempfile
 from collections.abc import Callable, Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -45,6 +46,11 @@ class WorkbenchServer(ThreadingHTTPServer):
                 f"port {port} cannot be used ({error.strerror}); another workbench may have it: name another one with --port, or 0 for any"
             ) from None
         self.origin = f"http://{HOST}:{self.server_address[1]}"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A page that was closed or reloaded wants no answer and is no fault; everything else is told."""
+        if not isinstance(sys.exception(), (ConnectionError, TimeoutError)):
+            super().handle_error(request, client_address)
 
     @property
     def address(self) -> str:
@@ -93,7 +99,7 @@ class Handler(BaseHTTPRequestHandler):
         try:
             self._send(200, "application/json", json.dumps(answer(body), allow_nan=False, default=_plain))
         except GivenUp:
-            self._refuse(409, "a newer question has come")
+            self._send(200, "application/json", json.dumps({"given_up": True}))
         except VcmmError as error:
             self._refuse(422, str(error))
         except (KeyError, TypeError, ValueError, AttributeError):
@@ -106,10 +112,10 @@ class Handler(BaseHTTPRequestHandler):
         return self.server.bench.state()
 
     def _preview(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        return self.server.bench.preview(body["knobs"])
+        return self.server.bench.preview(body["knobs"], _page(body))
 
     def _settled(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        return self.server.bench.settled(body["knobs"])
+        return self.server.bench.settled(body["knobs"], _page(body))
 
     def _diagnose(self, body: Mapping[str, Any]) -> dict[str, Any]:
         files = dict(body["files"])
@@ -159,6 +165,11 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Quiet: the terminal shows the address and nothing else."""
+
+
+def _page(body: Mapping[str, Any]) -> str:
+    """Which open page asks: a short text of its own choice."""
+    return str(body.get("page", ""))[:40]
 
 
 def _plain(value: Any) -> Any:

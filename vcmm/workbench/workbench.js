@@ -3,12 +3,13 @@
   const {token} = JSON.parse(document.getElementById("given").textContent);
   const status = document.getElementById("status"), rows = document.getElementById("rows"), form = document.querySelector(".knobs");
   const scenes = [...document.querySelectorAll(".live-scene .live")], REST = 500;
-  const knobs = {};
+  const knobs = {}, page = Math.random().toString(36).slice(2);
   let busy = false, waiting = false, rest;
   const ask = async (path, body) => {
-    const answer = await fetch(path, {method: "POST", headers: {"Content-Type": "application/json", "X-Token": token}, body: JSON.stringify(body)});
+    const question = {method: "POST", headers: {"Content-Type": "application/json", "X-Token": token}, body: JSON.stringify({...body, page})};
+    const answer = await fetch(path, question).catch(() => { throw new Error("the workbench does not answer; start vcmm serve again and open the address that it prints"); });
     const found = await answer.json();
-    if (!answer.ok) throw Object.assign(new Error(found.error), {code: answer.status});
+    if (!answer.ok || found.given_up) throw Object.assign(new Error(found.error), {newer: found.given_up});
     return found;
   };
   const cell = (row, text, extra) => { const td = document.createElement("td"); if (extra) td.append(extra); td.append(text); row.append(td); };
@@ -29,11 +30,17 @@
       return row;
     }));
   };
-  const failed = error => { if (error.code !== 409) status.textContent = error.message; };
+  const failed = error => {
+    if (error.newer) return;
+    rows.replaceChildren();  // no figures of other knobs
+    delete document.body.dataset.settled;
+    status.textContent = error.message;
+  };
   const settle = async () => {
     status.textContent = "evaluating";
+    let found;
+    try { found = await ask("/settled", {knobs}); } catch (error) { failed(error); return; }
     try {
-      const found = await ask("/settled", {knobs});
       show(found);
       status.textContent = "evaluated" + (found.warnings.length ? `; ${found.warnings.length} notes: ${found.warnings[0]}` : "");
       document.body.dataset.settled = JSON.stringify(knobs);
@@ -46,7 +53,7 @@
           vcmmScenes.silence(scenes[i]);
         });
       }
-    } catch (error) { failed(error); }
+    } catch (error) { status.textContent = `evaluated; the scenes cannot be drawn: ${error.message}`; }
   };
   const preview = async () => {
     if (busy) { waiting = true; return; }
