@@ -80,7 +80,10 @@ def watched(words: Sequence[str], elsewhere: Sequence[psutil.Process] = ()) -> R
 @contextmanager
 def dask(folder: Path, workers: int) -> Iterator[tuple[str, list[psutil.Process]]]:
     """A scheduler and workers of one thread each, as a user starts them."""
+    import distributed
+
     plan, started = folder / f"scheduler{workers}.json", list[subprocess.Popen[bytes]]()
+    plan.unlink(missing_ok=True)  # of an earlier round: its scheduler is gone
     local = [sys.executable, "-m", "dask"]
 
     def start(*words: str) -> psutil.Process:
@@ -94,7 +97,10 @@ def dask(folder: Path, workers: int) -> Iterator[tuple[str, list[psutil.Process]
             time.sleep(LOOK)
         address = json.loads(plan.read_text())["address"]
         own = ("worker", address, "--nthreads", "1", "--no-nanny", "--local-directory", str(folder))
-        yield address, [start(*own) for _ in range(workers)]
+        hands = [start(*own) for _ in range(workers)]
+        with distributed.Client(address, set_as_default=False) as client:
+            client.wait_for_workers(workers)
+        yield address, hands
     finally:
         for one in started:
             one.kill()

@@ -260,6 +260,10 @@ def test_doctor_with_something_missing(capsys, monkeypatch):
         (["schema", "machin"], 'Did you mean "machine"?'),
         (["explain", "backlsh"], 'unknown effect "backlsh". Did you mean "backlash"'),
         (["measure", "x.toml", "--seed", "abc"], 'unable to convert "abc" into int'),
+        (["uncertainty", "x.toml", "--trials", "1.5"], 'unable to convert "1.5" into int'),
+        (["measure", "x.toml", "--seed=0.5"], 'unable to convert "0.5" into int'),
+        (["audit", "x.toml", "--parts", "1.0e999"], 'unable to convert "1.0e999" into int'),
+        (["uncertainty", "x.toml", "--trials", "2.0"], "x.toml"),
         (["check"], "requires an argument"),
     ],
 )

@@ -183,3 +183,20 @@ def test_a_cluster_one_worker_of_which_is_killed(folder):
         assert (client.returncode, out) == (0, whole), err
         audit = ("audit", "ring.toml", "shop/../ring.toml", "--parts", "250", "--json")
         assert ask((*audit, "--cluster", address)).out == ask(audit).out
+
+
+@pytest.mark.thorough
+def test_the_only_worker_that_held_the_job_is_killed_and_one_that_came_later_ends_it(folder):
+    pytest.importorskip("distributed")
+    job = ("uncertainty", "ring.toml", "--engine", "exact", "--trials", "2000", "--json")
+    whole = ask(job).out
+    with (
+        cluster(folder, 1) as (address, first),
+        started("-c", RUN, *job, "--cluster", address) as client,
+    ):
+        wait_until(lambda: len(list((folder / "cache").rglob("*-500.json"))) >= 1)
+        first[0].kill()
+        late = ("-m", "dask", "worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+        with started(*late, "--local-directory", str(folder / "late")):
+            out, err = client.communicate()
+    assert (client.returncode, out) == (0, whole), err

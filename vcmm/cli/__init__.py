@@ -61,6 +61,7 @@ def build_app() -> Any:
         version=f"vcmm {__version__}",
         version_flags=["--version"],
         suppress_keyboard_interrupt=False,  # `run` says what happened
+        config=_whole,
         help_epilogue="Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted.",
     )
     jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")
@@ -69,6 +70,22 @@ def build_app() -> Any:
         app.command(f"vcmm.cli.{verb}:{verb}_command", name=verb, group=group, help=VERBS[verb])
     app.register_install_completion_command(name="--install-completion")
     return app
+
+
+def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
+    """Refuse a fraction where a whole number is meant: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole."""
+    import contextlib
+    from typing import get_args
+
+    from cyclopts import CoercionError
+
+    for argument in arguments:
+        if int not in (argument.hint, *get_args(argument.hint)):
+            continue
+        for token in argument.tokens:
+            with contextlib.suppress(ValueError):  # no number at all: cyclopts says so
+                if "." in token.value and not float(token.value).is_integer():
+                    raise CoercionError(token=token, argument=argument, target_type=int)
 
 
 def main(arguments: list[str] | None = None) -> None:

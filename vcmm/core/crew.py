@@ -134,7 +134,8 @@ def on_cluster(address: str) -> Crew:
             ) from None
         try:
             _check_versions(client, address)
-            shared = client.scatter((versions(), work, payload), broadcast=True, hash=False)
+            # the result of a task, which the scheduler makes again where the workers that held it are gone; scattered data would be lost
+            shared = client.submit(_shared, versions(), work, payload, retries=DEATHS, pure=False)
             waiting, running = enumerate(items), {}
             finished = distributed.as_completed(loop=client.loop)
 
@@ -152,6 +153,11 @@ def on_cluster(address: str) -> Crew:
             client.close()  # lets go of all futures: what is not finished is cancelled
 
     return run
+
+
+def _shared(due: dict[str, str], work: Callable[[Any, Any], Any], payload: Any) -> tuple[Any, ...]:
+    """What all blocks of a job need, on a worker."""
+    return due, work, payload
 
 
 def _on_worker(shared: Any, item: Any) -> Any:

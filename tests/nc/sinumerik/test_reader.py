@@ -29,7 +29,9 @@ from vcmm.core.errors import DataError
         ("X=", "the line ends"),
         ("X1 )", r"part.mpf:1:4: \"\)\" cannot be understood"),
         ("G0\nAA: X1 REPEATB AA", "the repeated part holds its own REPEAT"),
-        ("LOOP\nENDLOOP", "seems to be endless"),
+        ("LOOP\nENDLOOP", "part.mpf:1:1: this loop is endless"),
+        ("G1 F100\nLOOP\nR1=R1+1\nG1 X=R1\nENDLOOP\nM30", "part.mpf:2:1: this loop is endless"),
+        ("LOOP\nIF R1>1 GOTOF OUT\nENDLOOP\nOUT: M30", "1000 blocks have been executed again; the program seems"),
         ("DEF TEXT name", "takes REAL, INT, BOOL"),
         ("G0 $AA_OFF[X]=5", "system variables"),
         ("T1 D1\nG41 G1 X9 F9\nTRANS X1", "part.mpf:3:1: a frame .* while radius compensation is on"),
@@ -40,6 +42,19 @@ def test_refused_by_name_and_place(text, message, monkeypatch):
     monkeypatch.setattr("vcmm.nc.sinumerik.flow.LONGEST", 1000)
     with pytest.raises(DataError, match=message):
         moves(text)
+
+
+def test_a_loop_without_motion_is_found_endless_sooner(monkeypatch):
+    monkeypatch.setattr("vcmm.nc.sinumerik.flow.IDLE", 500)
+    counting = "R1=0\nWHILE R1<{}\nR1=R1+1\nENDWHILE\nG0 X1\n"
+    with pytest.raises(DataError, match="500 blocks have been executed again without a motion"):
+        moves(counting.format(400))
+    assert len(moves(3 * counting.format(100))) == 3  # 900 blocks, but moves between
+
+
+def test_a_loop_that_is_left_or_never_entered_is_read():
+    assert len(moves("LOOP\nR1=R1+1\nG0 X=R1\nIF R1>3 GOTOF OUT\nENDLOOP\nOUT: M30")) == 4
+    assert len(moves("IF R1==1\nLOOP\nG0 X=5\nENDLOOP\nENDIF\nG0 X1\nM30")) == 1
 
 
 def test_sample_arcs():

@@ -24,6 +24,7 @@ from vcmm.nc.sinumerik.traces import cuts_of
 from vcmm.nc.trace import ExecutedBlock, Tracing
 
 LONGEST = 2_000_000  # blocks executed again before a program counts as endless
+IDLE = 500_000  # the same without any motion between
 UNSURE = 100_000  # the same where loops hang on values that are not known
 DEEPEST = 16  # nested subprograms, as on the control
 
@@ -49,6 +50,7 @@ class SinumerikRunner:
     )
     memory: SinumerikMemory = field(init=False)
     executed: int = 0
+    moved: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
     missing: set[str] = field(default_factory=set)  # subprograms that are nowhere
     nested: int = 0  # repeated parts inside one another
     ended: bool = False
@@ -139,6 +141,8 @@ class SinumerikRunner:
 
     def _count(self) -> None:
         self.executed += 1
+        if len(self.recorder.moves) != self.moved[0]:
+            self.moved = len(self.recorder.moves), self.executed
         if self.executed > UNSURE + self.written and not self.memory.sure:
             self.recorder.assume(
                 "the end of a loop, which hangs on values that only the caller or the machine knows",
@@ -148,6 +152,10 @@ class SinumerikRunner:
         if self.executed > LONGEST + self.written:
             self.recorder.fault(
                 f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
+            )
+        if self.executed > IDLE + self.moved[1] + self.written:
+            self.recorder.fault(
+                f"{IDLE} blocks have been executed again without a motion; the program seems to be endless, check its loops and jumps"
             )
 
     def _step(self, section: Section, at: int, block: SinumerikBlock) -> tuple[int, bool]:
@@ -187,6 +195,11 @@ class SinumerikRunner:
             return self._jump(section, at, flow.column, *data)
         if kind == "CASE":
             return self._case(section, at, flow)
+        if kind == "LOOP" and at in section.endless:
+            raise BlockFault(
+                flow.column,
+                "this loop is endless: nothing up to its ENDLOOP leads out of it; give it a jump (GOTOF) or an end (M30), or write FOR",
+            )
         if kind in ("REPEAT_PART", "REPEATB"):
             self._repeat(section, at, flow)
         elif kind == "DEF":

@@ -17,7 +17,8 @@ _OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "LOOP": "ENDLOO
 class Section:
     """A main program or subprogram. partner: IF -> ELSE or ENDIF, ELSE -> ENDIF, a loop's head <-> its end.
 
-    saves: modal functions are those of the caller again behind it. file: where it stands, "" in the main file.
+    saves: modal functions are those of the caller again behind it. file: where it stands, "" in the main file. endless: LOOPs that
+    nothing leads out of.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Section:
     partner: dict[int, int] = field(default_factory=dict)
     saves: bool = False
     file: str = ""
+    endless: set[int] = field(default_factory=set)
 
 
 def sections_of(text: str, file: str) -> list[Section]:
@@ -93,5 +95,14 @@ def _match(section: Section, file: str) -> None:
                 raise fail(block, f"{kind} closes nothing{open_one}")
             head = stack.pop()[1]
             section.partner[head], section.partner[k] = k, head
+            if kind == "ENDLOOP" and not any(map(_leads_on, section.blocks[head + 1 : k])):
+                section.endless.add(head)
     if stack:
         raise fail(section.blocks[stack[-1][1]], f"this is never closed; add {stack[-1][0]}")
+
+
+def _leads_on(block: SinumerikBlock) -> bool:
+    """Whether a block may end a loop: a jump, an M function, a subprogram or whatever else is called."""
+    if block.flow is not None and block.flow.kind in ("JUMP", "CASE", "RET"):
+        return True
+    return any(item.name in ("M", "L", "P") or item.value is None for item in block.items)
