@@ -63,7 +63,7 @@ def test_recordings_to_a_machine_file_and_back(recorded_x, capsys):
     assert found["not_identified"] == []
     assert 0.1 < found["residual_um"] < 0.4
     assert found["condition"] > 1
-    assert "EYX over X" in report.read_text()
+    assert ">EYX<" in report.read_text()
     assert "EAX: residuals and 95 % of the noise" in report.read_text()
     again = load_machine(out)
     assert [i.id for i in again.inputs] == ["calibration_modes[*].modes"]

@@ -64,11 +64,12 @@ def test_the_page_of_a_path(folder: Path, tmp_path: Path, capsys: pytest.Capture
     assert run(["nc", str(folder / "a.nc"), "--plot", "--out", str(out)]) == 0
     page = (out / "a.html").read_text()
     data = json.loads(page.split('<script type="application/json">')[1].split("</script>")[0])
-    assert data["line"] == [5, 6, 7, 8]
-    assert data["x"] == [0, 0, 10, 10, 20]
-    assert data["tool"] == [3] * 4
-    assert data["rapid"] == [1, 0, 0, 0]
-    assert data["feed"] == [None, 100, 100, 100]
+    (path,) = data["paths"]
+    assert path["line"] == [5, 6, 7, 8]
+    assert path["x"] == [0, 0, 10, 10, 20]
+    assert path["tool"] == [3] * 4
+    assert path["rapid"] == [1, 0, 0, 0]
+    assert path["feed"] == [None, 100, 100, 100]
     assert data["text"]["7"] == "Y10."
     assert "the diameter of tool 3" in page
     assert 'type="range"' in page

@@ -262,7 +262,7 @@ def test_position_of_centres_axes_and_planes() -> None:
     # a point along its normal, a line along the normal of its surface (y): leaning by 1 mrad over 50 mm
     assert value("position", ("tip", fit("tip", point=(9, 9, 3.01))), of="tip") == pytest.approx(0.02)
     assert value("position", ("edge", fit("edge", axis=(1, 1e-3, 5e-3))), of="edge") == pytest.approx(0.1)
-    with pytest.raises(UsageError, match="mesh"):
+    with pytest.raises(UsageError, match="free-form surface"):
         value("position", of="free")
 
 

@@ -26,7 +26,7 @@ def found():
     patch = SimpleNamespace(net=net, height=np.array([1.5e-3, math.nan]), nominal=np.array([0.0, math.nan]))
     return SimpleNamespace(
         characteristics=(c,), shares={"bore": SHARES}, repeats={"bore": 1.5e-4}, scatters={"bore": 5e-5}, patches=(patch,),
-        uncertainty=SimpleNamespace(trials=1000), seconds=83.4, blank=None, own_reading=None, threads=(),
+        uncertainty=SimpleNamespace(trials=1000), seconds=83.4, blank=None, own_reading=None, threads=(), grooves=(),
         surface=SimpleNamespace(max_um=2.5, rms_um=1.0, points=1200, uncut=1, gouges=0, deep_um=5.0),
         recut=SimpleNamespace(points=3, largest=2e-6),
     )  # fmt: skip
