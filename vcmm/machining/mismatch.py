@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
-from vcmm.machining.waves import Wave, largest_wave
+from vcmm.machining.waves import Wave, largest_wave, slow_courses
 
 Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
@@ -146,7 +146,8 @@ def _waving(
     time = points.run.columns.get("time_s")
     if time is None:
         return None
-    wave = largest_wave(white, _directions(white @ taken), points.rest, points.normals, time)
+    base = _directions(white @ np.hstack([taken, slow_courses(points.normals, time)]))
+    wave = largest_wave(white, base, points.rest, points.normals, time)
     if wave is None:
         return None
     p = _log_p(wave.gain, wave.freedom, left) + math.log(wave.asked)

@@ -2,8 +2,9 @@
 
     rest = base b + sum over x, y, z of (c_k cos 2 pi f t + s_k sin 2 pi f t) n_k + scatter
 
-A whole vector of time at one frequency f, six numbers, for f on a grid of a third of 1 / duration up to half of the rate at which the
-points were cut (Lomb, Astrophys. Space Sci. 39 (1976) 447, with a covariance and with what is taken out before). The gain in the
+A whole vector of time at one frequency f, six numbers, for f on a grid of a third of 1 / duration from three waves over the duration (what
+comes once or twice cannot be told from a growth, a drift or a change of tools, and is taken out before) up to half of the rate at which
+the points were cut (Lomb, Astrophys. Space Sci. 39 (1976) 447, with a covariance and with what is taken out before). The gain in the
 sum of squares is chi-square with six degrees of freedom; every frequency that was asked is paid (Bonferroni).
 """
 
@@ -16,6 +17,9 @@ import numpy as np
 from vcmm.core.run import Array
 
 STEPS = 3.0  # frequencies per 1 / duration: a wave between two of them loses a tenth of its gain at most
+LEAST_WAVES = (
+    3.0  # over the duration: a growth that levels off is half a wave, one that comes back a whole one
+)
 LEAST_POINTS = 30
 MOST_WORK = 8e8  # points squared times frequencies: some seconds; more points are asked for long periods only
 CHUNK = 256
@@ -64,15 +68,25 @@ def wave_columns(period: float, normals: Array, time: Array) -> Array:
     return np.concatenate([normals * f(phase)[:, None] for f in (np.cos, np.sin)], axis=1)
 
 
+def slow_courses(normals: Array, time: Array) -> Array:
+    """Half cosines along x, y, z up to LEAST_WAVES waves over the duration (n, 18): growths, drifts and changes that come once or twice.
+
+    What follows one of them closely is no wave, although some of the many periods that are asked follows a few moments of it by chance.
+    """
+    turn = np.pi * (time - time.min()) / max(float(np.ptp(time)), 1e-9)
+    orders = range(1, int(2 * LEAST_WAVES) + 1)
+    return np.concatenate([normals * np.cos(k * turn)[:, None] for k in orders], axis=1)
+
+
 def frequencies_of(time: Array) -> Array:
-    """1/s: from one wave over the duration to half of the median rate of the points."""
+    """1/s: from three waves over the duration to half of the median rate of the points."""
     moments = np.unique(np.round(time, 3))
     if len(time) < LEAST_POINTS or len(moments) < LEAST_POINTS:
         return np.zeros(0)
     duration = float(np.ptp(moments))
     highest = 0.5 / float(np.median(np.diff(moments)))
-    count = min(int((highest * duration - 1.0) * STEPS), int(MOST_WORK / len(time) ** 2))
-    return (1.0 + np.arange(max(count, 0)) / STEPS) / duration
+    count = min(int((highest * duration - LEAST_WAVES) * STEPS), int(MOST_WORK / len(time) ** 2))
+    return (LEAST_WAVES + np.arange(max(count, 0)) / STEPS) / duration
 
 
 def _gains(x: Array, y: Array) -> tuple[Array, Array]:
