@@ -150,7 +150,9 @@ def _waving(
     wave = largest_wave(white, base, points.rest, points.normals, time)
     if wave is None:
         return None
-    p = _log_p(wave.gain, wave.freedom, left) + math.log(wave.asked)
+    alone = float(((_beyond(white @ taken, white @ wave.columns).T @ (white @ points.rest)) ** 2).sum())
+    gain = alone if wave.gain > alone / 2 else wave.gain  # else more of it is a slow course than a wave
+    p = _log_p(gain, wave.freedom, left) + math.log(wave.asked)
     words = f"comes and goes every {wave.period:.3g} s, which no effect that is known does"
     return min(p, 0.0), Covariate(WAVE, words, wave.columns), wave
 
