@@ -20,13 +20,13 @@ import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.machining.significance import log_p, p_in_words
 from vcmm.machining.waves import Wave, largest_wave, slow_courses
 
 Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
 FALSE = 1e-3  # share of parts as predicted in which anything is said at all
 MOST = 6  # entries
-TINY, LEAST_P = 1e-300, 1e-290
 ALIKE = 1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
 LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
 ROOM = 8  # degrees of freedom that must be left beside all covariates
@@ -129,12 +129,10 @@ def _left_over(points: Observed, white: Array, taken: Array) -> list[Located]:
         return []
     features, code = np.unique(points.feature, return_inverse=True)
     at = int(np.argmax(np.bincount(code, y * y)))
-    mine = code == at
-    lines, which = np.unique(points.line[mine], return_inverse=True)
-    line = int(lines[int(np.argmax(np.bincount(which, y[mine] ** 2)))])
+    line = _line_of_most(points.line[code == at], y[code == at] ** 2)
     text = (
         f"{features[at]}: {math.sqrt(y @ y / freedom):.3g} times what is known to be uncertain is left, most where line {line} cuts, and it "
-        f"goes with nothing that was asked ({_p_in_words(p)})"
+        f"goes with nothing that was asked ({p_in_words(p)})"
     )
     return [Located(str(features[at]), line, NOTHING_ASKED, p, float(np.sqrt((points.rest**2).mean())), text)]
 
@@ -150,9 +148,9 @@ def _waving(
     wave = largest_wave(white, base, points.rest, points.normals, time)
     if wave is None:
         return None
-    alone = float(((_beyond(white @ taken, white @ wave.columns).T @ (white @ points.rest)) ** 2).sum())
+    alone, _ = _gain(white, taken, wave.columns, points.rest)
     gain = alone if wave.gain > alone / 2 else wave.gain  # else more of it is a slow course than a wave
-    p = _log_p(gain, wave.freedom, left) + math.log(wave.asked)
+    p = log_p(gain, wave.freedom, left) + math.log(wave.asked)
     words = f"comes and goes every {wave.period:.3g} s, which no effect that is known does"
     return min(p, 0.0), Covariate(WAVE, words, wave.columns), wave
 
@@ -345,28 +343,14 @@ def _whitened(
 
 def _p(white: Array, taken: Array, columns: Array, rest: Array, left: tuple[float, int] | None) -> float:
     """Logarithm of the significance of columns beside those already taken."""
+    gain, m = _gain(white, taken, columns, rest)
+    return log_p(gain, m, left) if m else 0.0
+
+
+def _gain(white: Array, taken: Array, columns: Array, rest: Array) -> tuple[float, int]:
+    """What columns explain beside those already taken: sum of squares, and with how many numbers."""
     q = _beyond(white @ taken, white @ columns)
-    m = q.shape[1]
-    return _log_p(float(((q.T @ (white @ rest)) ** 2).sum()), m, left) if m else 0.0
-
-
-def _log_p(gain: float, m: int, left: tuple[float, int] | None) -> float:
-    """Logarithm of the significance of a gain in the sum of squares by m numbers."""
-    from scipy import special, stats
-
-    if left is None:
-        p = float(stats.chi2.sf(gain, m))
-        tail = float((m / 2 - 1) * math.log(max(gain, TINY) / 2) - gain / 2 - special.gammaln(m / 2))
-    else:
-        square, freedom = left
-        ratio = gain / m / max(square / freedom, TINY)
-        p, a, b = float(stats.f.sf(ratio, m, freedom)), freedom / 2, m / 2
-        y = freedom / (freedom + m * ratio)
-        beta = float(special.betaln(a, b))
-        tail = a * math.log(max(y, TINY)) + b * math.log1p(-min(y, 0.5)) - math.log(a) - beta
-    return (
-        math.log(p) if p > LEAST_P else tail
-    )  # its leading term (Abramowitz, Stegun 6.5.32 and 26.5.4) where p is no number any more
+    return float(((q.T @ (white @ rest)) ** 2).sum()), q.shape[1]
 
 
 def _entry(
@@ -381,19 +365,20 @@ def _entry(
     size = np.bincount(code, both) / np.bincount(code)
     feature = str(features[int(np.argmax(size))])
     mine = points.feature == feature
-    lines, which = np.unique(points.line[mine], return_inverse=True)
-    line = int(lines[int(np.argmax(np.bincount(which, both[mine])))])
+    line = _line_of_most(points.line[mine], both[mine])
     worst = float(points.rest[mine][int(np.argmax(both[mine]))])
     what = "more material than" if worst > 0 else "less material than"
     text = (
         f"{feature}: up to {abs(worst) * 1e3:.2f} um {what} predicted, most where line {line} cuts; it {best.words} "
-        f"({_p_in_words(p)}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
+        f"({p_in_words(p)}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
     )
     return Located(feature, line, best.name, p, float(np.sqrt((shape**2).mean())), text)
 
 
-def _p_in_words(p: float) -> str:
-    return f"p = {p:.1g}" if p > 0.0 else f"p below {LEAST_P:.0g}"
+def _line_of_most(line: Ints, amount: Array) -> int:
+    """The line of the program that has most of an amount."""
+    lines, which = np.unique(line, return_inverse=True)
+    return int(lines[int(np.argmax(np.bincount(which, amount)))])
 
 
 def _listed(names: list[str]) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from vcmm.machining.measured import BesidePrediction, MeasuredCut
-from vcmm.machining.mismatch import LEAST_P, Located
+from vcmm.machining.mismatch import Located
+from vcmm.machining.significance import LEAST_P
 from vcmm.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, entry, records
 
