@@ -21,19 +21,6 @@ from vcmm.nc.moves import Move, Source
 
 SETUP = shop.SETUP.replace("[offsets]", "[control]\ncompensation = []\n[offsets]")
 LARGER = '[[effects]]\neffect = "tool_radius"\ntool = "1"\ndr = "10 um"\n'
-SLOT = """\
-%
-O1 (SLOT)
-G21 G17 G40 G49 G80 G90 G94
-T1 M6
-G54 G0 X-80. Y0. S3000 M3
-G43 H1 Z5.
-Z-2.
-G1 X80. Y0. F600
-G0 Z50.
-M30
-%
-"""
 WALLS = """\
 [part.features]
 low = { type = "plane", point = "0 -10 -1 mm", normal = [0, 1, 0], size = "80 1 mm" }
@@ -102,7 +89,7 @@ def test_a_subprogram_is_written_out_where_only_the_surface_is_off(tmp_path):
 def test_both_walls_of_a_slot_cannot_be_moved_apart_by_one_way_of_the_tool(tmp_path):
     """Each wall wants the tool to go 10 um the other way: it stays where it is, and both walls are named."""
     text = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + WALLS
-    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, text, SLOT, SETUP))
+    scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, text, shop.SLOT, SETUP))
     surface = surface_errors(scenario)
     assert surface is not None
     assert surface.against == ("high", "low")

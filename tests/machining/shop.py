@@ -21,6 +21,19 @@ G0 Z50.
 M30
 %
 """
+SLOT = """\
+%
+O1 (SLOT)
+G21 G17 G40 G49 G80 G90 G94
+T1 M6
+G54 G0 X-80. Y0. S3000 M3
+G43 H1 Z5.
+Z-2.
+G1 X80. Y0. F600
+G0 Z50.
+M30
+%
+"""
 SETUP = """\
 vcmm = "setup/1"
 dialect = "fanuc"

@@ -13,19 +13,7 @@ from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import remarks, set_up
 from vcmm.machining.spindle_load import gap_of, modelled_power, of_one_part, power_log
 
-PROGRAM = """\
-%
-O1 (SLOT)
-G21 G17 G40 G49 G80 G90 G94
-T1 M6
-G54 G0 X-80. Y0. S3000 M3
-G43 H1 Z5.
-Z-2.
-G1 X80. Y0. F600
-G0 Z50.
-M30
-%
-"""
+PROGRAM = shop.SLOT
 SETUP = shop.SETUP + 'teeth = 2\n[stock]\nbox = "100 60 20 mm"\nmaterial = "Al7075"\n'
 SCENARIO = """\
 vcmm = "scenario/1"
