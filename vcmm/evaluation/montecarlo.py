@@ -12,9 +12,11 @@ JCGM 101:2008 (propagation of distributions), JCGM 102:2011 (several outputs).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import ModuleType
 
 import numpy as np
@@ -100,7 +102,7 @@ def _fold(terms: Sequence[Term]) -> list[Term]:
 
 @dataclass(frozen=True, eq=False)
 class _LaneGroup:
-    """Up to 32 lanes of one standard shape; gain (K2, L4) times scale, padded with zeros to even K, L by fours."""
+    """Lanes of one standard shape, keys and lanes (L, 2), gain (K, L) times scale."""
 
     shape: streams.Drawable
     keys: Array
@@ -109,25 +111,50 @@ class _LaneGroup:
 
 
 def _groups(terms: Sequence[Term], seed: int) -> list[_LaneGroup]:
-    """Lanes of all terms, in order, gathered by shape of law and cut to 32."""
+    """Lanes of all terms, in order, gathered by shape of law."""
     by_law: dict[streams.Drawable, list[tuple[Array, Array, Array]]] = {}
     for term in terms:
         assert not isinstance(term.law, MultivariateNormal)
         law, scale = (term.law.shape, term.law.scale) if isinstance(term.law, Law) else (term.law, 1.0)
         keys = np.tile(np.array(streams.key(seed, term.name), np.uint32), (len(term.lanes), 1))
         by_law.setdefault(law, []).append((keys, term.lanes, term.gain * scale))
-    groups = []
-    for law, parts in by_law.items():
-        keys, lanes, gain = (np.concatenate([p[i] for p in parts], axis=i // 2) for i in range(3))
-        for j in range(0, len(lanes), _LANES):
-            s = slice(j, j + _LANES)
-            groups.append(_LaneGroup(law, keys[s], lanes[s], _padded(gain[:, s])))
-    return groups
+    return [
+        _LaneGroup(law, *(np.concatenate([p[i] for p in parts], axis=i // 2) for i in range(3)))
+        for law, parts in by_law.items()
+    ]
 
 
-def _padded(gain: Array) -> Array:
-    rows, columns = gain.shape
-    return np.ascontiguousarray(np.pad(gain, ((0, rows % 2), (0, -columns % 4))))
+_Step = Callable[[Array, int], None]  # (y (K, m), first trial): adds some lanes
+
+
+def _steps(groups: Sequence[_LaneGroup], fast: ModuleType | None) -> list[_Step]:
+    """What is to be added, in order: lanes with a table by one call of the numba twin, all others by numpy."""
+    steps: list[_Step] = []
+    for tabled, some in itertools.groupby(groups, lambda g: streams.tabled(g.shape)):
+        together = list(some)
+        steps += [_by_kernel(fast, together)] if fast and tabled else [partial(_drawn, g, fast) for g in together]
+    return steps
+
+
+def _by_kernel(fast: ModuleType, groups: Sequence[_LaneGroup]) -> _Step:
+    """One call for all lanes of these groups: it holds no interpreter lock and keeps its numbers in the cache."""
+    tables = np.stack([streams.table(g.shape).nodes for g in groups])
+    which = np.repeat(np.arange(len(groups)), [len(g.lanes) for g in groups])
+    ids = np.concatenate([np.concatenate([g.keys, g.lanes], axis=1) for g in groups])
+    gain = np.concatenate([g.gain for g in groups], axis=1)
+    return lambda y, first: fast.trials(y, first, tables, which, ids, gain)
+
+
+def _drawn(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> None:
+    """Trials of the lanes of a group, added to y piece by piece: what fits the second cache."""
+    done, count = 0, y.shape[1]
+    while done < count:
+        size = min(streams.BLOCK - (first + done) % streams.BLOCK, count - done)
+        for j in range(0, len(group.lanes), _LANES):
+            s, z = slice(j, j + _LANES), np.empty((len(group.lanes[j : j + _LANES]), size))
+            streams.standard(group.shape, group.keys[s], group.lanes[s], first + done, z, fast)
+            (fast.accumulate if fast else _accumulate)(y, done, group.gain[:, s], z)
+        done += size
 
 
 def simulate(
@@ -160,26 +187,16 @@ def simulate(
     groups = _groups(_fold(active) if fold else active, seed)
     lanes = sum(len(g.lanes) for g in groups)
     fast = streams.kernels(max(trials, of) * lanes * (8 + len(start)) // 8)
-    end = first + trials
-    return (_block(start, groups, at, min(block, end - at), fast).T for at in range(first, end, block))
+    steps, end = _steps(groups, fast), first + trials
+    return (_block(start, steps, at, min(block, end - at)).T for at in range(first, end, block))
 
 
-def _block(start: Array, groups: Sequence[_LaneGroup], at: int, count: int, fast: ModuleType | None) -> Array:
-    """Trials at .. at + count - 1, (K, count), piece by piece of the counter blocks of vcmm.evaluation.streams."""
-    y = np.zeros((len(start) + len(start) % 2, count))
-    y[: len(start)] = start[:, None]
-    buffer = np.zeros(_LANES * streams.BLOCK)
-    done = 0
-    while done < count:
-        size = min(streams.BLOCK - (at + done) % streams.BLOCK, count - done)
-        for group in groups:
-            lanes, padded = len(group.lanes), group.gain.shape[1]
-            z = buffer[: padded * size].reshape(padded, size)
-            z[lanes:] = 0.0
-            streams.standard(group.shape, group.keys, group.lanes, at + done, z[:lanes], fast)
-            (fast.accumulate if fast else _accumulate)(y, done, group.gain, z)
-        done += size
-    return y[: len(start)]
+def _block(start: Array, steps: Sequence[_Step], at: int, count: int) -> Array:
+    """Trials at .. at + count - 1, (K, count)."""
+    y = np.repeat(start[:, None], count, axis=1)
+    for add in steps:
+        add(y, at)
+    return y
 
 
 def _accumulate(y: Array, at: int, gain: Array, z: Array) -> None:
