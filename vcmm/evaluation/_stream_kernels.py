@@ -93,12 +93,14 @@ def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: 
     Lane j draws by ids[j] (see `words`) from the nodes tables[which[j]].
     """
     word, work = np.empty(TILE, np.uint32), np.empty((3, TILE), np.uint64)
-    z = np.empty((GROUP, TILE + 8))  # lanes a little apart: at distances of 4096 bytes they would share places of the cache
+    z = np.empty(
+        (GROUP, TILE + 8)
+    )  # lanes a little apart: at distances of 4096 bytes they would share places of the cache
     lanes, count = ids.shape[0], y.shape[1]
     for tile in range(first // 2048 * TILES, ((first + count - 1) // 2048 + 1) * TILES):
         block, counter = tile // TILES, tile % TILES * COUNTERS
         at = block * 2048 + counter - first  # column of the first trial of the tile
-        if not reached(at, count):
+        if at >= count or at + 3 * QUARTER + COUNTERS <= 0:
             continue
         for j in range(0, lanes, GROUP):
             n = min(GROUP, lanes - j)
@@ -110,15 +112,6 @@ def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: 
                 if low < high:
                     part = z[:n, q * COUNTERS + low : q * COUNTERS + high]
                     accumulate(y, at + q * QUARTER + low, gain[:, j : j + n], part)
-
-
-@njit(cache=True, nogil=True)
-def reached(at: int, count: int) -> bool:
-    """Whether one of the four runs of a tile that starts at column `at` has trials among columns 0..count-1."""
-    for q in range(4):
-        if at + q * QUARTER < count and at + q * QUARTER + COUNTERS > 0:
-            return True
-    return False
 
 
 @njit(cache=True, nogil=True)

@@ -16,13 +16,14 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 ROWS = 8  # outputs at a time
-WIDTH = 8 if binding.get_host_cpu_features().get("avx512f") else 4  # trials at a time: 8 sums and more fit the registers
+WIDTH = (
+    8 if binding.get_host_cpu_features().get("avx512f") else 4
+)  # trials at a time: 8 sums and more fit the registers
 _INDEX, _NUMBER = ir.IntType(64), ir.DoubleType()
 _VECTOR = ir.VectorType(_NUMBER, WIDTH)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def strip(typing: Any, y: Any, corner: Any, rows: Any, gain: Any, z: Any, at: Any) -> Any:
+def _strip(typing: Any, y: Any, corner: Any, rows: Any, gain: Any, z: Any, at: Any) -> Any:
     """y[k : k + rows, i : i + WIDTH] += gain[k : k + rows] @ z[:, at : at + WIDTH], float64, rows 1 to ROWS; corner = (k, i)."""
 
     def generate(context: Any, b: Any, signature: Any, values: Any) -> Any:
@@ -46,6 +47,9 @@ def strip(typing: Any, y: Any, corner: Any, rows: Any, gain: Any, z: Any, at: An
         return context.get_dummy_value()
 
     return types.none(y, types.UniTuple(types.int64, 2), types.int64, gain, z, types.int64), generate
+
+
+strip: Any = intrinsic(_strip)
 
 
 def _sums(b: Any, place: Any, rows: int, corner: tuple[Any, Any, Any], lanes: Any) -> None:

@@ -132,7 +132,9 @@ def _steps(groups: Sequence[_LaneGroup], fast: ModuleType | None) -> list[_Step]
     steps: list[_Step] = []
     for tabled, some in itertools.groupby(groups, lambda g: streams.tabled(g.shape)):
         together = list(some)
-        steps += [_by_kernel(fast, together)] if fast and tabled else [partial(_drawn, g, fast) for g in together]
+        steps += (
+            [_by_kernel(fast, together)] if fast and tabled else [partial(_drawn, g, fast) for g in together]
+        )
     return steps
 
 
@@ -173,8 +175,9 @@ def simulate(
     `start` (K,) is y where every deviation is zero. Each block is a new array (Fortran order: one quantity is
     contiguous). To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
     the whole job, which say whether compiled kernels are worth loading.
-    Raises UsageError when shapes do not fit.
+    Raises UsageError when shapes do not fit, ModelLimit when trials leave 0..2^43.
     """
+    streams.check_range(first, max(trials, 0))
     start = np.asarray(start, float)
     for term in terms:
         if len(term.gain) != len(start):
@@ -192,8 +195,9 @@ def simulate(
 
 
 def _block(start: Array, steps: Sequence[_Step], at: int, count: int) -> Array:
-    """Trials at .. at + count - 1, (K, count)."""
-    y = np.repeat(start[:, None], count, axis=1)
+    """Trials at .. at + count - 1, (K, count); rows a little apart: at powers of two they would share places of the cache."""
+    y = np.empty((len(start), count + 8))[:, :count]
+    y[:] = start[:, None]
     for add in steps:
         add(y, at)
     return y

@@ -98,12 +98,17 @@ def _block_words(keys: Array, lanes: Array, block: int, first: int, last: int) -
     return words[trial // _QUARTER, :, np.arange(len(trial))].T.astype(np.uint32)
 
 
-def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
-    """(block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
+def check_range(start: int, count: int) -> None:
+    """Raises ModelLimit where trials start..start+count-1 leave 0..2^43: their counters would come again."""
     if start < 0 or count < 0 or start + count > 2**43:
         raise ModelLimit(
             f"Trials {start} to {start + count} leave the range 0 to 2^43; use another seed instead."
         )
+
+
+def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
+    """(block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
+    check_range(start, count)
     spans, at = [], start
     while at < start + count:
         block, first = divmod(at, BLOCK)
