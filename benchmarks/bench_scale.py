@@ -1,7 +1,7 @@
 """How large a job may be: seconds of the processor and memory of commands as a user types them.
 
     python -m benchmarks.bench_scale --only points              a trial with 1000 points against one with 100, bar 1.2
-    python -m benchmarks.bench_scale --only threads             two threads of one process against one, aim 1.8
+    python -m benchmarks.bench_scale --only threads             two threads of one process against one, aim 1.8, beside two processes
     python -m benchmarks.bench_scale --only trials [--sizes 10000000,100000000,1000000000] [--workers 2]
     python -m benchmarks.bench_scale --only scan [--sizes 100000,1000000]      one feature of so many points
     python -m benchmarks.bench_scale --only measured [--sizes 100000,1000000]  the same from a file of measured points
@@ -21,7 +21,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from benchmarks.bench_growth import RING, table_of
@@ -144,37 +143,6 @@ def points_compared(trials: int = 1_000_000) -> bool:
     return ratio <= POINTS_BAR
 
 
-def threads_compared(trials: int = 400_000) -> bool:
-    """Interleaved pairs of the collapsed Monte Carlo of 15 outputs, 601 inputs; best of each, to wait and of the processor."""
-    from benchmarks.bench_montecarlo import Scenario
-
-    work = Scenario()
-
-    def half(first: int) -> float:
-        start = time.thread_time()
-        work.collapsed(trials // 2, first)
-        return time.thread_time() - start
-
-    def one() -> float:
-        start = time.thread_time()
-        work.collapsed(trials)
-        return time.thread_time() - start
-
-    waits: dict[str, list[float]] = {"one": [], "two": []}
-    spent: dict[str, list[float]] = {"one": [], "two": []}
-    one()
-    with ThreadPoolExecutor(2) as pool:
-        for _ in range(PAIRS):
-            for name in waits:
-                start = time.perf_counter()
-                spent[name].append(one() if name == "one" else max(pool.map(half, (0, trials // 2))))
-                waits[name].append(time.perf_counter() - start)
-    gain = {k: min(v["one"]) / min(v["two"]) for k, v in (("to wait", waits), ("of the processor", spent))}
-    for name, each in gain.items():
-        print(f"two threads against one, seconds {name}: {each:.2f}, aim 1.8 (best of {PAIRS} pairs each)")
-    return max(gain.values()) >= 1.8
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -187,7 +155,9 @@ def main() -> int:
     if given.only == "points":
         good = points_compared()
     elif given.only == "threads":
-        good = threads_compared()
+        from benchmarks.bench_montecarlo import threads_told
+
+        good = threads_told()
     else:
         sizes = [int(n) for n in (given.sizes or SIZES[given.only]).split(",")]
         grown(given.only, sizes, given.workers)
