@@ -8,8 +8,8 @@
     python -m benchmarks.bench_scale --only parameters [--sizes 100,1000,10000]  a machine of so many parameters
 
 Every command is a process of its own. Told are seconds to wait, seconds of the processor (caller, busiest worker: where every process
-has a core their sum is the wait), and the memory of the largest process less that of the same command with the first size, where
-imports and compiled code are the same. The load of the computer and the date are printed: other work makes every wait longer.
+has a core their sum is the wait), the memory of the largest process, and that of its own, without the pages of libraries that
+processes share. What a size adds is the difference to the first rows, where imports are the same. The load of the computer and the date are printed: other work makes every wait longer.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.bench_growth import RING, table_of
-from benchmarks.bench_sharing import Run, watched
+from benchmarks.bench_sharing import VCMM, watched
 
 SMALL = 1000  # trials or points of the command that is all imports
+LOADED = [VCMM[0], "-c", f"from vcmm.evaluation import streams; streams.kernels(10**9); {VCMM[2]}"]
 POINTS_BAR, POINTS, PAIRS = 1.2, (100, 1000), 7
 SIZES = {
     "trials": "10000000,100000000",
@@ -91,20 +92,19 @@ WORDS: dict[str, Callable[[int, Path, int], tuple[str, ...]]] = {
 
 
 def grown(name: str, sizes: list[int], workers: int) -> None:
-    """Print a row of every size; memory is told above that of a job which is all imports."""
-    base: Run | None = None
-    print(
-        f"| {name} | s to wait | caller, s | busiest worker, s | MB above a job of {SMALL if name != 'parameters' else 12} |"
-    )
-    print("|---|---|---|---|---|")
-    for size in [SMALL if name != "parameters" else 12, *sizes]:
+    """Print a row of every size, after one of a small job; of trials also one of a small job with compiled kernels loaded."""
+    small = SMALL if name != "parameters" else 12
+    print(f"| {name} | s to wait | caller, s | busiest worker, s | MB, largest process | MB of its own |")
+    print("|---|---|---|---|---|---|")
+    rows = [(f"{size:,}", size, workers, VCMM) for size in (small, *sizes)]
+    if name == "trials":
+        rows.insert(1, (f"{small:,}, kernels loaded", small, 1, LOADED))
+    for title, size, hands, program in rows:
         with tempfile.TemporaryDirectory() as folder:
             os.environ["XDG_CACHE_HOME"] = folder  # finished blocks of an earlier call would be taken from it
-            run = watched(WORDS[name](size, Path(folder), workers))
-        base = base or run
-        above = f"{run.memory - base.memory:.0f} (of {run.memory:.0f})"
+            run = watched(WORDS[name](size, Path(folder), hands), program=program)
         print(
-            f"| {size:,} | {run.wait:.1f} | {run.caller:.1f} | {run.worker:.1f} | {above} |",
+            f"| {title} | {run.wait:.1f} | {run.caller:.1f} | {run.worker:.1f} | {run.memory:.0f} | {run.private:.0f} |",
             flush=True,
         )
 
