@@ -30,7 +30,7 @@ LOOK = 0.1  # s between two looks at the workers
 @dataclass(frozen=True)
 class Run:
     """One command: seconds to wait, seconds of the processor of the caller and of the busiest worker, MB of the largest process,
-    MB of its own (no pages of libraries, which processes share), what it printed.
+    MB without files of libraries (which processes share), what it printed.
     """
 
     wait: float
@@ -47,12 +47,12 @@ class Run:
 
 
 def used(process: psutil.Process) -> tuple[float, float, float]:
-    """(seconds of the processor, MB, MB of its own); of one that has ended nothing."""
+    """(seconds of the processor, MB, MB without files of libraries where the system tells); of one that has ended nothing."""
     try:
-        times, memory = process.cpu_times(), process.memory_full_info()
+        times, memory = process.cpu_times(), process.memory_info()
     except psutil.Error:
         return 0.0, 0.0, 0.0
-    return times.user + times.system, memory.rss / 1e6, memory.uss / 1e6
+    return times.user + times.system, memory.rss / 1e6, (memory.rss - getattr(memory, "shared", 0)) / 1e6
 
 
 def watched(
