@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.memory import keep_in_hand
 
+keep_in_hand()
 Array = npt.NDArray[np.float64]
 T0_DEG_C = 20.0  # ISO 1: the reference temperature of every dimension
 TOOL_AXIS_COLUMNS = (

@@ -91,7 +91,7 @@ def prepared(task: Task, world: World | None = None) -> LinearModel:
         )
     check_densities(task)
     model = build(without_unknown(task) if task.forms else task, world)
-    model.values(model.q0)
+    assert model.at_estimates is not None  # raises what the characteristics refuse
     return model
 
 
@@ -132,7 +132,7 @@ class _Evaluation:
         self.features = model.task.part.features
         self.terms = model.terms()
         self.sampler = Sampler(model, self.terms, settings, progress, sharing)
-        self.value = model.values(model.q0)
+        self.value = model.at_estimates
         self.indicated = np.where([c.type in gps.FORM for c in model.characteristics], indicated, self.value)
         self.bias = self.value - true_values(model.task)
         self.gradient = model.gradient()

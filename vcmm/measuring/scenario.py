@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,7 +64,13 @@ class Scenario:
         return informed(machine, inputs=(*self.inputs, *remaining))
 
     def task(self) -> Task:
-        """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
+        """The plan placed in the machine, with all Inputs; made once, since nothing here changes. Raises ModelLimit for points
+        out of reach.
+        """
+        return self._placed
+
+    @cached_property
+    def _placed(self) -> Task:
         machine = self.informed_machine()
         placed = touches(self.plan, self.pose, machine, self.constants)
         form = _form(self, placed)
