@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.charts import PlottedBudget
 from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
@@ -30,7 +29,13 @@ from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
-from vcmm.evaluation.result import BIAS_LEFT_IN, BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import (
+    BIAS_LEFT_IN,
+    BudgetLine,
+    CharacteristicResult,
+    PlottedBudget,
+    UncertaintyResult,
+)
 from vcmm.evaluation.sampling import Progress, Sampler
 from vcmm.evaluation.truth import Additive, Predicted, Truth, holds
 from vcmm.evaluation.world import World

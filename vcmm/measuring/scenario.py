@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm import charts
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
@@ -26,6 +25,8 @@ from vcmm.part.part import Part
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm import charts
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,8 @@ class Scenario:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Touches of the plan with their outward normals, in workpiece axes of the machine."""
+        from vcmm import charts
+
         placed = self.task().touches
         normals = placed.pose.turn(placed.normals)
         at, names = placed.pose.apply(placed.points), placed.run.labels["feature"]
