@@ -77,7 +77,9 @@ def _batches(objective: Uncertain, six: Array, seed: int, batches: int) -> Array
     perfect = objective.closed.model.at_estimates
     out = []
     for b in range(batches):
-        blocks = simulate(start, terms, seed=seed, trials=TRIALS, first=b * TRIALS, fold=False)
+        blocks = simulate(
+            start, terms, seed=seed, trials=TRIALS, first=b * TRIALS, fold=False, of=2 * batches * TRIALS
+        )
         y = np.concatenate([values(block) for block in blocks])
         out.append(_value(objective, y, perfect, np.random.default_rng([seed, b])))
     return np.array(out)
