@@ -111,7 +111,7 @@ def _even(d: int, count: int, seed: Sequence[int]) -> Array:
     """(count, d); one point where nothing is free."""
     if d == 0:
         return np.zeros((1, 0))
-    return sobol(d, count, np.random.default_rng(seed))
+    return sobol(d, count, np.random.default_rng(seed).spawn(1)[0])  # the stream that scipy would take
 
 
 def scan_after(
