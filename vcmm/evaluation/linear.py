@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -84,6 +85,11 @@ class LinearModel:
         block, rows = self.blocks[name], self.task.touches.rows[name]
         along = q[..., block.at_touches : block.stop]
         return np.asarray(self.points[rows] + along[..., None] * per_normal(self.task.touches)[rows])
+
+    @cached_property
+    def at_estimates(self) -> Array:
+        """Characteristics (C,) at q0, mm or rad."""
+        return self.values(self.q0)
 
     def values(self, q: Array) -> Array:
         """Characteristics (..., C) of q (..., K), mm or rad."""

@@ -210,7 +210,7 @@ def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
 def _held_exactly(known: PreparedTask, wanted: Sequence[int], indicated: Array) -> list[tuple[int, Audited]]:
     """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
     model = known.result.model
-    truth = model.values(model.q0) - np.array([r.bias for r in known.result.characteristics])
+    truth = model.at_estimates - np.array([r.bias for r in known.result.characteristics])
     return [(i, _held(known.result.characteristics[i], indicated[:, i], float(truth[i]))) for i in wanted]
 
 
