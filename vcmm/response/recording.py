@@ -53,6 +53,7 @@ class Recording:
     index: "C" or "C[setup=2]" -> mm or rad that was added to the readings of that axis (see vcmm.response.indexing).
     known: (Input id, columns (m, r)): what is known to be uncertain here, mm or rad per draw of unit variance; it takes the place of the
     machine's Input of that id, and of the errors of setting that no machine file states.
+    chosen_from: of how many observations these were chosen evenly (see vcmm.diagnosis.thinning); 0: they are all.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -71,6 +72,7 @@ class Recording:
     lines: Ints | None = None
     index: Mapping[str, float] = field(default_factory=dict)
     known: tuple[tuple[str, Array], ...] = ()
+    chosen_from: int = 0
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
