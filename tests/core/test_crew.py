@@ -11,7 +11,7 @@ from types import MappingProxyType
 import pytest
 
 from vcmm.core import crew as crews
-from vcmm.core.crew import alone, crew_of, processes
+from vcmm.core.crew import Portions, alone, crew_of, processes
 from vcmm.core.errors import Environment, UsageError
 
 
@@ -54,20 +54,36 @@ def test_a_killed_worker_costs_only_time(tmp_path):
 
 def test_work_that_kills_every_worker_ends():
     with pytest.raises(Environment, match="fewer --workers"):
-        list(processes(1)(always_killed, None, [1]))
+        list(processes(1)(always_killed, None, [1, 2]))
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"workers": 0}, "use 1 to 1024"),
-        ({"workers": 10**9}, "use 1 to 1024"),
+        ({"workers": 0}, "use 1 to"),
+        ({"workers": 10**9}, "1000000000 workers on [0-9]+ cores; use 1 to [0-9]+, usually one per core"),
         ({"workers": 2, "cluster": "tcp://x"}, "name one of the two"),
     ],
 )
 def test_crews_that_do_not_exist(options, words):
     with pytest.raises(UsageError, match=words):
         crew_of(**options)
+
+
+def test_a_single_item_is_done_here():
+    assert [*processes(2)(process_number, None, [0])] == [(0, os.getpid())]
+
+
+def test_portions_are_a_second_of_work_and_smaller_towards_the_end():
+    portions, sizes = Portions(dict.fromkeys(range(100)), hands=2), []
+    while portion := portions.next():
+        sizes.append(len(portion))
+        assert [*portions.results([i for i, _ in portion], (0.125 * len(portion), portion))] == [
+            (i, (i, None)) for i, _ in portion
+        ]
+    # one to see how long it takes; then 1 s / 0.125 s = 8, or a quarter of what is left where that is less: 99 - 9 x 8 = 27 // 4 = 6 ...
+    assert sizes == [1, *[8] * 9, 6, 5, 4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
+    assert len(Portions({0: None, 1: None}, hands=1).next()) == 1  # of unknown length: one
 
 
 def test_one_worker_is_this_process():

@@ -22,7 +22,7 @@ from vcmm.core.errors import Environment, UsageError
 
 Done = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
-MOST_WORKERS = 1024
+MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
 PATIENCE = "10s"  # with a scheduler that does not answer
 SPAN = 1.0  # s of work that is sent at a time: sending some blocks costs as much as sending one, milliseconds of every process
 AHEAD = 2  # portions in hand per worker: it never waits, and results do not pile up
@@ -45,8 +45,10 @@ def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
     """
     if workers is not None and cluster is not None:
         raise UsageError("workers are processes here, a cluster has its own; name one of the two")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise UsageError(f"{workers} workers; use 1 to {MOST_WORKERS}, usually one per core")
+    cores = os.cpu_count() or 1
+    most = max(8, MOST_WORKERS * cores)
+    if workers is not None and not 1 <= workers <= most:
+        raise UsageError(f"{workers} workers on {cores} cores; use 1 to {most}, usually one per core")
     if cluster is not None:
         return on_cluster(cluster)
     return alone if workers in (None, 1) else processes(int(workers or 1))
@@ -110,13 +112,16 @@ class Portions:
 
 
 def processes(workers: int) -> Crew:
-    """A crew of processes on this computer; each takes the payload once."""
+    """A crew of processes on this computer; each takes the payload once. A single item is done here: a start takes longer."""
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        if len(items) == 1:
+            yield 0, work(payload, items[0])
+            return
         packed, left, deaths = pickle.dumps((work, payload)), dict(enumerate(items)), 0
         while left:
             before = len(left)
-            for i, result in _until_a_death(workers, packed, left):
+            for i, result in _until_a_death(min(workers, len(left)), packed, left):
                 del left[i]
                 yield i, result
             deaths = 0 if len(left) < before else deaths + 1
@@ -140,7 +145,9 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
         with suppress(BrokenProcessPool):
             while True:
                 while len(running) < AHEAD * workers and (portion := portions.next()):
-                    running[pool.submit(_held_portion, [item for _, item in portion])] = [i for i, _ in portion]
+                    running[pool.submit(_held_portion, [item for _, item in portion])] = [
+                        i for i, _ in portion
+                    ]
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -174,7 +181,9 @@ def on_cluster(address: str) -> Crew:
 def _lost(address: str, error: Exception) -> str:
     if type(error).__name__ == "KilledWorker":
         return f"several workers at {address} ended in the middle of the same work, most likely for want of memory; give them more"
-    return f"the Dask scheduler at {address} has gone; start it and call the job again: it goes on where it was"
+    return (
+        f"the Dask scheduler at {address} has gone; start it and call the job again: it goes on where it was"
+    )
 
 
 def _by_client(
