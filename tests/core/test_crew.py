@@ -118,8 +118,23 @@ def test_other_versions_on_the_workers_are_named(cluster, monkeypatch):
         list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
 
 
-def test_no_scheduler_there(monkeypatch):
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(crews, "PATIENCE", "1s")
-    with pytest.raises(Environment, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
-        list(crew_of(cluster="tcp://127.0.0.1:9")(tripled, {"factor": 1}, [1]))
+@pytest.mark.parametrize(
+    ("address", "words", "error"),
+    [
+        (
+            "tcp://127.0.0.1:9",
+            r"no Dask scheduler answers at tcp://127\.0\.0\.1:9 .*dask scheduler",
+            Environment,
+        ),
+        ("tcp://no.such.host.invalid:8786", "no Dask scheduler answers at tcp://no.such.host", Environment),
+        ("scheduler", '--cluster "scheduler"; write .* tcp://scheduler:8786', UsageError),
+        ("http://scheduler:8786", "write the address that dask scheduler tells", UsageError),
+        ("tcp://scheduler:99999", "write the address that dask scheduler tells", UsageError),
+        ("", '--cluster ""; write', UsageError),
+    ],
+)
+def test_no_scheduler_there_is_said_at_once_and_before_any_work(address, words, error):
+    began = time.monotonic()
+    with pytest.raises(error, match=words):
+        crew_of(cluster=address)
+    assert time.monotonic() - began < 2 * crews.ANSWER

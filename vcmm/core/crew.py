@@ -9,6 +9,8 @@ from __future__ import annotations
 import copyreg
 import os
 import pickle
+import re
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import suppress
@@ -23,6 +25,7 @@ from vcmm.core.errors import Environment, UsageError
 Done = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
+ANSWER, MOST_PORT = 3.0, 65535  # s for somebody to listen at the address of a scheduler
 PATIENCE = "10s"  # with a scheduler that does not answer
 SPAN = 1.0  # s of work that is sent at a time: sending some blocks costs as much as sending one, milliseconds of every process
 AHEAD = 2  # portions in hand per worker: it never waits, and results do not pile up
@@ -41,7 +44,7 @@ copyreg.pickle(MappingProxyType, lambda view: (mapping, (dict(view),)))
 def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
     """The crew that is asked for: this process, `workers` processes here, or the Dask scheduler at `cluster`.
 
-    Raises UsageError.
+    Raises UsageError, and Environment where nobody listens at that address: before any work.
     """
     if workers is not None and cluster is not None:
         raise UsageError("workers are processes here, a cluster has its own; name one of the two")
@@ -50,6 +53,7 @@ def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
     if workers is not None and not 1 <= workers <= most:
         raise UsageError(f"{workers} workers on {cores} cores; use 1 to {most}, usually one per core")
     if cluster is not None:
+        _check_address(cluster)
         return on_cluster(cluster)
     return alone if workers in (None, 1) else processes(int(workers or 1))
 
@@ -80,7 +84,8 @@ def _end_with_parent() -> None:
 
 
 def _held_portion(items: Sequence[Any]) -> Done:
-    return _done(*_held, items)
+    work, payload = _held
+    return _done(work, payload, items)
 
 
 def _done(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Done:
@@ -156,6 +161,22 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
         pool.shutdown(wait=False, cancel_futures=True)
 
 
+def _check_address(address: str) -> None:
+    match = re.fullmatch(r"(?:(?:tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[^\s/:]+):([0-9]{1,5})", address)
+    if not match or int(match[2]) > MOST_PORT:
+        raise UsageError(
+            f'--cluster "{address}"; write the address that dask scheduler tells, for example tcp://scheduler:8786'
+        )
+    try:
+        socket.create_connection((match[1].strip("[]"), int(match[2])), timeout=ANSWER).close()
+    except (OSError, UnicodeError) as error:
+        raise Environment(_silent(address, error)) from None
+
+
+def _silent(address: str, error: Exception) -> str:
+    return f"no Dask scheduler answers at {address} ({error}); start one with: dask scheduler"
+
+
 def on_cluster(address: str) -> Crew:
     """A crew of Dask workers. Raises Environment: no Dask, no scheduler there or no more, other versions on the workers."""
 
@@ -164,9 +185,7 @@ def on_cluster(address: str) -> Crew:
         try:
             client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
-            raise Environment(
-                f"no Dask scheduler answers at {address} ({error}); start one with: dask scheduler"
-            ) from None
+            raise Environment(_silent(address, error)) from None
         try:
             _check_versions(client, address)
             yield from _by_client(client, work, payload, dict(enumerate(items)))
