@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import time
 from pathlib import Path
 from types import MappingProxyType
@@ -138,3 +139,13 @@ def test_no_scheduler_there_is_said_at_once_and_before_any_work(address, words, 
     with pytest.raises(error, match=words):
         crew_of(cluster=address)
     assert time.monotonic() - began < 2 * crews.ANSWER
+
+
+def test_what_listens_there_is_no_scheduler(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(crews, "PATIENCE", 0.5)
+    monkeypatch.setattr(crews, "ANSWER", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        crew = crew_of(cluster=f"127.0.0.1:{silent.getsockname()[1]}")
+        with pytest.raises(Environment, match="no Dask scheduler answers at"):
+            list(crew(tripled, {"factor": 1}, [1]))

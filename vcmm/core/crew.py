@@ -26,7 +26,7 @@ Done = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
 ANSWER, MOST_PORT = 3.0, 65535  # s for somebody to listen at the address of a scheduler
-PATIENCE = "10s"  # with a scheduler that does not answer
+PATIENCE = 10.0  # s, with what listens there and does not answer
 SPAN = 1.0  # s of work that is sent at a time: sending some blocks costs as much as sending one, milliseconds of every process
 AHEAD = 2  # portions in hand per worker: it never waits, and results do not pile up
 LOOK = 5.0  # s between two looks at how many workers a cluster has
@@ -173,7 +173,7 @@ def _check_address(address: str) -> None:
         raise Environment(_silent(address, error)) from None
 
 
-def _silent(address: str, error: Exception) -> str:
+def _silent(address: str, error: Exception | str) -> str:
     return f"no Dask scheduler answers at {address} ({error}); start one with: dask scheduler"
 
 
@@ -182,10 +182,7 @@ def on_cluster(address: str) -> Crew:
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         distributed = _distributed()
-        try:
-            client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
-            raise Environment(_silent(address, error)) from None
+        client = _client(distributed, address)
         try:
             _check_versions(client, address)
             yield from _by_client(client, work, payload, dict(enumerate(items)))
@@ -195,6 +192,24 @@ def on_cluster(address: str) -> Crew:
             client.close()  # lets go of all futures: what is not finished is cancelled
 
     return run
+
+
+def _client(distributed: Any, address: str) -> Any:
+    """A client within PATIENCE: Dask itself waits for ever for a program that listens there and is no scheduler."""
+    found: list[Any] = []
+
+    def meet() -> None:
+        try:
+            found.append(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
+        except Exception as error:
+            found.append(error)
+
+    meeting = Thread(target=meet, daemon=True)
+    meeting.start()
+    meeting.join(PATIENCE + ANSWER)
+    if not found or isinstance(found[0], Exception):
+        raise Environment(_silent(address, found[0] if found else "what listens there is none"))
+    return found[0]
 
 
 def _lost(address: str, error: Exception) -> str:
