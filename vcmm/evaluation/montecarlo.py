@@ -100,11 +100,14 @@ def _fold(terms: Sequence[Term]) -> list[Term]:
 
 @dataclass(frozen=True, eq=False)
 class _LaneGroup:
-    """Up to 32 lanes of one standard shape; gain (K2, L4) times scale, padded with zeros to even K, L by fours."""
+    """Up to 32 lanes of one standard shape; gain (r, L4) times scale of the quantities from `first` on that they act on, padded with
+    zeros to even r, L by fours.
+    """
 
     shape: streams.Drawable
     keys: Array
     lanes: Array
+    first: int
     gain: Array
 
 
@@ -121,8 +124,15 @@ def _groups(terms: Sequence[Term], seed: int) -> list[_LaneGroup]:
         keys, lanes, gain = (np.concatenate([p[i] for p in parts], axis=i // 2) for i in range(3))
         for j in range(0, len(lanes), _LANES):
             s = slice(j, j + _LANES)
-            groups.append(_LaneGroup(law, keys[s], lanes[s], _padded(gain[:, s])))
+            groups.append(_LaneGroup(law, keys[s], lanes[s], *_acting(_padded(gain[:, s]))))
     return groups
+
+
+def _acting(gain: Array) -> tuple[int, Array]:
+    """First row and rows of a gain from the first pair that is not zero to the last: scatter of a touch moves its own feature alone."""
+    on = np.flatnonzero(gain.any(axis=1)) // 2
+    first = 2 * int(on[0])
+    return first, gain[first : 2 * int(on[-1]) + 2]
 
 
 def _padded(gain: Array) -> Array:
@@ -177,7 +187,8 @@ def _block(start: Array, groups: Sequence[_LaneGroup], at: int, count: int, fast
             z = buffer[: padded * size].reshape(padded, size)
             z[lanes:] = 0.0
             streams.standard(group.shape, group.keys, group.lanes, at + done, z[:lanes], fast)
-            (fast.accumulate if fast else _accumulate)(y, done, group.gain, z)
+            mine = y[group.first : group.first + len(group.gain)]
+            (fast.accumulate if fast else _accumulate)(mine, done, group.gain, z)
         done += size
     return y[: len(start)]
 

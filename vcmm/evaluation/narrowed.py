@@ -22,9 +22,7 @@ def needed_rows(model: LinearModel) -> Ints:
     return np.sort(np.concatenate([rows[n] for n in rows if n in model.blocks or n in _pointwise(model)]))
 
 
-def narrowed(
-    model: LinearModel, numbers: Sequence[int], aligned: bool = False
-) -> tuple[LinearModel, Ints]:
+def narrowed(model: LinearModel, numbers: Sequence[int], aligned: bool = False) -> tuple[LinearModel, Ints]:
     """The model of characteristics number `numbers` alone, and which of the touches it keeps. q keeps its places. aligned: see `only`."""
     few = model.only(numbers, aligned)
     kept = needed_rows(few)

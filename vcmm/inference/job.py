@@ -121,7 +121,9 @@ def evaluate_points(
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest = known.rest(points)
         said = (*notes(task.part.characteristics, fitted), *repeated(one))
-        out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said))
+        out.append(
+            _part(scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said)
+        )
     return tuple(out)
 
 
