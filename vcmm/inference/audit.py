@@ -195,10 +195,11 @@ def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths
     one, k = inversion.counted(i, 0.0, 0.0), inversion.column(i)
     if not isinstance(one, CountedInverse):
         return None
-    known = inversion.drawn().known
+    own = inversion.drawn(i)
+    known = [one.of(own.column(i)) for one in own.known]
     each = np.array_split(np.arange(len(drawn.true)), len(known))
-    fresh = [Pairs(*(a[rows] for a in (drawn.true, drawn.indicated, drawn.rest))) for rows in each]
-    return lengths(inversion.characteristic(i), k, one.inverse, known, fresh, inversion.settings.p)
+    fresh = [drawn.of(k, rows) for rows in each]
+    return lengths(inversion.characteristic(i), 0, one.inverse, known, fresh, inversion.settings.p)
 
 
 def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
