@@ -109,3 +109,11 @@ def test_a_groove_tool_opens_the_stock_over_its_width(tmp_path):
     through = "G0 X46. Z-13.\nG1 X40. F0.1\nG0 Z-5.\nX46.\n"
     blank = lathe.shop(plain(tmp_path, setup=tool + BAR, program=through)).blank
     assert [d for _, d in blank.collisions] == pytest.approx([2.0], abs=0.01)
+
+
+def test_a_rapid_that_is_run_twice_is_told_once(tmp_path):
+    """At X 42 a rapid runs 1 mm deep, at X 38 2 mm deeper: one line, its deepest run."""
+    path = plain(tmp_path, setup=lathe.SETUP + BAR, program="G0 X48. Z2.\nG1 X46. F0.1\nM98 P2 L2\n")
+    part = tmp_path / "part.nc"
+    part.write_text(part.read_text().rstrip("%\n") + "\nO2\nG0 U-4.\nZ-20.\nZ2.\nM99\n%\n")
+    assert [depth for _, depth in lathe.shop(path).blank.collisions] == pytest.approx([2.0], abs=0.01)

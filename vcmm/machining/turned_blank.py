@@ -84,7 +84,10 @@ def turned_blank(setup: Setup, program: Program, turning: Turning, zero: float) 
         if bite.area > 0:
             _fall_off(before.z, outer, inner)
     after = Profile(before.z, outer, inner, before.centre)
-    hits = tuple((m.source.line, float(d)) for m, d in zip(moves, deepest) if m.kind == "rapid" and d > DEEP)
+    hits: dict[int, float] = {}  # a line of a subprogram or a cycle is run more than once, and told once
+    for m, depth in zip(moves, deepest.tolist()):
+        if m.kind == "rapid" and depth > DEEP:
+            hits[m.source.line] = max(hits.get(m.source.line, 0.0), depth)
     forces: Array | None = None
     said: tuple[str, ...] = ()
     if setup.material is not None:
@@ -93,7 +96,7 @@ def turned_blank(setup: Setup, program: Program, turning: Turning, zero: float) 
             said = (
                 f"cutting forces: thrust_ratio of the stock is not stated; {THRUST:.2f} of the main force is taken (5 : 2 : 1)",
             )
-    return TurnedBlank(before, after, before.volume - after.volume, hits, forces, said)
+    return TurnedBlank(before, after, before.volume - after.volume, tuple(hits.items()), forces, said)
 
 
 def _bar(bar: Bar, turning: Turning, zero: float) -> Profile:
