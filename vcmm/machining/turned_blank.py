@@ -106,7 +106,7 @@ def _bar(bar: Bar, turning: Turning, zero: float) -> Profile:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class NoseStretch:
     """A straight stretch of a nose of radius r: its centre from start to end, (radius, z), mm; i: its number in the paths.
 
     edge: from where to where along Z, from the centre, a straight edge of the same height stands beside it (a groove tool).
@@ -122,14 +122,14 @@ class Stretch:
     faces: float
 
 
-def _stretch(setup: Setup, move: Move, turning: Turning, i: int) -> Stretch:
+def _stretch(setup: Setup, move: Move, turning: Turning, i: int) -> NoseStretch:
     start, end, r = turning.paths.start[i], turning.paths.end[i], float(turning.paths.r[i])
     tip = turning.to_tip[int(turning.paths.row[i])]
     beside = max((setup.tools[move.tool].width or 0.0) - 2.0 * r, 0.0)
     low = -0.5 * beside * (1.0 + float(tip[1]))  # tip at the lower end, at the upper one, or in the middle
     dx, dz = end - start
     faces = move.kind != "rapid" and not beside and dx * tip[0] > 0 and abs(dz) <= CLEARANCE * abs(dx)
-    return Stretch(
+    return NoseStretch(
         i, start, end, r, edge=(low, low + beside), bore=bool(tip[0] > 0), faces=-float(tip[1]) * faces
     )
 
@@ -147,7 +147,7 @@ class Bite:
     side: float
 
 
-def _cut(z: Array, outer: Array, inner: Array, turning: Turning, path: Stretch) -> Bite:
+def _cut(z: Array, outer: Array, inner: Array, turning: Turning, path: NoseStretch) -> Bite:
     """One straight stretch cuts the radii in place."""
     low, high = _reach(z, path)
     hit = (low <= high) & (outer > inner)
@@ -169,7 +169,7 @@ def _cut(z: Array, outer: Array, inner: Array, turning: Turning, path: Stretch) 
     return Bite(float(taken.sum() * (z[1] - z[0])), float(taken.max()), worked, side)
 
 
-def _face(z: Array, outer: Array, inner: Array, path: Stretch) -> None:
+def _face(z: Array, outer: Array, inner: Array, path: NoseStretch) -> None:
     """The edge beside the nose takes what stands before a shoulder, in place, where its free end is no further than DISC."""
     away = np.flatnonzero((z - path.end[1]) * path.faces >= 0.0)
     away = away if path.faces > 0 else away[::-1]
@@ -215,7 +215,7 @@ def _finished_side(z: Array, outer: Array, inner: Array, turning: Turning, i: in
     return float(np.sign(found))
 
 
-def _reach(z: Array, path: Stretch) -> tuple[Array, Array]:
+def _reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
     """Lowest and highest radius (n,) that a stretch reaches at places z (n,); inf and -inf beside it."""
     low, high = np.full(len(z), np.inf), np.full(len(z), -np.inf)
     for shift in dict.fromkeys(path.edge):
@@ -227,7 +227,7 @@ def _reach(z: Array, path: Stretch) -> tuple[Array, Array]:
     return low, high
 
 
-def _edge_reach(z: Array, path: Stretch) -> tuple[Array, Array]:
+def _edge_reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
     """The same of the straight edge between the corners of a groove tool: z lies under it over a share of the way."""
     dx, dz = path.end - path.start
     first, last = z - path.start[1] - path.edge[1], z - path.start[1] - path.edge[0]
