@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from vcmm.cli.options import Seed
 
@@ -16,7 +17,9 @@ def test_command(
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
-    trials: int = 1000,
+    trials: Annotated[
+        int, Parameter(validator=Number(gte=40, lte=10**6))
+    ] = 1000,  # 40: one draw in either tail of 2.5 %
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.
