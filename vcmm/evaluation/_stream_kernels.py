@@ -91,9 +91,7 @@ def fill(nodes: Array, ids: Array, block: int, out: Array) -> None:
 
 
 @njit(cache=True, nogil=True)
-def trials(
-    y: Array, first: int, tables: Array, which: Array, ids: Array, gain: Array, spans: Array
-) -> None:
+def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: Array, spans: Array) -> None:
     """y (K, m) += gain (K, L) @ z of the trials first, first + 1, ..., summed over L in order.
 
     Lane j draws by ids[j] (see `words`) from the nodes tables[which[j]]. spans (L / GROUP, 2): first and last + 1 of the quantities

@@ -145,7 +145,7 @@ def _by_kernel(fast: ModuleType, groups: Sequence[_LaneGroup]) -> _Step:
     ids = np.concatenate([np.concatenate([g.keys, g.lanes], axis=1) for g in groups])
     gain = np.concatenate([g.gain for g in groups], axis=1)
     spans = np.array([_acting(gain[:, j : j + fast.GROUP]) for j in range(0, len(ids), fast.GROUP)])
-    return lambda y, first: fast.trials(y, first, tables, which, ids, gain, spans)
+    return lambda y, first: fast.trials(y, first, tables, which, ids, gain, spans=spans)
 
 
 def _acting(gain: Array) -> tuple[int, int]:
