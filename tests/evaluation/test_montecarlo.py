@@ -9,7 +9,7 @@ import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples, Normal, Samples, StudentT, Uniform
-from vcmm.evaluation import streams
+from vcmm.evaluation import montecarlo, streams
 from vcmm.evaluation.montecarlo import (
     Accumulator,
     Summary,
@@ -326,3 +326,16 @@ def test_samples_with_a_mean_move_the_output():
     )
     assert set(np.unique(block)) == {12.0, 14.0, 16.0}
     assert block.mean() == pytest.approx(14.0, abs=5 * 1.633 / math.sqrt(6000))
+
+
+def test_lanes_meet_only_the_quantities_that_they_act_on(monkeypatch):
+    """Scatter of touches moves their own feature: rows of zeros are left out, and no bit changes."""
+    gain = np.zeros((7, 6))
+    gain[3:5, :4], gain[6, 4:] = 2.0, 1.0
+    assert montecarlo._acting(gain[:, :4]) == (3, 5)
+    term = Term("scatter", Uniform(1.0), gain, lanes(6))
+    few = np.concatenate(list(simulate(np.arange(7.0), [term], seed=3, trials=5000)))
+    monkeypatch.setattr(montecarlo, "_acting", lambda rows: (0, len(rows)))
+    assert np.array_equal(few, np.concatenate(list(simulate(np.arange(7.0), [term], seed=3, trials=5000))))
+    assert np.array_equal(few[:, 0], np.zeros(5000))
+    assert few[:, 6].std() > 0.5

@@ -91,10 +91,11 @@ def fill(nodes: Array, ids: Array, block: int, out: Array) -> None:
 
 
 @njit(cache=True, nogil=True)
-def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: Array) -> None:
+def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: Array, spans: Array) -> None:
     """y (K, m) += gain (K, L) @ z of the trials first, first + 1, ..., summed over L in order.
 
-    Lane j draws by ids[j] (see `words`) from the nodes tables[which[j]].
+    Lane j draws by ids[j] (see `words`) from the nodes tables[which[j]]. spans (L / GROUP, 2): first and last + 1 of the quantities
+    that the lanes of each group act on.
     """
     word, work = np.empty(TILE, np.uint32), np.empty((3, TILE), np.uint64)
     z = np.empty(
@@ -107,7 +108,7 @@ def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: 
         if at >= count or at + 3 * QUARTER + COUNTERS <= 0:
             continue
         for j in range(0, lanes, GROUP):
-            n = min(GROUP, lanes - j)
+            n, (a, b) = min(GROUP, lanes - j), spans[j // GROUP]
             for i in range(n):
                 words(ids, j + i, block, counter, word)
                 lookup(tables[which[j + i]], word, work, z[i])
@@ -115,7 +116,7 @@ def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: 
                 low, high = max(0, -at - q * QUARTER), min(COUNTERS, count - at - q * QUARTER)
                 if low < high:
                     part = z[:n, q * COUNTERS + low : q * COUNTERS + high]
-                    accumulate(y, at + q * QUARTER + low, gain[:, j : j + n], part)
+                    accumulate(y[a:b], at + q * QUARTER + low, gain[a:b, j : j + n], part)
 
 
 @njit(cache=True, nogil=True)

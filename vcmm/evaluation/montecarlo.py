@@ -144,7 +144,14 @@ def _by_kernel(fast: ModuleType, groups: Sequence[_LaneGroup]) -> _Step:
     which = np.repeat(np.arange(len(groups)), [len(g.lanes) for g in groups])
     ids = np.concatenate([np.concatenate([g.keys, g.lanes], axis=1) for g in groups])
     gain = np.concatenate([g.gain for g in groups], axis=1)
-    return lambda y, first: fast.trials(y, first, tables, which, ids, gain)
+    spans = np.array([_acting(gain[:, j : j + fast.GROUP]) for j in range(0, len(ids), fast.GROUP)])
+    return lambda y, first: fast.trials(y, first, tables, which, ids, gain, spans=spans)
+
+
+def _acting(gain: Array) -> tuple[int, int]:
+    """First and last + 1 of the quantities that some lanes act on: scatter of a touch moves its own feature alone."""
+    on = np.flatnonzero(gain.any(axis=1))
+    return (int(on[0]), int(on[-1]) + 1) if len(on) else (0, 0)
 
 
 def _drawn(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> None:
@@ -155,7 +162,8 @@ def _drawn(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> 
         for j in range(0, len(group.lanes), _LANES):
             s, z = slice(j, j + _LANES), np.empty((len(group.lanes[j : j + _LANES]), size))
             streams.standard(group.shape, group.keys[s], group.lanes[s], first + done, z, fast)
-            (fast.accumulate if fast else _accumulate)(y, done, group.gain[:, s], z)
+            k = slice(*_acting(group.gain[:, s]))
+            (fast.accumulate if fast else _accumulate)(y[k], done, group.gain[k, s], z)
         done += size
 
 

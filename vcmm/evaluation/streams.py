@@ -53,6 +53,7 @@ def key(seed: int, name: str) -> tuple[int, int]:
     return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
 
 
+@functools.lru_cache(maxsize=1 << 14)
 def copy_code(label: str | int) -> int:
     """Stable uint32 of a label value (pose "B", touch 17), so that adding rows does not change the others.
 
