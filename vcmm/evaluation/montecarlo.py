@@ -180,8 +180,8 @@ def simulate(
 ) -> Iterator[Array]:
     """Trials first .. first + trials - 1 of y = start + sum of gain z, in blocks (m <= block, K).
 
-    `start` (K,) is y where every deviation is zero. Each block is a new array (Fortran order: one quantity is
-    contiguous). To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
+    `start` (K,) is y where every deviation is zero. Each block is a new array in which every quantity is
+    contiguous. To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
     the whole job, which say whether compiled kernels are worth loading.
     Raises UsageError when shapes do not fit, ModelLimit when trials leave 0..2^43.
     """
