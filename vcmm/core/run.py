@@ -187,18 +187,30 @@ def first_order_lag(series: Series, tau: float, time: Array) -> Array:
     """
     if tau == 0.0:
         return np.interp(time, series.time, series.value)
-    known = np.empty_like(series.value)
-    known[0] = series.value[0]
-    for i in range(1, len(known)):
-        h, rise = series.time[i] - series.time[i - 1], series.value[i] - series.value[i - 1]
-        known[i] = series.value[i] + _fading(known[i - 1] - series.value[i - 1], rise, h / tau)
+    known = _behind_the_log(series, tau)
     before = np.clip(np.searchsorted(series.time, time, side="right") - 1, 0, len(known) - 1)
     x = np.maximum(time - series.time[before], 0.0) / tau
     now = np.interp(time, series.time, series.value)
     return now + _fading(known[before] - series.value[before], now - series.value[before], x)
 
 
+def _behind_the_log(series: Series, tau: float) -> Array:
+    """The response (m,) at the entries of the log, each from the one before it."""
+    kept, share = _kept_and_share(np.diff(series.time) / tau)
+    lost = np.diff(series.value) * share
+    known = [float(series.value[0])]
+    steps = zip(series.value[:-1].tolist(), series.value[1:].tolist(), kept.tolist(), lost.tolist())
+    for last, value, keeps, loses in steps:
+        known.append(value + ((known[-1] - last) * keeps - loses))
+    return np.array(known)
+
+
 def _fading(behind: Array, rise: Array, x: Array) -> Array:
     """What the response still lacks after x time constants: (y0 - T0) e^-x - rise (1 - e^-x) / x."""
-    share = np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
-    return behind * np.exp(-x) - rise * share
+    kept, share = _kept_and_share(x)
+    return behind * kept - rise * share
+
+
+def _kept_and_share(x: Array) -> tuple[Array, Array]:
+    """e^-x and (1 - e^-x) / x, which tends to 1 at x = 0."""
+    return np.exp(-x), np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)

@@ -134,6 +134,8 @@ class _Evaluation:
         extreme = [i for i in sampled if not self.smooth[i] or self._curved(i)]
         inverted = [i for i in extreme if self._invertible(i)]
         inversion = inversion_of(self.model.task, self.settings, inverted) if inverted else None
+        if inversion is not None and read:
+            inversion.expect((i, float(self.indicated[i]), None) for i in inverted)
         alone = np.zeros((len(self.terms), len(all_of_them)))
         if set(extreme) - set(inverted):
             alone = self.sampler.alone()

@@ -41,9 +41,8 @@ class Table(BaseModel):
     @classmethod
     def _one_line(cls, name: object) -> object:
         """A name stands in tables and on pages, whatever it names."""
-        bad = bad_name(name) if isinstance(name, str) and name.strip() else ""
-        if bad:
-            raise ValueError(f"{NAME} {bad}")
+        if isinstance(name, str) and (bad := bad_name(name)):
+            raise ValueError(f"{NAME} {bad}" if name.strip() else f'{NAME} = "{name}" {bad}')
         return name
 
 
