@@ -8,6 +8,7 @@ papers.xcz_lathe, cases.
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import sys
@@ -135,7 +136,13 @@ def main(arguments: list[str] | None = None) -> None:
     logging.getLogger("matplotlib").setLevel(
         logging.ERROR
     )  # where its folder cannot be written it uses another
-    sys.exit(run(words))
+    if arguments is not None:  # called by a program, which has a memory of its own
+        sys.exit(run(words))
+    # imports make 10^5 objects that all stay: to look for rings among them, then and at the end, is a seventh of a short command
+    gc.set_threshold(100_000, 20, 10)
+    code = run(words)
+    gc.freeze()
+    sys.exit(code)
 
 
 def run(words: list[str]) -> int:

@@ -73,12 +73,13 @@ def _machine_rows(file: Path) -> list[list[str]]:
 
 def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
     """How often a machine as this file describes it passes the test of the certificate that it states."""
-    from vcmm.calibrating.acceptance import predicted
     from vcmm.files.certificate import stated_certificate
 
     certificate = stated_certificate(file)
     if certificate is None:
         return []
+    from vcmm.calibrating.acceptance import predicted
+
     if any(i.evidence == certificate.words() for i in machine.inputs):
         return [["certificate", f"{certificate.words()}; the errors are drawn from it"]]
     rows = []
@@ -280,7 +281,7 @@ def _measuring_rows(file: Path) -> list[list[str]]:
 
 def _evaluate(task: Any) -> list[str]:
     """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
-    from vcmm.evaluation.uncertainty import prepared
+    from vcmm.evaluation.linear import prepared
     from vcmm.measuring.task import evaluate_all, fit_features, measured_points
 
     errors = task.machine.indication_error(task.touches.run)
