@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.run import Run, Series, first_order_lag
+from vcmm.core.run import Run, Series, coded, first_order_lag
 
 
 def _run(n: int = 4, **columns: object) -> Run:
@@ -81,3 +81,11 @@ def test_lag_before_and_after_the_log():
 def test_lag_of_zero_is_the_log():
     log = Series(np.array([0.0, 100.0]), np.array([20.0, 21.0]))
     assert first_order_lag(log, 0.0, np.array([25.0]))[0] == pytest.approx(20.25)
+
+
+@pytest.mark.parametrize("labels", [[], ["b"], ["b", "b", "a", "b", "c", "c", ""], list("abcabc")])
+def test_codes_of_labels_are_those_of_unique(labels):
+    values, codes = coded(np.array(labels, dtype=np.str_))
+    due, own = np.unique(np.array(labels, dtype=np.str_), return_inverse=True)
+    assert values.tolist() == due.tolist()
+    assert codes.tolist() == own.tolist()
