@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vcmm import charts
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law
@@ -29,6 +28,8 @@ from vcmm.core.run import Array, Run, coded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm import charts
 
 Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
@@ -120,6 +121,8 @@ class Recording:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
+        from vcmm import charts
+
         moved = {axis: float(np.ptp(q[self.row])) for axis, q in self.run.position.items()}
         axis = max(moved, key=lambda a: moved[a])
         turns, angle = is_rotary(axis), self.kind == "angle"
