@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.run import Run, Series, first_order_lag
+from vcmm.core.run import Run, Series, coded, first_order_lag
 
 
 def _run(n: int = 4, **columns: object) -> Run:
@@ -90,3 +90,11 @@ def test_an_added_column_is_looked_at():
     with pytest.raises(ModelLimit, match="time_s is not a finite number in row 2"):
         run.with_columns({"time_s": np.array([0.0, np.nan, 0.0, 0.0])})
     assert "time_s" not in run.columns
+
+
+@pytest.mark.parametrize("labels", [[], ["b"], ["b", "b", "a", "b", "c", "c", ""], list("abcabc")])
+def test_codes_of_labels_are_those_of_unique(labels):
+    values, codes = coded(np.array(labels, dtype=np.str_))
+    due, own = np.unique(np.array(labels, dtype=np.str_), return_inverse=True)
+    assert values.tolist() == due.tolist()
+    assert codes.tolist() == own.tolist()
