@@ -90,7 +90,9 @@ def test_the_points_of_the_example_are_those_of_the_tool(job, tool):
     ("word", "names"),
     [
         ("wrong tool radius", ("tool_radius", "tool_runout")),
-        pytest.param("", (), marks=pytest.mark.thorough),  # no false alarms: test_mismatch.py, test_measured.py
+        pytest.param(
+            "", (), marks=pytest.mark.thorough
+        ),  # no false alarms: test_mismatch.py, test_measured.py
     ],
 )
 def test_a_concealed_effect_is_named_and_nothing_where_nothing_is(job, tool, tmp_path, word, names):
