@@ -8,13 +8,16 @@ recording files and always state the unit (`time_s`, `temp_part_C`, `speed_X_mm_
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.memory import keep_in_hand
 
+keep_in_hand()
 Array = npt.NDArray[np.float64]
 T0_DEG_C = 20.0  # ISO 1: the reference temperature of every dimension
 TOOL_AXIS_COLUMNS = (
@@ -55,14 +58,7 @@ class Run:
                 f"offset must have shape (n, 3), got {self.offset.shape}; use numpy.zeros((n, 3)) for none"
             )
         for kind, table in (("position", self.position), ("column", self.columns), ("label", self.labels)):
-            for name, values in table.items():
-                if values.shape != (self.n,):
-                    raise UsageError(f"{kind} {name} has shape {values.shape}, but the run has {self.n} rows")
-                if kind != "label" and not np.isfinite(values).all():
-                    bad = int(np.flatnonzero(~np.isfinite(values))[0])
-                    raise ModelLimit(
-                        f"{kind} {name} is not a finite number in row {bad + 1}; remove or repair that row"
-                    )
+            _check_rows(kind, table, self.n)
 
     @property
     def n(self) -> int:
@@ -145,7 +141,10 @@ class Run:
 
     def with_columns(self, columns: Mapping[str, Array]) -> Run:
         """A copy with some columns added or replaced."""
-        return replace(self, columns={**self.columns, **columns})
+        _check_rows("column", columns, self.n)
+        run = object.__new__(Run)  # the others were looked at when this one was made
+        run.__dict__.update(self.__dict__, columns={**self.columns, **columns})
+        return run
 
     def take(self, rows: npt.NDArray[np.intp] | slice) -> Run:
         """A copy with some of the rows, in the order given."""
@@ -156,6 +155,18 @@ class Run:
             {k: v[rows] for k, v in self.labels.items()},
             self.series,
         )
+
+
+def _check_rows(kind: str, table: Mapping[str, npt.NDArray[Any]], n: int) -> None:
+    """UsageError for a position, column or label of another number of rows, ModelLimit for a number that is not finite."""
+    for name, values in table.items():
+        if values.shape != (n,):
+            raise UsageError(f"{kind} {name} has shape {values.shape}, but the run has {n} rows")
+        if kind != "label" and not np.isfinite(values).all():
+            bad = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise ModelLimit(
+                f"{kind} {name} is not a finite number in row {bad + 1}; remove or repair that row"
+            )
 
 
 def _check_log_reaches(name: str, series: Series, time: Array) -> None:
