@@ -73,9 +73,9 @@
     const clip = figure.querySelector(".clip");
     clip.hidden = false;
     for (const axis of "xyz") {
-      const [low, high] = given.layout.scene[axis + "axis"].range, label = document.createElement("label"), slider = document.createElement("input");
+      const [low, high] = given.layout.scene[axis + "axis"].range, edge = given.layout.scene.aspectratio[axis], label = document.createElement("label"), slider = document.createElement("input");
       Object.assign(slider, {type: "range", min: 1, max: 100, value: 100, ariaLabel: "clip along " + axis});
-      slider.oninput = () => window.Plotly && drawn && window.Plotly.relayout(live, {[`scene.${axis}axis.range`]: [low, low + (high - low) * slider.value / 100], "scene.camera": live.layout.scene.camera});
+      slider.oninput = () => window.Plotly && drawn && window.Plotly.relayout(live, {[`scene.${axis}axis.range`]: [low, low + (high - low) * slider.value / 100], [`scene.aspectratio.${axis}`]: edge * slider.value / 100, "scene.camera": live.layout.scene.camera});
       label.append("clip " + axis.toUpperCase() + " ", slider);
       clip.append(label);
     }
