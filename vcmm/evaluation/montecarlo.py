@@ -22,8 +22,8 @@ from types import ModuleType
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.memory import keep_in_hand
 from vcmm.core.laws import Array, Joint, Law, MultivariateNormal, MultivariateSamples, Normal, row_factor
+from vcmm.core.memory import keep_in_hand
 from vcmm.evaluation import streams
 from vcmm.evaluation.interval import Linear, check_interval
 from vcmm.evaluation.summary import KINDS, Accumulator, Summary, summarise, tolerance
