@@ -149,8 +149,9 @@ def run(words: list[str]) -> int:
 
         print(said(getattr(error, "problems", (str(error),))), file=sys.stderr)
         return error.exit_code
-    except KeyboardInterrupt:
-        print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
+        print(f"vcmm: {'; '.join(told)}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
         _silence()

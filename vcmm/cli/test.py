@@ -10,6 +10,8 @@ from cyclopts.validators import Number
 
 from vcmm.cli.options import Seed
 
+Drawn = Annotated[int, Parameter(validator=Number(gte=40, lte=10**6))]  # 40: one draw in either tail of 2.5 %
+
 
 def test_command(
     file: Path,
@@ -17,9 +19,7 @@ def test_command(
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
-    trials: Annotated[
-        int, Parameter(validator=Number(gte=40, lte=10**6))
-    ] = 1000,  # 40: one draw in either tail of 2.5 %
+    trials: Drawn = 1000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.

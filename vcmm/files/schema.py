@@ -35,7 +35,7 @@ WANTED = {  # pydantic's error type -> what is due, in words
 class Table(BaseModel):
     """A TOML table: unknown keys are refused, nothing is converted in silence."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True, defer_build=True)
 
     @field_validator("name", check_fields=False)
     @classmethod
