@@ -7,6 +7,7 @@ import os
 import pytest
 
 from tests.hostile.corpus import BARE, CASES, ERRORS, MACHINE, SETUP, Case
+from tests.hostile.corpus_newest import NEWEST
 from tests.hostile.judge import LONGEST, SLOWEST, ask, inside
 from tests.plate import PLATE, line_of
 
@@ -79,6 +80,23 @@ def test_programs(block, words, tmp_path):
     assert answer.code == 2
     assert words in answer.err
     assert "p.nc:6:" in answer.err
+
+
+def test_a_normal_that_is_no_unit_vector_is_refused_in_a_plan(tmp_path):
+    case = next(c for c in CASES if c.name == "points of a plan")
+    answer = answer_to(
+        tmp_path, case.files | {"top.csv": case.files["top.csv"].replace("0,0,1", "0,0,5", 1)}, *case.command
+    )
+    assert answer.code == 2
+    assert "top.csv:2: nx ny nz has the length 5" in answer.err
+
+
+def test_a_wrong_instrument_is_found_by_check(tmp_path):
+    case = next(c for c in NEWEST if c.name == "lengths")
+    head = case.files["recording.toml"].replace('"0.2 um/m"', '"0.2 kg"')
+    answer = answer_to(tmp_path, case.files | {"recording.toml": head}, *case.command)
+    assert answer.code == 2
+    assert "recording.toml:14: [instrument" in answer.err
 
 
 def test_a_negative_tool_length_is_told_how_to_become_a_length(tmp_path):
