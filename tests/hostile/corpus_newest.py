@@ -135,6 +135,40 @@ ROUTES = {
     "positions.csv": "position,characteristic,value_mm\n" + "".join(f"{p},diameter,50.000{(3 * p + i) % 7}\n" for p in range(4) for i in range(5)),
     "standards.csv": "standard,name,calibrated_mm,U_um,k,reading_mm\n" + "".join(f"length,b{i % 2},{50 + 50 * (i % 2)},0.1,2,{50 + 50 * (i % 2) + 0.0001 * i}\n" for i in range(6)),
 }  # fmt: skip
+PROBED = SETUP.replace(
+    "[stock]",
+    """[tools.9]
+length = "120 mm"
+diameter = "6 mm"
+shape = "probe"
+[tools.4]
+length = "60 mm"
+offset_x = "10 mm"
+shape = "turning"
+nose_radius = "0.8 mm"
+orientation = 3
+width = "3 mm"
+[tools.5]
+length = "80 mm"
+diameter = "8 mm"
+shape = "bull"
+corner_radius = "1 mm"
+driven = "x"
+[[surfaces]]
+offset = "G54"
+point = "12 0 0 mm"
+diameter = "30 mm"
+inside = true
+height = "20 mm"
+[[surfaces]]
+offset = "G54"
+point = "0 0 0 mm"
+normal = [0, 0, 1]
+[temperature]
+air = "21 degC"
+part = "20.5 degC"
+[stock]""",
+).replace("[offsets]", "set_with = 9\nwork_spindles = { G55 = 2 }\n[offsets]")
 CUT_SETUP = SETUP.replace("[control]", "[control]\ncompensation = []")
 WRONG_MILL = BARE + '[[effects]]\neffect = "scale_factor"\naxis = "X"\nk = "60 um/m"\n'
 
@@ -172,6 +206,7 @@ NEWEST = (
     _read("lengths", TRACED, "lengths.csv", LENGTHS),
     Case("certificate", {"machine.toml": CERTIFIED}, ("check", "machine.toml"), ("machine.toml",)),
     Case("known together", {"machine.toml": MACHINE + TOGETHER, "errors.csv": "X EXX\n0 0.001\n600 0.002\n"}, ("check", "machine.toml"), ("machine.toml",)),
+    Case("probes and driven tools", {"setup.toml": PROBED, "machine.toml": BARE}, ("check", "setup.toml"), ("setup.toml",)),
     _program("okuma", "part.min", OKUMA),
     _program("linuxcnc", "part.ngc", LINUXCNC),
     Case("calibrated part", ROUTES, ("routes", "ring.toml", "--calibrated", "calibrated.csv", "--repeats", "repeats.csv"), ("calibrated.csv", "repeats.csv")),
