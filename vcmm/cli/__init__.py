@@ -147,8 +147,11 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run(words: list[str]) -> int:
     """Run one command line and return its exit code; messages of errors go to stderr."""
+    from vcmm.core.own_files import command_files
+
     try:
-        code = _dispatch(words)
+        with command_files():
+            code = _dispatch(words)
         sys.stdout.flush()
         return code
     except VcmmError as error:

@@ -179,6 +179,7 @@ def _reversal_rows(file: Path) -> list[list[str]]:
 
 def _recording_rows(file: Path) -> list[list[str]]:
     """What was observed on what, and what a diagnosis cannot ask of it."""
+    from vcmm.files.instruments import load_certificate
     from vcmm.files.recording import load_recording
     from vcmm.files.reversal import is_reversal
     from vcmm.response.observe import left_out
@@ -186,6 +187,7 @@ def _recording_rows(file: Path) -> list[list[str]]:
     if is_reversal(file):
         return _reversal_rows(file)
     recording, machine = load_recording(file)
+    load_certificate(file, recording)
     counted = {name: len(set(words)) for name, words in recording.run.labels.items()}
     rows = [
         [
