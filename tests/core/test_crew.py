@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import time
+from concurrent.futures import CancelledError
 from pathlib import Path
 from types import MappingProxyType
 
@@ -119,6 +120,14 @@ def test_other_versions_on_the_workers_are_named(cluster, monkeypatch):
         list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
 
 
+def test_a_scheduler_that_goes_in_the_middle_is_said(cluster, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    for gone in (CancelledError(), distributed.comm.CommClosedError()):
+        monkeypatch.setattr(crews, "_by_client", lambda *_, error=gone: (_ for _ in ()).throw(error))
+        with pytest.raises(Environment, match=r"scheduler at tcp.* has gone; .* it goes on where it was"):
+            list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
+
+
 @pytest.mark.parametrize(
     ("address", "words", "error"),
     [
@@ -149,3 +158,9 @@ def test_what_listens_there_is_no_scheduler(monkeypatch):
         crew = crew_of(cluster=f"127.0.0.1:{silent.getsockname()[1]}")
         with pytest.raises(Environment, match="no Dask scheduler answers at"):
             list(crew(tripled, {"factor": 1}, [1]))
+
+
+@pytest.mark.thorough
+def test_work_that_kills_every_dask_worker_ends(cluster):
+    with pytest.raises(Environment, match="ended in the middle of the same work"):
+        list(crew_of(cluster=cluster.scheduler_address)(always_killed, None, [1, 2]))
