@@ -75,7 +75,11 @@ def test_a_shop_is_shared_out(folder):
     assert whole.code == 0, whole.err
     found = json.loads(whole.out)
     assert found["machine"] == "shop/fine.toml"
-    assert [m["machine"] for m in found["machines"]] == ["shop/fine.toml", "shop/coarse.toml", "shop/bad.toml"]
+    assert [m["machine"] for m in found["machines"]] == [
+        "shop/fine.toml",
+        "shop/coarse.toml",
+        "shop/bad.toml",
+    ]
     assert "bad.toml:1" in found["machines"][2]["why"]
     for k in (1, 2):
         assert ask((*words, "--shard", f"{k}/2")).code == 0

@@ -36,6 +36,11 @@ def always_killed(payload, item):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def slow(payload, item):
+    time.sleep(0.05)
+    return item
+
+
 def process_number(payload, item):
     time.sleep(0.2)
     return os.getpid()
@@ -80,12 +85,31 @@ def test_portions_are_a_second_of_work_and_smaller_towards_the_end():
     portions, sizes = Portions(dict.fromkeys(range(100)), hands=2), []
     while portion := portions.next():
         sizes.append(len(portion))
-        assert [*portions.results([i for i, _ in portion], (0.125 * len(portion), portion))] == [
+        assert [*portions.results(portion, (0.125 * len(portion), portion))] == [
             (i, (i, None)) for i, _ in portion
         ]
     # one to see how long it takes; then 1 s / 0.125 s = 8, or a quarter of what is left where that is less: 99 - 9 x 8 = 27 // 4 = 6 ...
     assert sizes == [1, *[8] * 9, 6, 5, 4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
     assert len(Portions({0: None, 1: None}, hands=1).next()) == 1  # of unknown length: one
+
+
+def test_what_a_portion_did_not_reach_is_sent_again():
+    portions = Portions(dict.fromkeys("abcdefgh", 0), hands=1)
+    first = portions.next()
+    assert [*portions.results(first, (0.01, ["A"]))] == [("a", "A")]
+    second = portions.next()  # by the first it would be a hundred, of seven the half
+    assert [i for i, _ in second] == ["b", "c", "d"]
+    assert [*portions.results(second, (9.0, ["B"]))] == [("b", "B")]  # 4.5 s each by now: one at a time
+    assert [[i for i, _ in portions.next()] for _ in range(3)] == [["c"], ["d"], ["e"]]
+
+
+def test_a_worker_ends_a_portion_that_takes_too_long(monkeypatch):
+    """What was quick at first and slow later, a folder that begins with files that cannot be read, is not sent as one portion."""
+    monkeypatch.setattr(crews, "SPAN", 0.02)  # s
+    assert len(crews._done(slow, None, [1, 2, 3, 4])[1]) == 1
+    assert crews._done(slow, None, [])[1] == []
+    found = dict(crews.processes(2)(tripled, {"factor": 2}, range(40)))
+    assert found == {i: 2 * i for i in range(40)}
 
 
 def test_one_worker_is_this_process():
