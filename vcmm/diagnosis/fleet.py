@@ -24,7 +24,6 @@ from vcmm.files.toml import read_toml
 
 KEPT = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
 NOT_JUDGED = Trend("")
-YEAR = 365.25 * 86400.0  # s
 Record = dict[str, Any]
 
 
@@ -156,14 +155,14 @@ def _change(
     when = tuple((r["file"], r["date"]) for r in own)
     return Change(
         machine, name, parameter, unit, when[0], when[-1], seen[0], seen[-1], sum(s is not None for s in seen), len(own),
-        went=trend([_years(date) for _, date in when], seen), there=presence(seen), when=when,
+        went=trend([_moment(date) for _, date in when], seen), there=presence(seen), when=when,
     )  # fmt: skip
 
 
-def _years(date: str) -> float | None:
-    """Since some moment; None of what is no date."""
+def _moment(date: str) -> float | None:
+    """In s, since some time; None of what is no date."""
     try:
-        return datetime.fromisoformat(date).replace(tzinfo=None).timestamp() / YEAR
+        return datetime.fromisoformat(date).replace(tzinfo=None).timestamp()
     except ValueError:
         return None
 

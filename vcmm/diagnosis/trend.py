@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import FAR
 
-CHANCE = math.erfc(3.0 / math.sqrt(2.0)) / 3  # of each of the three ways not to be steady
 STEADY, DRIFT, STEP, IRREGULAR = "steady", "drift", "step", "irregular"
+CHANCE = math.erfc(FAR / math.sqrt(2.0)) / len((DRIFT, STEP, IRREGULAR))  # of each way not to be steady
 ALWAYS, APPEARS, GOES, NOW_AND_THEN = "always", "appears", "goes", "now and then"
 
 
@@ -44,17 +45,17 @@ class _Gain:
     more: int
 
 
-def trend(years: Sequence[float | None], seen: Sequence[tuple[float, float] | None]) -> Trend:
+def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | None]) -> Trend:
     """Of the values with standard uncertainties, None where the number was not found, in the order of time.
 
-    years: of every recording; where one is not known only a step is looked for, since order is all that is known.
+    times: of every recording, in any unit; where one is not known only a step is looked for, since order is all that is known.
     """
     at = [i for i, s in enumerate(seen) if s is not None]
     pairs = [s for s in seen if s is not None]
     if len(at) < 2 or not all(u is not None and u > 0 for _, u in pairs):
         return Trend("")
     values, u = np.array(pairs).T
-    known = [y for i in at if (y := years[i]) is not None]
+    known = [at_time for i in at if (at_time := times[i]) is not None]
     gains = _steps(at, values, u)
     if len(known) == len(at) > 2 and len(set(known)) > 2:
         gains.append(_line(np.array(known), at, values, u))
@@ -101,11 +102,11 @@ def _steps(at: Sequence[int], values: Array, u: Array) -> list[_Gain]:
     return [max(out, key=lambda g: g.chi2)]
 
 
-def _line(years: Array, at: Sequence[int], values: Array, u: Array) -> _Gain:
+def _line(times: Array, at: Sequence[int], values: Array, u: Array) -> _Gain:
     w = u**-2
-    x = years - np.average(years, weights=w)
+    x = times - np.average(times, weights=w)
     square = float((w * x * x).sum())
-    slope, span = float((w * x * values).sum()) / square, float(years[-1] - years[0])
+    slope, span = float((w * x * values).sum()) / square, float(times[-1] - times[0])
     return _Gain(slope**2 * square, Trend(DRIFT, slope * span, span / math.sqrt(square), at[0], at[-1]), 1, 1)
 
 
