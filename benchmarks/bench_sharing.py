@@ -1,6 +1,6 @@
 """What sharing a job out gains: one process, two workers, one and two Dask workers, in one run, rounds interleaved.
 
-    python -m benchmarks.bench_sharing [--trials 100000000] [--parts 250000] [--rounds 3] [--only trials,audit]
+    python -m benchmarks.bench_sharing [--trials 100000000] [--parts 500000] [--rounds 3] [--only trials,audit]
 
 Commands as a user types them; every document must be the same to the last byte. Told are seconds to wait and seconds of the
 processor of the caller and of the busiest worker: their sum is what two free cores would let wait, which other work on the
@@ -153,7 +153,7 @@ def compared(title: str, job: tuple[str, ...], rounds: int, clusters: bool) -> b
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--trials", type=int, default=100_000_000)
-    parser.add_argument("--parts", type=int, default=250_000)
+    parser.add_argument("--parts", type=int, default=500_000)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--only", default="trials,audit")
     given = parser.parse_args()
