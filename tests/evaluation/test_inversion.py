@@ -221,3 +221,21 @@ def test_a_hole_far_out_of_place_is_not_taken_for_a_rough_one():
     )
     assert read.true_value.claimed
     assert 0.09 < read.true_value.interval[0] < 0.1 < read.true_value.interval[1] < 0.11
+
+
+def test_parts_are_evaluated_for_what_is_asked_of_them_alone():
+    """The bits of what all characteristics together give, with no feature drawn that the one asked for does not need."""
+    flat = Characteristic("flat", "flatness", of=("top",), zone=0.01)
+    task = job((BORE, TOP), (Levels((5.0, 15.0), 8), Grid((5, 5), 2.0)), (SQUARE, flat)).task()
+    whole, alone = (inversion.inversion_of(task, QUICK, (0, 1)) for _ in range(2))
+    alone.expect([(0, 0.0, 0.0), (1, 0.2, None)])
+    far = alone.reach(1, 0.2)
+    assert whole.drawn(1).numbers == (0, 1)
+    assert alone.drawn(0).numbers == (0,)
+    one, all_of_them = alone.drawn(1, far), whole.drawn(1, far)
+    assert one.numbers == (1,)
+    assert set(one.drawing.noise) == {"top"}
+    for mine, other in ((one.other, all_of_them.other), (one.anew[0], all_of_them.anew[0])):
+        for name in ("true", "indicated", "rest"):
+            assert np.array_equal(getattr(mine, name)[:, 0], getattr(other, name)[:, 1]), name
+    assert alone.drawn(0, far) is not one  # asked for after all: drawn by itself

@@ -11,7 +11,7 @@ from vcmm.compensating.source import SourceText, at_line, code_of
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.motion.tool_centre import in_machine_axes
-from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect, check_name
 from vcmm.nc.iso.channels import marks_of
 from vcmm.nc.iso.cycles import CYCLES
 from vcmm.nc.moves import Move, Program
@@ -25,6 +25,7 @@ TRAVEL = 1e-6  # mm or rad of rounding that is allowed beyond a travel
 
 def check_dialect(name: str) -> None:
     """Only dialects whose front-end says which word made which move."""
+    check_name(name)
     if name in FRONT_ENDS and name not in TRACED:
         raise UsageError(
             f"programs of the dialect {name} cannot be rewritten: its reader does not say which word made which move. Have the "

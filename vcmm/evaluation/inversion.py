@@ -7,7 +7,7 @@ Belts reach to parts some times rougher than what was indicated; they are drawn 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -134,7 +134,8 @@ class Inversion:
     drawing: Drawing
     settings: Settings
     numbers: tuple[int, ...]
-    _drawn: dict[Reach, DrawnParts] = field(default_factory=dict, repr=False)
+    _expected: dict[Reach, set[int]] = field(default_factory=dict, repr=False)
+    _drawn: dict[Reach, list[DrawnParts]] = field(default_factory=dict, repr=False)
     _made: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(default_factory=dict, repr=False)
 
     def column(self, i: int) -> int:
@@ -162,15 +163,27 @@ class Inversion:
         c = self.characteristic(i)
         place = (i, self.reach(i, y, rest), rest is not None and sorted_by_roughness(c))
         if place not in self._made:
-            self._made[place] = _counted(c, self.column(i), self.drawn(place[1]), self.settings.p, place[2])
+            drawn = self.drawn(i, place[1])
+            self._made[place] = _counted(c, drawn.column(i), drawn, self.settings.p, place[2])
         return self._made[place]
 
-    def drawn(self, reach: Reach = (0, 0)) -> DrawnParts:
-        """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says."""
-        if reach not in self._drawn:
+    def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
+        """What will be asked for (characteristic, indicated value, residuals): parts of one reach are then evaluated for that alone."""
+        for i, y, rest in asked:
+            if i in self.numbers:
+                self._expected.setdefault(self.reach(i, y, rest), set()).add(i)
+
+    def drawn(self, i: int, reach: Reach = (0, 0)) -> DrawnParts:
+        """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says, with the values of
+        characteristic i and of what else is expected of such parts (nothing was said: of all).
+        """
+        kept = self._drawn.setdefault(reach, [])
+        held = {n for one in kept for n in one.numbers}
+        if i not in held:
+            numbers = sorted({i} | (self._expected.get(reach, set(self.numbers)) - held))
             form, off = (MOST * 2.0**n for n in reach)
-            self._drawn[reach] = DrawnParts(self.drawing, self.settings, Largest(form, off))
-        return self._drawn[reach]
+            kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
+        return next(one for one in kept if i in one.numbers)
 
     def added(self, i: int) -> Added:
         """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
@@ -208,22 +221,35 @@ class Inverted:
 
 @dataclass(frozen=True, eq=False)
 class DrawnParts:
-    """Parts of every kind that go as far as `most`, drawn when they are asked for."""
+    """Parts of every kind that go as far as `most`, drawn when they are asked for; characteristics number `numbers` of the task."""
 
-    drawing: Drawing
-    settings: Settings
+    inversion: Inversion
+    numbers: tuple[int, ...]
     most: Largest
     _kept: dict[str, Sequence[Pairs]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def drawing(self) -> Drawing:
+        return self.inversion.drawing.only([self.inversion.column(i) for i in self.numbers])
+
+    @property
+    def settings(self) -> Settings:
+        return self.inversion.settings
 
     @property
     def count(self) -> int:
         return int(np.clip(self.settings.trials, *COUNTED))
 
+    def column(self, i: int) -> int:
+        """Where characteristic i of the task stands in `Pairs` of these parts."""
+        return self.numbers.index(i)
+
     @property
     def known(self) -> Sequence[Pairs]:
         """For the belts, one family after another."""
-        few, many = BY_CONTACT if in_contact(self.drawing.task) else PARTS
-        many = int(np.clip(NUMBERS / self.drawing.measured.task.touches.run.n, few, many))
+        task = self.inversion.drawing.task  # as many parts for all characteristics
+        few, many = BY_CONTACT if in_contact(task) else PARTS
+        many = int(np.clip(NUMBERS / task.touches.run.n, few, many))
         return self._of_families("known", int(np.clip(self.settings.trials, few, many)), self.settings.seed)
 
     @property

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -85,16 +86,25 @@ class LinearModel:
         along = q[..., block.at_touches : block.stop]
         return np.asarray(self.points[rows] + along[..., None] * per_normal(self.task.touches)[rows])
 
+    @cached_property
+    def at_estimates(self) -> Array:
+        """Characteristics (C,) at q0, mm or rad."""
+        return self.values(self.q0)
+
     def values(self, q: Array) -> Array:
         """Characteristics (..., C) of q (..., K), mm or rad."""
         return evaluate_all(self.task, self.unpack(q))
 
-    def only(self, numbers: Sequence[int]) -> LinearModel:
-        """The same q, of which some characteristics are evaluated."""
+    def only(self, numbers: Sequence[int], aligned: bool = False) -> LinearModel:
+        """The same q, of which some characteristics are evaluated. aligned: in the frame of the alignment whatever they need, which
+        keeps every bit of their values, and with no features beside theirs and its own.
+        """
         kept, scheme = tuple(self.characteristics[i] for i in numbers), self.task.plan.alignment
         placed = any(c.type in PLACED for c in kept)
-        names = {n for c in kept for n in gps.needs(c)} | (set(self.blocks) if scheme and placed else set())
-        plan = self.task.plan if placed else replace(self.task.plan, alignment=None)
+        names = {n for c in kept for n in gps.needs(c)}
+        if scheme and (placed or aligned):
+            names |= set(self.blocks) & set(scheme.features) if aligned else set(self.blocks)
+        plan = self.task.plan if placed or aligned else replace(self.task.plan, alignment=None)
         task = replace(self.task, part=replace(self.task.part, characteristics=kept), plan=plan)
         return replace(
             self, task=task, blocks={n: b for n, b in self.blocks.items() if n in names},

@@ -22,9 +22,9 @@ def needed_rows(model: LinearModel) -> Ints:
     return np.sort(np.concatenate([rows[n] for n in rows if n in model.blocks or n in _pointwise(model)]))
 
 
-def narrowed(model: LinearModel, numbers: Sequence[int]) -> tuple[LinearModel, Ints]:
-    """The model of characteristics number `numbers` alone, and which of the touches it keeps. q keeps its places."""
-    few = model.only(numbers)
+def narrowed(model: LinearModel, numbers: Sequence[int], aligned: bool = False) -> tuple[LinearModel, Ints]:
+    """The model of characteristics number `numbers` alone, and which of the touches it keeps. q keeps its places. aligned: see `only`."""
+    few = model.only(numbers, aligned)
     kept = needed_rows(few)
     task = replace(few.task, touches=_touches(few.task.touches, kept), form=few.task.form[kept])
     return (
@@ -39,8 +39,9 @@ def narrowed(model: LinearModel, numbers: Sequence[int]) -> tuple[LinearModel, I
 
 def moved(model: LinearModel, displacements: Array) -> Array:
     """q (m, K) after displacements (m, n) of the touches along their normals, feature by feature."""
-    out = np.tile(model.q0, (len(displacements), 1))
+    out = np.zeros((len(displacements), len(model.q0)))
     for name, block in model.blocks.items():
+        out[:, block.start : block.stop] = model.q0[block.start : block.stop]
         rows = model.task.touches.rows[name]
         ends = block.start, block.start + 6 + block.sizes, block.at_touches, block.stop
         element, residuals, touches = (slice(a, b) for a, b in pairwise(ends))

@@ -8,7 +8,7 @@ far above what was found. The machine errs as its Inputs say; both sides are eva
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from zlib import crc32
 
@@ -58,6 +58,27 @@ class Pairs:
     indicated: Array
     rest: Array
 
+    def of(self, column: int, parts: Ints | slice = slice(None)) -> Pairs:
+        """One characteristic of some of the parts, (N, 1)."""
+        return Pairs(*(a[parts, column : column + 1] for a in (self.true, self.indicated, self.rest)))
+
+
+@dataclass(frozen=True, eq=False)
+class Machines:
+    """What drawn machines do to the touches `kept` of a model (None: all); drawn once for parts of every size and kind."""
+
+    model: LinearModel
+    kept: Ints | None = None
+    _drawn: dict[tuple[int, int, int], Array] = field(default_factory=dict, repr=False)
+
+    def errors(self, seed: int, first: int, count: int) -> Array:
+        """Displacements (count, n) of the touches along their normals, see `machine_part`."""
+        place = seed, first, count
+        if place not in self._drawn:
+            self._drawn[place] = machine_part(self.model, *place)
+        found = self._drawn[place]
+        return found if self.kept is None else found[:, self.kept]
+
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
@@ -72,10 +93,22 @@ class Drawing:
     left: Mapping[str, Array]
     moved: frozenset[str]  # features whose place and direction are toleranced
     kept: Ints
+    machines: Machines
 
     @property
     def task(self) -> Task:
         return self.measured.task
+
+    def only(self, columns: Sequence[int]) -> Drawing:
+        """The same parts and machines, of which some characteristics are evaluated: no feature is drawn that they do not need."""
+        if list(columns) == list(range(len(self.measured.characteristics))):
+            return self
+        (measured, kept), (surface, _) = (narrowed(m, columns, True) for m in (self.measured, self.surface))
+        names = measured.task.touches.rows
+        return replace(
+            self, measured=measured, surface=surface, noise={n: self.noise[n] for n in self.noise if n in names},
+            left={n: self.left[n] for n in names}, kept=self.kept[kept], machines=replace(self.machines, kept=kept),
+        )  # fmt: skip
 
     @cached_property
     def grounds(self) -> Mapping[str, Ground]:
@@ -99,6 +132,7 @@ def prepared(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
     return Drawing(
         measured=model, surface=surface_model(model.task), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
         attitude=max(float(noise.std()), SMALLEST), left=left, moved=frozenset(moved), kept=kept,
+        machines=Machines(model),
     )  # fmt: skip
 
 
@@ -120,7 +154,7 @@ def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array
     terms, multiplied = multiplying(of_touches, of_touches.terms())
     carried = len(terms[0].gain) if terms else n
     drawn = np.concatenate(list(simulate(np.zeros(carried), terms, seed=seed, trials=count, first=first)))
-    return drawn if multiplied is None else multiplied(drawn)
+    return drawn if multiplied is None else np.ascontiguousarray(multiplied(drawn))
 
 
 def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
@@ -158,7 +192,7 @@ def families(
     blocks: list[list[tuple[Array, Array, Array]]] = [[] for _ in names]
     for at in range(0, count, BLOCK):
         size = min(BLOCK, count - at)
-        noise = machine_part(drawing.measured, seed, at, size)
+        noise = drawing.machines.errors(seed, at, size)
         for name, found in zip(names, blocks):
             found.append(_block(drawing, noise, (seed, at), (name, most, ratio)))
     return [Pairs(*(np.concatenate(x) for x in zip(*found))) for found in blocks]

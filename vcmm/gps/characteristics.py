@@ -79,8 +79,9 @@ def evaluate(
             n: criteria.by_criterion(n, fitted[n], k) for n, k in zip(c.datums, choice.datums) if n in fitted
         }
         pose = datum_system(c.datums, features, by, Pose.identity() if pose is None else pose)
-    of = [place(n, features, fitted, pose, k) for n, k in zip((*c.of, *c.between), choice.of)]
-    datums = [place(n, features, fitted, pose, k) for n, k in zip(c.datums, choice.datums)]
+    pointwise = c.type in POINTWISE or c.filter is not None
+    of = [place(n, features, fitted, pose, k, pointwise) for n, k in zip((*c.of, *c.between), choice.of)]
+    datums = [place(n, features, fitted, pose, k, False) for n, k in zip(c.datums, choice.datums)]
     if c.type in PROFILE:
         return profile(c, of[0], [d.feature for d in datums], choice.fit == "C")
     return with_material(c, of[0], _value(c, of, datums)) if c.material else _value(c, of, datums)

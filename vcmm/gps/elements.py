@@ -49,9 +49,10 @@ def place(
     fitted: Mapping[str, Fitted],
     pose: Pose | None,
     criterion: str = "G",
+    pointwise: bool = True,
 ) -> MeasuredElement:
     """The element `name` by a criterion, moved to the drawing frame by `pose` = part_from_measured (None: it is
-    there already).
+    there already). pointwise: with its measured points, where they are kept.
 
     UsageError: the feature is unknown or not measured. ModelLimit: its direction is more than MAX_TILT off
     nominal.
@@ -62,7 +63,7 @@ def place(
         raise UsageError(f'Feature "{name}" is not measured; add a step for it to the plan.')
     feature, raw = features[name], by_criterion(name, fitted[name], criterion)
     by = Pose.identity() if pose is None else pose
-    measured = fitted[name].also[POINTS].points if POINTS in fitted[name].also else None
+    measured = fitted[name].also[POINTS].points if pointwise and POINTS in fitted[name].also else None
     if feature.free and measured is not None and raw.points is not None:
         return replace(
             nominal_element(feature), points=by.apply(measured), places=raw.points, normals=raw.normals

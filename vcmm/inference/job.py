@@ -121,7 +121,9 @@ def evaluate_points(
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest = known.rest(points)
         said = (*notes(task.part.characteristics, fitted), *repeated(one))
-        out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, said=said))
+        out.append(
+            _part(scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said)
+        )
     return tuple(out)
 
 
@@ -133,7 +135,7 @@ def evaluate_values(
     progress: Progress | None = None,
 ) -> tuple[EvaluatedPart, ...]:
     """Measured values of one or several parts: the points are those of the plan. DataError: unknown or wrong kind of value."""
-    chosen = settings or scenario.settings
+    chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
     measured = [absolute_values(scenario, values) for values in given]
     task = scenario.task()
     known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
@@ -146,6 +148,7 @@ def evaluate_values(
             np.array([y.get(name, np.nan) for name in order]),
             None,
             settings=chosen,
+            report=report,
             said=known.result.warnings,
         )
         for values, y in zip(given, measured)
@@ -210,14 +213,18 @@ def _part(
     measured: Array,
     rest: Array | None,
     settings: Settings,
+    report: Progress,
     said: Sequence[str] = (),
 ) -> EvaluatedPart:
     """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points."""
-    out = []
-    for i, r in enumerate(known.result.characteristics):
-        y = float(measured[i])
-        if np.isfinite(y):
-            out.append(Evaluated(_read(r, y, None if rest is None else float(rest[i]), settings), y))
+    rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
+    found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
+    if known.inversion is not None:
+        known.inversion.expect(found)
+    results, out = known.result.characteristics, []
+    for n, (i, y, own) in enumerate(found):
+        report(f"true value of {results[i].name}", n / len(found))
+        out.append(Evaluated(_read(results[i], y, own, settings), y))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w

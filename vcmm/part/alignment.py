@@ -39,6 +39,11 @@ class Alignment:
     line: str | tuple[str, ...] = ()
     origin: str | tuple[str, ...] = ()
 
+    @property
+    def features(self) -> tuple[str, ...]:
+        """All that it names."""
+        return (self.plane, *_names(self.line), *_names(self.origin))
+
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
