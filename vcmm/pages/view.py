@@ -215,7 +215,8 @@ def magnification(points: Array, covariances: Array) -> float:
         return 1.0
     exact = size / 15 / largest
     power = 10.0 ** np.floor(np.log10(exact))
-    return float(power * max(m for m in (1, 2, 5) if m * power <= exact))
+    # 1 where the logarithm rounds up: 10^3 of 999.9999999999999
+    return float(power * max((m for m in (1, 2, 5) if m * power <= exact), default=1))
 
 
 def touch_covariances(task: Task, influences: Sequence[Influence]) -> Array:
