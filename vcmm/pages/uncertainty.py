@@ -11,6 +11,7 @@ from vcmm.charts.distribution import filled
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
+from vcmm.pages.deviations import deviations_block
 from vcmm.pages.view import Item, task_in_machine, touches_of
 from vcmm.tables.evaluated import (
     BUDGET,
@@ -40,6 +41,7 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
         [
             r.heading("Where it was measured"),
             *pictures(result),
+            *deviations_block(result.model.task),
             r.heading("How it was computed"),
             html(computed(result)),
         ],
@@ -88,7 +90,7 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
 
 def _compared(scenario: Scenario, result: UncertaintyResult) -> str:
     """What a limit is compared with: extreme values are read by the interval of the true value, whatever is done about a bias."""
-    by_belts = [c.true_value is not None for c in result.characteristics]
+    by_belts = [c.true_value is not None and c.true_value.counted is not None for c in result.characteristics]
     other = f"the {'corrected' if scenario.settings.known_bias == 'corrected' else 'indicated'} value"
     if not any(by_belts):
         return other
@@ -150,7 +152,7 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
     guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
     lower = None if c.type not in ("size", "distance", "angle") else low
     span = None
-    if c.true_value is not None and math.isfinite(c.interval[1]):
+    if c.true_value is not None and c.true_value.counted and math.isfinite(c.interval[1]):
         # decided by the interval of the true value, about which what is indicated may lie anywhere
         span, guard = (
             ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale),
