@@ -4,6 +4,8 @@
 PYTHON ?= python3
 export OPENBLAS_NUM_THREADS ?= 1
 JOBS   ?= 2
+# Tests start Python hundreds of times: what was compiled is kept, whatever the environment says (make clean removes it).
+export PYTHONDONTWRITEBYTECODE :=
 BIN    := .venv/bin
 
 # Where the home folder cannot be written, caches go into .venv; installed packages and settings are left alone.

@@ -91,7 +91,7 @@ def program(lines: int) -> str:
 
 
 JOBS: dict[str, tuple[Callable[[int, Path], Job], tuple[int, ...]]] = {
-    "points of a circle": (ring_of, (100, 1000, 4000, 16_000)),
+    "points of a circle": (ring_of, (100, 1000, 20_000, 200_000)),
     "inputs": (table_of, (12, 102, 1002, 10_002)),
     "trials": (trials_of, (100_000, 1_000_000, 10_000_000)),
     "rows of a recording": (rows_of, (500, 1000, 2000)),

@@ -1,15 +1,15 @@
 """How large a job may be: seconds of the processor and memory of commands as a user types them.
 
     python -m benchmarks.bench_scale --only points              a trial with 1000 points against one with 100, bar 1.2
-    python -m benchmarks.bench_scale --only threads             two threads of one process against one, aim 1.8
+    python -m benchmarks.bench_scale --only threads             two threads of one process against one, aim 1.8, beside two processes
     python -m benchmarks.bench_scale --only trials [--sizes 10000000,100000000,1000000000] [--workers 2]
     python -m benchmarks.bench_scale --only scan [--sizes 100000,1000000]      one feature of so many points
     python -m benchmarks.bench_scale --only measured [--sizes 100000,1000000]  the same from a file of measured points
     python -m benchmarks.bench_scale --only parameters [--sizes 100,1000,10000]  a machine of so many parameters
 
 Every command is a process of its own. Told are seconds to wait, seconds of the processor (caller, busiest worker: where every process
-has a core their sum is the wait), and the memory of the largest process less that of the same command with the first size, where
-imports and compiled code are the same. The load of the computer and the date are printed: other work makes every wait longer.
+has a core their sum is the wait), the memory of the largest process, and that of its own, without the pages of libraries that
+processes share. What a size adds is the difference to the first rows, where imports are the same. The load of the computer and the date are printed: other work makes every wait longer.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from benchmarks.bench_growth import RING, table_of
-from benchmarks.bench_sharing import Run, watched
+from benchmarks.bench_sharing import VCMM, watched
 
 SMALL = 1000  # trials or points of the command that is all imports
+LOADED = [VCMM[0], "-c", f"from vcmm.evaluation import streams; streams.kernels(10**9); {VCMM[2]}"]
 POINTS_BAR, POINTS, PAIRS = 1.2, (100, 1000), 7
 SIZES = {
     "trials": "10000000,100000000",
@@ -92,20 +92,19 @@ WORDS: dict[str, Callable[[int, Path, int], tuple[str, ...]]] = {
 
 
 def grown(name: str, sizes: list[int], workers: int) -> None:
-    """Print a row of every size; memory is told above that of a job which is all imports."""
-    base: Run | None = None
-    print(
-        f"| {name} | s to wait | caller, s | busiest worker, s | MB above a job of {SMALL if name != 'parameters' else 12} |"
-    )
-    print("|---|---|---|---|---|")
-    for size in [SMALL if name != "parameters" else 12, *sizes]:
+    """Print a row of every size, after one of a small job; of trials also one of a small job with compiled kernels loaded."""
+    small = SMALL if name != "parameters" else 12
+    print(f"| {name} | s to wait | caller, s | busiest worker, s | MB, largest process | MB of its own |")
+    print("|---|---|---|---|---|---|")
+    rows = [(f"{size:,}", size, workers, VCMM) for size in (small, *sizes)]
+    if name == "trials":
+        rows.insert(1, (f"{small:,}, kernels loaded", small, 1, LOADED))
+    for title, size, hands, program in rows:
         with tempfile.TemporaryDirectory() as folder:
             os.environ["XDG_CACHE_HOME"] = folder  # finished blocks of an earlier call would be taken from it
-            run = watched(WORDS[name](size, Path(folder), workers))
-        base = base or run
-        above = f"{run.memory - base.memory:.0f} (of {run.memory:.0f})"
+            run = watched(WORDS[name](size, Path(folder), hands), program=program)
         print(
-            f"| {size:,} | {run.wait:.1f} | {run.caller:.1f} | {run.worker:.1f} | {above} |",
+            f"| {title} | {run.wait:.1f} | {run.caller:.1f} | {run.worker:.1f} | {run.memory:.0f} | {run.private:.0f} |",
             flush=True,
         )
 
@@ -144,37 +143,6 @@ def points_compared(trials: int = 1_000_000) -> bool:
     return ratio <= POINTS_BAR
 
 
-def threads_compared(trials: int = 400_000) -> bool:
-    """Interleaved pairs of the collapsed Monte Carlo of 15 outputs, 601 inputs; best of each, to wait and of the processor."""
-    from benchmarks.bench_montecarlo import Scenario
-
-    work = Scenario()
-
-    def half(first: int) -> float:
-        start = time.thread_time()
-        work.collapsed(trials // 2, first)
-        return time.thread_time() - start
-
-    def one() -> float:
-        start = time.thread_time()
-        work.collapsed(trials)
-        return time.thread_time() - start
-
-    waits: dict[str, list[float]] = {"one": [], "two": []}
-    spent: dict[str, list[float]] = {"one": [], "two": []}
-    one()
-    with ThreadPoolExecutor(2) as pool:
-        for _ in range(PAIRS):
-            for name in waits:
-                start = time.perf_counter()
-                spent[name].append(one() if name == "one" else max(pool.map(half, (0, trials // 2))))
-                waits[name].append(time.perf_counter() - start)
-    gain = {k: min(v["one"]) / min(v["two"]) for k, v in (("to wait", waits), ("of the processor", spent))}
-    for name, each in gain.items():
-        print(f"two threads against one, seconds {name}: {each:.2f}, aim 1.8 (best of {PAIRS} pairs each)")
-    return max(gain.values()) >= 1.8
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -187,7 +155,9 @@ def main() -> int:
     if given.only == "points":
         good = points_compared()
     elif given.only == "threads":
-        good = threads_compared()
+        from benchmarks.bench_montecarlo import threads_told
+
+        good = threads_told()
     else:
         sizes = [int(n) for n in (given.sizes or SIZES[given.only]).split(",")]
         grown(given.only, sizes, given.workers)

@@ -29,12 +29,15 @@ LOOK = 0.1  # s between two looks at the workers
 
 @dataclass(frozen=True)
 class Run:
-    """One command: seconds to wait, seconds of the processor of the caller and of the busiest worker, MB, what it printed."""
+    """One command: seconds to wait, seconds of the processor of the caller and of the busiest worker, MB of the largest process,
+    MB of its own (no pages of libraries, which processes share), what it printed.
+    """
 
     wait: float
     caller: float
     worker: float
     memory: float
+    private: float
     printed: bytes
 
     @property
@@ -43,30 +46,32 @@ class Run:
         return self.caller + self.worker
 
 
-def used(process: psutil.Process) -> tuple[float, float]:
-    """(seconds of the processor, MB); of one that has ended nothing."""
+def used(process: psutil.Process) -> tuple[float, float, float]:
+    """(seconds of the processor, MB, MB of its own); of one that has ended nothing."""
     try:
-        times, memory = process.cpu_times(), process.memory_info().rss / 1e6
+        times, memory = process.cpu_times(), process.memory_full_info()
     except psutil.Error:
-        return 0.0, 0.0
-    return times.user + times.system, memory
+        return 0.0, 0.0, 0.0
+    return times.user + times.system, memory.rss / 1e6, memory.uss / 1e6
 
 
-def watched(words: Sequence[str], elsewhere: Sequence[psutil.Process] = ()) -> Run:
-    """Run a command to its end. elsewhere: workers that were there before."""
+def watched(
+    words: Sequence[str], elsewhere: Sequence[psutil.Process] = (), program: Sequence[str] = VCMM
+) -> Run:
+    """Run a command to its end. elsewhere: workers that were there before; program: another way to start vcmm."""
     began, before = time.perf_counter(), {p.pid: used(p)[0] for p in elsewhere}
     seconds: dict[int, float] = {}
-    most = 0.0
+    most, most_private = 0.0, 0.0
     with (
         tempfile.TemporaryFile() as out,
-        subprocess.Popen([*VCMM, *words], stdout=out, stderr=subprocess.DEVNULL) as child,
+        subprocess.Popen([*program, *words], stdout=out, stderr=subprocess.DEVNULL) as child,
     ):
         caller = psutil.Process(child.pid)
         while child.poll() is None:
             for p in (caller, *caller.children(), *elsewhere):
-                spent, memory = used(p)
+                spent, memory, private = used(p)
                 seconds[p.pid] = max(spent - before.get(p.pid, 0.0), seconds.get(p.pid, 0.0))
-                most = max(most, memory)
+                most, most_private = max(most, memory), max(most_private, private)
             time.sleep(LOOK)
         wait = time.perf_counter() - began
         out.seek(0)
@@ -74,7 +79,7 @@ def watched(words: Sequence[str], elsewhere: Sequence[psutil.Process] = ()) -> R
     if child.returncode not in (0, 1):
         raise SystemExit(f"{' '.join(words)}: exit {child.returncode}")
     own = seconds.pop(child.pid, 0.0)
-    return Run(wait, own, max(seconds.values(), default=0.0), most, printed)
+    return Run(wait, own, max(seconds.values(), default=0.0), most, most_private, printed)
 
 
 @contextmanager

@@ -2,10 +2,36 @@
 
 from __future__ import annotations
 
+import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+# Thousands of collected tests and the trees of every module live as long as the run: with the thresholds of an
+# interpreter that has just started, looking for cycles among them takes a quarter of the processor.
+gc.set_threshold(100_000, 20, 100)
+
+
+def pytest_collection_finish() -> None:
+    """What was collected stays: the search for cycles leaves it out."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="module")
+def few_parts() -> Iterator[None]:
+    """Belts of the true form from a tenth of the parts, for modules that evaluate forms and ask nothing of those belts.
+
+    Three quarters of a small evaluation are spent on them; tests/evaluation/test_inversion.py asks for them.
+    """
+    from vcmm.evaluation import inversion
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(inversion, "PARTS", (600, 600))
+        patch.setattr(inversion, "COUNTED", (60, 60))
+        yield
 
 
 def data_file(relative: str) -> Path:

@@ -75,6 +75,39 @@ def test_a_second_pass_along_the_same_wall_moves_as_the_first(tmp_path):
     assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
 
 
+FLOOR = """\
+[part.features]
+floor = { type = "plane", point = "0 0 -2 mm", normal = [0, 0, 1], size = "140 0.5 mm" }
+[[part.characteristics]]
+name = "flatness"
+type = "flatness"
+of = "floor"
+zone = "0.02 mm"
+"""
+# the trailing edge of the tool, 2 mm behind its middle, leaves 2 x 1 / 160 mm more
+RAMP = FLOOR.replace("0 0 -2 mm", "0 0 -2.5125 mm").replace("[0, 0, 1]", "[0.00624987793, 0, 0.999980469]")
+SPRUNG = (
+    '[[effects]]\neffect = "clamping"\ndirection = "z"\nlength = "80 mm"\n'
+    'coefficients = ["10 um", "0 um", "0 um"]\n'
+)
+
+
+@pytest.mark.parametrize("ramp", ["-2.", "-3."])
+def test_a_second_pass_along_the_same_floor_or_ramp_moves_as_the_first(tmp_path, ramp):
+    """A part that springs back by 10 P2(x / 80 mm) um, the zero set in its middle: at X 69.8 15 x 0.8725^2 = 11.4 um too deep. The second pass
+    cut away what the first was led around. What is left there is the flat end of the tool on a slope of 0.32 um/mm: 2 mm of it."""
+    plane = FLOOR if ramp == "-2." else RAMP
+    text = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + plane
+    once = f"G1 X80. Y0. Z{ramp} F600\n"
+    twice = f"{once}G0 Z5.\nX-80.\nZ-2.\n{once}"
+    program = shop.SLOT.replace("G1 X80. Y0. F600\n", twice)
+    scenario = vcmm.load_cut(shop.write(tmp_path, SPRUNG, text, program, SETUP.replace("20 mm", "4 mm")))
+    before = off_drawing(scenario)
+    assert (before.min(), before.max()) == (pytest.approx(-11.42e-3, rel=0.01), pytest.approx(0.0, abs=1e-4))
+    new, _ = compensated(scenario, tmp_path, surface_errors(scenario))
+    assert np.abs(off_drawing(scenario, new)).max() < 1.0e-3
+
+
 def test_a_subprogram_is_written_out_where_only_the_surface_is_off(tmp_path):
     """The way round the boss at two depths, called twice: no error of the path, yet every call has its own numbers."""
     round_it = "G1 X-20. Y60. F600\nG1 X0 Y60.\nG2 X0 Y60. I0 J-60.\nG1 X20. Y60.\nG1 X20. Y90.\n"

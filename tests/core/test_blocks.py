@@ -38,8 +38,9 @@ def test_results_stand_in_the_order_of_their_items_and_progress_reaches_one():
 
 def test_what_was_finished_is_not_done_again(tmp_path):
     sharing, first, again = Sharing(store=Folder(tmp_path)), [], []
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt) as stopped:
         sharing.all_of("job", squared, first, [3, 4, 13])
+    assert stopped.value.__notes__ == ["what is finished is kept: the same call goes on where it was"]
     assert {p.name for p in (tmp_path / "job").iterdir()} == {"0-1.json", "1-1.json"}
     assert sharing.all_of("job", squared, again, [3, 4, 5]) == SQUARES
     assert again == [5]

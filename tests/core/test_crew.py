@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import time
 from pathlib import Path
 from types import MappingProxyType
@@ -11,7 +12,7 @@ from types import MappingProxyType
 import pytest
 
 from vcmm.core import crew as crews
-from vcmm.core.crew import alone, crew_of, processes
+from vcmm.core.crew import Portions, alone, crew_of, processes
 from vcmm.core.errors import Environment, UsageError
 
 
@@ -54,20 +55,36 @@ def test_a_killed_worker_costs_only_time(tmp_path):
 
 def test_work_that_kills_every_worker_ends():
     with pytest.raises(Environment, match="fewer --workers"):
-        list(processes(1)(always_killed, None, [1]))
+        list(processes(1)(always_killed, None, [1, 2]))
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"workers": 0}, "use 1 to 1024"),
-        ({"workers": 10**9}, "use 1 to 1024"),
+        ({"workers": 0}, "use 1 to"),
+        ({"workers": 10**9}, "1000000000 workers on [0-9]+ cores; use 1 to [0-9]+, usually one per core"),
         ({"workers": 2, "cluster": "tcp://x"}, "name one of the two"),
     ],
 )
 def test_crews_that_do_not_exist(options, words):
     with pytest.raises(UsageError, match=words):
         crew_of(**options)
+
+
+def test_a_single_item_is_done_here():
+    assert [*processes(2)(process_number, None, [0])] == [(0, os.getpid())]
+
+
+def test_portions_are_a_second_of_work_and_smaller_towards_the_end():
+    portions, sizes = Portions(dict.fromkeys(range(100)), hands=2), []
+    while portion := portions.next():
+        sizes.append(len(portion))
+        assert [*portions.results([i for i, _ in portion], (0.125 * len(portion), portion))] == [
+            (i, (i, None)) for i, _ in portion
+        ]
+    # one to see how long it takes; then 1 s / 0.125 s = 8, or a quarter of what is left where that is less: 99 - 9 x 8 = 27 // 4 = 6 ...
+    assert sizes == [1, *[8] * 9, 6, 5, 4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
+    assert len(Portions({0: None, 1: None}, hands=1).next()) == 1  # of unknown length: one
 
 
 def test_one_worker_is_this_process():
@@ -102,8 +119,33 @@ def test_other_versions_on_the_workers_are_named(cluster, monkeypatch):
         list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
 
 
-def test_no_scheduler_there(monkeypatch):
+@pytest.mark.parametrize(
+    ("address", "words", "error"),
+    [
+        (
+            "tcp://127.0.0.1:9",
+            r"no Dask scheduler answers at tcp://127\.0\.0\.1:9 .*dask scheduler",
+            Environment,
+        ),
+        ("tcp://no.such.host.invalid:8786", "no Dask scheduler answers at tcp://no.such.host", Environment),
+        ("scheduler", '--cluster "scheduler"; write .* tcp://scheduler:8786', UsageError),
+        ("http://scheduler:8786", "write the address that dask scheduler tells", UsageError),
+        ("tcp://scheduler:99999", "write the address that dask scheduler tells", UsageError),
+        ("", '--cluster ""; write', UsageError),
+    ],
+)
+def test_no_scheduler_there_is_said_at_once_and_before_any_work(address, words, error):
+    began = time.monotonic()
+    with pytest.raises(error, match=words):
+        crew_of(cluster=address)
+    assert time.monotonic() - began < 2 * crews.ANSWER
+
+
+def test_what_listens_there_is_no_scheduler(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(crews, "PATIENCE", "1s")
-    with pytest.raises(Environment, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
-        list(crew_of(cluster="tcp://127.0.0.1:9")(tripled, {"factor": 1}, [1]))
+    monkeypatch.setattr(crews, "PATIENCE", 0.5)
+    monkeypatch.setattr(crews, "ANSWER", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        crew = crew_of(cluster=f"127.0.0.1:{silent.getsockname()[1]}")
+        with pytest.raises(Environment, match="no Dask scheduler answers at"):
+            list(crew(tripled, {"factor": 1}, [1]))

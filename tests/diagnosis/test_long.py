@@ -140,7 +140,8 @@ def test_the_answer_is_that_of_all_rows(three_ways):
 @pytest.mark.thorough
 def test_what_thinning_loses_is_said(three_ways):
     plain, screened, half = (diagnosis_json(d) for d in three_ways)
-    assert plain["searched"] == screened["searched"] == {"observations": 500, "of": 500, "loss": 1.0}
+    whole = {"observations": 500, "of": 500, "recorded": 500, "loss": 1.0}
+    assert plain["searched"] == screened["searched"] == whole
     told = half["searched"]
     assert 250 <= told["observations"] < 360
     assert told["of"] == 500

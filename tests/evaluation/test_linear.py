@@ -11,7 +11,8 @@ from tests.build import scenario
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.effects.scale import ScaleFactor
-from vcmm.evaluation.linear import build
+from vcmm.evaluation.linear import build, term_of
+from vcmm.response.influence import Influence
 
 K = Input("scale_factor", "X", "k", Normal(1e-6))
 
@@ -56,3 +57,18 @@ def test_unpacked_elements_have_unit_axes():
     out = one.unpack(q)["bore"]
     assert np.linalg.norm(out.axis, axis=-1) == pytest.approx([1.0, 1.0])
     assert out.residuals.shape == (2, 16)
+
+
+@pytest.mark.parametrize("codes", [[0, 1, 2, 3, 4, 5], [2, 0, 1, 0, 2, 1], [5, 3, 0, 1, 4, 2]])
+def test_a_lane_per_element_and_copy_in_any_order_of_rows(codes):
+    rng = np.random.default_rng(3)
+    change, operator = rng.normal(size=(6, 2)), rng.normal(size=(4, 6))
+    one = Influence(K, np.zeros((6, 3, 2)), tuple(f"c{i}" for i in range(max(codes) + 1)), np.array(codes))
+    term = term_of(one, change, operator, keep=True)
+    copies = range(max(codes) + 1)
+    wanted = [
+        sum(operator[:, i] * change[i, k] for i in range(6) if codes[i] == c) for c in copies for k in (0, 1)
+    ]
+    assert pytest.approx(np.array(wanted), abs=1e-15) == term.gain.T
+    assert term.lanes[:, 0].tolist() == [0, 1] * len(copies)
+    assert len(set(term.lanes[::2, 1].tolist())) == len(copies)

@@ -68,6 +68,25 @@ def test_numba_gives_the_bits_of_numpy(trials: np.ndarray, monkeypatch):
         np.testing.assert_array_equal(run(trials=3000, first=500), trials[500:3500])
 
 
+@pytest.mark.parametrize("outputs", [1, 2, 8, 9, 15, 17])
+def test_any_number_of_outputs_lanes_and_trials_gives_the_bits_of_numpy(outputs: int, monkeypatch):
+    """Strips of outputs and trials, their ends, and the edges of blocks of counters (2047, 2048, 4096)."""
+    fast = streams._load_kernels()
+    if fast is None:
+        pytest.skip("numba is not installed or cannot keep its cache")
+    rng = np.random.default_rng(outputs)
+    laws = {"a": (StudentT(1.0, 4.0), 35), "b": (Normal(0.5), 2), "c": (Uniform(2.0), 1)}
+    several = [Term(n, law, rng.normal(size=(outputs, k)), lanes(k)) for n, (law, k) in laws.items()]
+    start = rng.normal(size=outputs)
+    for first, trials in ((0, 1), (2047, 2), (1021, 3077), (511, 130)):
+        found = []
+        for backend in (None, fast):
+            monkeypatch.setattr(streams, "kernels", lambda numbers, backend=backend: backend)
+            drawn = simulate(start, several, seed=3, trials=trials, first=first, fold=False)
+            found.append(np.concatenate(list(drawn)))
+        np.testing.assert_array_equal(*found)
+
+
 @pytest.mark.parametrize("fold", [True, False])
 def test_covariance_of_the_trials_is_the_closed_form(fold: bool):
     y = run(trials=400_000, fold=fold)
@@ -147,6 +166,8 @@ def test_wrong_terms_are_refused():
         simulate(START, [Term("a", Normal(1.0), np.ones((2, 1)), lanes(1))], seed=1, trials=1)
     with pytest.raises(UsageError, match="block = 0"):
         simulate(START, terms(), seed=1, trials=1, block=0)
+    with pytest.raises(ModelLimit, match="use another seed"):
+        simulate(START, terms(), seed=1, trials=2, first=2**43 - 1)
 
 
 def test_summary_of_a_known_sample():
@@ -311,10 +332,10 @@ def test_lanes_meet_only_the_quantities_that_they_act_on(monkeypatch):
     """Scatter of touches moves their own feature: rows of zeros are left out, and no bit changes."""
     gain = np.zeros((7, 6))
     gain[3:5, :4], gain[6, 4:] = 2.0, 1.0
-    assert montecarlo._acting(montecarlo._padded(gain[:, :4]))[0] == 2
+    assert montecarlo._acting(gain[:, :4]) == (3, 5)
     term = Term("scatter", Uniform(1.0), gain, lanes(6))
     few = np.concatenate(list(simulate(np.arange(7.0), [term], seed=3, trials=5000)))
-    monkeypatch.setattr(montecarlo, "_acting", lambda rows: (0, rows))
+    monkeypatch.setattr(montecarlo, "_acting", lambda rows: (0, len(rows)))
     assert np.array_equal(few, np.concatenate(list(simulate(np.arange(7.0), [term], seed=3, trials=5000))))
     assert np.array_equal(few[:, 0], np.zeros(5000))
     assert few[:, 6].std() > 0.5

@@ -7,23 +7,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.build import LENGTH, scenario
+from tests.build import DIAMETER, LENGTH, scenario
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.effects.expansion import ScaleExpansion
 from vcmm.evaluation.linear import build
 from vcmm.evaluation.montecarlo import simulate
-from vcmm.evaluation.sampling import Sampler, with_products
+from vcmm.evaluation.sampling import Sampler, multiplying, with_products
 from vcmm.measuring.settings import Settings
 
 ALPHA = Input("scale_expansion", "X", "alpha", Normal(1e-6))
 WARM = Input("channel", "", "temp_scale_x_C", Normal(0.5))
 
 
-def model():
+def model(characteristics=(LENGTH,)):
     # alpha = 0 and no departure of the temperature: both Inputs act through their product only
     constants = {"temp_scale_x_C": 20.0, "reading_scale_x_C": 20.0}
-    one = scenario(ScaleExpansion("X"), inputs=(ALPHA, WARM), characteristics=(LENGTH,), constants=constants)
+    one = scenario(
+        ScaleExpansion("X"), inputs=(ALPHA, WARM), characteristics=characteristics, constants=constants
+    )
     return build(one.task())
 
 
@@ -37,6 +39,20 @@ def test_a_product_by_hand():
     assert length.std() == pytest.approx(0.052e-3, rel=0.02)
     kurtosis = ((length - length.mean()) ** 4).mean() / length.var() ** 2
     assert kurtosis == pytest.approx(9.0, rel=0.1)  # 3 x 3; a normal law has 3
+
+
+def test_the_layout_of_q_changes_no_digit():
+    """Sizes are read from one quantity; a length adds up components and keeps the layout that its digits came from."""
+    for characteristics in ((DIAMETER,), (LENGTH, DIAMETER)):
+        one = model(characteristics)
+        wide, values = with_products(one, one.terms())
+        _, multiplied = multiplying(one, one.terms())
+        assert multiplied is not None
+        start = np.concatenate([one.q0, np.zeros(2)])
+        block = next(simulate(start, wide, seed=1, trials=3000))
+        expected = one.values(np.ascontiguousarray(multiplied(block)))
+        assert expected.std(axis=0).min() > 0.0
+        np.testing.assert_array_equal(values(block), expected)
 
 
 def test_alone_neither_does_anything():

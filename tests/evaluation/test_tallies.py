@@ -16,6 +16,7 @@ from vcmm.evaluation.summary import Accumulator
 from vcmm.evaluation.tallies import packed, unpacked
 
 TRIALS = 40_000
+pytestmark = pytest.mark.usefixtures("few_parts")
 
 
 @pytest.fixture(autouse=True)

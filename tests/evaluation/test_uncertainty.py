@@ -31,6 +31,7 @@ from vcmm.part.form import Lobes
 from vcmm.part.part import Characteristic, Feature, Part
 
 QUICK = Settings(trials=20_000, certify=50)
+pytestmark = pytest.mark.usefixtures("few_parts")
 
 
 def by_name(result):

@@ -47,6 +47,41 @@ def test_pieces_give_the_run_of_the_whole(text, tmp_path, pieces):
     assert [found.at(k) for k in (0, 11)] == [whole.at(k) for k in (0, 11)]
 
 
+PLAIN = """time_s,X_mm,temp_air_C,pose
+0, 1.5 ,+20.25, a
+1,-.5e-3,2e1,bb
+2,3.,-273.15,
+3,0.1,20,a
+4,123456789.123456789,20,a
+5,4.9e-324,20,a
+"""
+
+
+def test_numpy_reads_what_the_slow_way_reads_to_the_last_bit(tmp_path, pieces, monkeypatch):
+    path = put(tmp_path, PLAIN)
+    monkeypatch.setattr(large_tables, "PIECE", 2)
+    quick, taken = large_tables._quick, []
+    monkeypatch.setattr(large_tables, "_quick", lambda *given: taken.append(quick(*given)) or taken[-1])
+    found = read_table(path)
+    assert [one is not None for one in taken] == [True] * 3  # all but the piece of the header
+    slow = read_csv(path)
+    for name in ("time_s", "X_mm", "temp_air_C"):
+        assert found.numbers(name).tobytes() == slow.numbers(name).tobytes()
+    assert found.texts("pose").tolist() == slow.texts("pose").tolist() == ["a", "bb", "", "a", "a", "a"]
+    assert list(found.lines) == slow.lines == [2, 3, 4, 5, 6, 7]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["4_0,1,20,a", "\u0664,1,20,a", "4,1,20,'=a", '4,1,20,"a"', "# 4,1,20,a", "", "  ", "4,1,20", "4,1,20,a,b", "nan,1,20,a",
+     "4,1e13,20,a", "4,1,-273.2,a", "4;1;20;a", "0x4,1,20,a", ",1,20,a", "4,1 2,20,a", "\ufeff4,1,20,a"],
+)  # fmt: skip
+def test_what_is_not_plain_goes_the_slow_way(line):
+    header = ["time_s", "X_mm", "temp_air_C", "pose"]
+    assert large_tables._quick(["3,1,20,a\n", "5,1,20,a\n"], header, ",") is not None
+    assert large_tables._quick(["3,1,20,a\n", line + "\n", "5,1,20,a\n"], header, ",") is None
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [("\n50,", "\n5_0,"), ("\n50,", "\n1e400,"), ("\n50,", "\n50,50,"), ("20.5", "-400"), ("time_s,X_mm", "X_mm,X_mm"), (",down,", ',"down,')],

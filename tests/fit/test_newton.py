@@ -14,7 +14,7 @@ def test_a_circle_in_company_and_alone():
     circle = ELEMENTS["cylinder"]
     points = np.array([[1.4, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]).T[None]
     begin = State(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones((1, 1)))
-    state, done, _ = descend(circle, free_pose(circle, True), points, begin, 1e-12)
+    state, done, _, _ = descend(circle, free_pose(circle, True), points, begin, 1e-12)
     assert done.all()
 
     def cost(x: float) -> float:
@@ -26,7 +26,7 @@ def test_a_circle_in_company_and_alone():
     assert state.point[0, 0] == pytest.approx(best, abs=1e-3)
     assert cost(state.point[0, 0]) <= cost(best) + 1e-12
     twice = State(*(np.repeat(a, 2, axis=0) for a in begin))
-    pair, _, _ = descend(circle, free_pose(circle, True), np.repeat(points, 2, axis=0), twice, 1e-12)
+    pair, _, _, _ = descend(circle, free_pose(circle, True), np.repeat(points, 2, axis=0), twice, 1e-12)
     assert np.array_equal(pair.point[0], state.point[0])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from tests.hostile.corpus import BARE, CASES, ERRORS, MACHINE, SETUP, Case
@@ -100,13 +102,35 @@ def test_a_negative_tool_length_is_told_how_to_become_a_length(tmp_path):
         (("nc", "/dev/zero"), "this is a device"),
         (("check", "/dev/full"), "this is a device"),
         (("uncertainty", "plate.toml", "--workers", "1000000"), "use 1 to 1024"),
+        (("uncertainty", "plate.toml", "--trials", "1_000"), "--trials 1_000 is no number"),
+        (("uncertainty", "plate.toml", "--trials", "١٢٣٤"), "is no number"),
+        (("field", "machine.toml", "--nodes", "0x10"), "--nodes 0x10 is no number"),
+        (("measure", "plate.toml", "--out", ""), '--out "" is empty'),  # --out "$UNSET"
+        (("uncertainty", "plate.toml", "--evidence", "plate.toml"), "that is no pack; it would be lost"),
+        (
+            ("uncertainty", "plate.toml", "--evidence", "."),
+            "is a folder; name a file in it, such as pack.zip",
+        ),
+        (("test", "machine.toml", "--iso", "230-2", "--trials", "-1"), "--trials"),
+        (
+            ("compensate", "plate.toml", "--setup", "setup.toml", "--dialect", "nonsense"),
+            'unknown dialect "nonsense"',
+        ),
+        (("place", "plate.toml", "--machines", "loop"), "Too many levels of symbolic links"),
+        (("place", "plate.toml", "--draws", "0"), "--draws"),  # taken for "not given" before
+        (("uncertainty", "plate.toml", "--digits", "0"), "--digits"),
+        (("check", "pipe"), "pipe:1: this is a pipe"),
     ],
 )
 def test_command_lines(command, words, tmp_path):
-    files = {"machine.toml": MACHINE, "errors.csv": ERRORS, "plate.toml": PLATE}
+    files = {"machine.toml": MACHINE, "errors.csv": ERRORS, "plate.toml": PLATE, "setup.toml": SETUP}
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "loop").symlink_to("loop")
+    before = sorted(p.name for p in tmp_path.iterdir())
     answer = answer_to(tmp_path, files, *command)
     assert answer.code == 2
     assert words in answer.err
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted({*before, *files})  # nothing half-written
     assert len(answer.err.encode()) < LONGEST
 
 

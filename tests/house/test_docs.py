@@ -50,6 +50,7 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+pytestmark = pytest.mark.usefixtures("few_parts")
 LONG = ("docs/criteria.md", "docs/cutting_geometry.md")  # more than three seconds each: make test-all
 
 

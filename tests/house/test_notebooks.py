@@ -13,7 +13,15 @@ import pytest
 
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "notebooks").glob("*.py"))
 IN_A_KERNEL = "test_piece"  # the quickest
-LONG = ("five_papers", "marin2004", "measured_block")  # more than three seconds each: make test-all
+LONG = (  # more than three seconds each: make test-all
+    "05_cutting_before_cutting",
+    "07_diagnosing_a_real_log",
+    "abbe_milling",
+    "five_papers",
+    "marin2004",
+    "measured_block",
+)
+pytestmark = pytest.mark.usefixtures("few_parts")
 RUN = [pytest.param(p, id=p.stem, marks=[pytest.mark.thorough] if p.stem in LONG else []) for p in NOTEBOOKS]
 
 

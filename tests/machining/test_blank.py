@@ -108,6 +108,8 @@ def test_a_shank_wider_than_the_cutter_runs_into_the_wall(tmp_path):
     lines_hit = {line: depth for line, _, depth in blank.shanks}
     assert lines_hit[10] == pytest.approx(4.0, abs=1e-9)  # G2 around the boss
     assert any("shank of tool 1" in text and "4.00 mm deep" in text for text in notes(blank))
+    lines_told = [line for line, _, _ in blank.shanks]
+    assert len(lines_told) == len(set(lines_told))
     long = shop.SETUP + SHANK.replace('"6 mm"', '"10.5 mm"') + STOCK
     assert not set_up(vcmm.load_cut(shop.write(tmp_path, setup=long))).blank.shanks
 

@@ -41,8 +41,22 @@ def test_what_is_no_mesh(tmp_path):
         Mesh(TRIANGLE.vertices, np.array([[0, 1, 3]]))
     with pytest.raises(DataError, match="convert the file"):
         load_mesh(tmp_path / "a.step")
-    with pytest.raises(DataError, match="no such file"):
+    with pytest.raises(DataError, match="does not exist"):
         load_mesh(tmp_path / "a.stl")
+
+
+def test_a_file_with_a_triangle_that_is_none_is_refused(tmp_path):
+    """A reader that leaves it out in silence would leave a hole in the material."""
+    sound = "v 0 0 0\nv 4 0 0\nv 0 3 0\nv {} 0 1\nf 1 2 3\nf 2 3 4\n"
+    path = tmp_path / "t.obj"
+    path.write_text(sound.format(7))
+    assert len(load_mesh(path).faces) == 2
+    path.write_text(sound.format("nan"))
+    with pytest.raises(DataError, match=r"t\.obj: Vertex \d of the mesh is not finite"):
+        load_mesh(path)
+    path.write_text("v 0 0 0\nv 4 0 0\nv 8 0 0\nf 1 2 3\n")
+    with pytest.raises(DataError, match="No triangle of the mesh has an area"):
+        load_mesh(path)
 
 
 def test_a_written_triangle_is_read(tmp_path):

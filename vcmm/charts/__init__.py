@@ -5,7 +5,7 @@ Imports core, report.
 
 from __future__ import annotations
 
-from vcmm.charts.bars import PlottedBudget, bars, contributions, probabilities
+from vcmm.charts.bars import bars, contributions, probabilities
 from vcmm.charts.canvas import ChartSheet, panels
 from vcmm.charts.curves import Band, PlotSeries, band, curve, readings
 from vcmm.charts.distribution import distribution
@@ -19,7 +19,6 @@ __all__ = [
     "Band",
     "ChartSheet",
     "PlotSeries",
-    "PlottedBudget",
     "band",
     "bars",
     "contributions",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from vcmm.charts.canvas import MUTED, TICK, ChartSheet, canvas, named, plain
 from vcmm.charts.inline import HINT
@@ -29,14 +29,6 @@ class _Contribution(Protocol):
     def u(self) -> float: ...
     @property
     def share(self) -> float: ...
-
-
-class PlottedBudget(tuple[Any, ...]):
-    """The lines of a budget, a tuple of BudgetLine with a picture."""
-
-    def plot(self, ax: Axes | ChartSheet | None = None, title: str = "budget") -> Axes:
-        """Shares of u^2, the largest first."""
-        return contributions(self, title, ax)
 
 
 def contributions(

@@ -9,6 +9,7 @@ papers.xcz_lathe, cases.
 from __future__ import annotations
 
 import os
+import re
 import sys
 from typing import Any
 
@@ -48,6 +49,9 @@ JOBS = (
     "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
     "compensate", "convert", "serve", "view", "merge",
 )  # fmt: skip
+_NUMBER = re.compile(
+    r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?"
+)  # as docs/scale.md says, and finite
 BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 
 
@@ -73,19 +77,43 @@ def build_app() -> Any:
 
 
 def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
-    """Refuse a fraction where a whole number is meant: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole."""
+    """Refuse a fraction where a whole number is meant: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole.
+
+    And numbers of which only Python thinks (1_000, 0x10, digits of other scripts), and nothing where something is meant, as a
+    variable of the shell leaves it that nobody has set: `--out ""` is no place.
+    """
     import contextlib
     from typing import get_args
 
     from cyclopts import CoercionError
 
     for argument in arguments:
-        if int not in (argument.hint, *get_args(argument.hint)):
+        if any(token.value == "" and not token.implicit_value for token in argument.tokens):
+            raise UsageError(f'{argument.name} "" is empty; give it a value or leave it out')
+        kinds = {argument.hint, *get_args(argument.hint)}
+        if not kinds & {int, float}:
             continue
         for token in argument.tokens:
+            if not _NUMBER.fullmatch(token.value) and _python_takes(token.value):
+                raise UsageError(
+                    f"{argument.name} {token.value} is no number; write it out, for example 1000000 or 0.25"
+                )
+            if int not in kinds:
+                continue
             with contextlib.suppress(ValueError):  # no number at all: cyclopts says so
                 if "." in token.value and not float(token.value).is_integer():
                     raise CoercionError(token=token, argument=argument, target_type=int)
+
+
+def _python_takes(text: str) -> bool:
+    """Whether Python makes a number of a text."""
+    for convert in (float, lambda written: int(written, 0)):
+        try:
+            convert(text)
+        except ValueError:
+            continue
+        return True
+    return False
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -121,8 +149,9 @@ def run(words: list[str]) -> int:
 
         print(said(getattr(error, "problems", (str(error),))), file=sys.stderr)
         return error.exit_code
-    except KeyboardInterrupt:
-        print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
+        print(f"vcmm: {'; '.join(told)}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
         _silence()

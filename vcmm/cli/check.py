@@ -248,7 +248,7 @@ def _cutting_rows(file: Path) -> list[list[str]]:
     return (
         rows
         + _known_rows(scenario, task)
-        + [[f"remark {i}", w] for i, w in enumerate((*remarks(shop), *notes), 1)]
+        + [[f"remark {i}", w] for i, w in enumerate(dict.fromkeys((*remarks(shop), *notes)), 1)]
     )
 
 

@@ -115,7 +115,7 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
     scenario = load_cut(program)
     return _GivenProgram(
         scenario.program,
-        replace(scenario.setup, set_at=scenario.set_at),
+        replace(scenario.setup, set_at=scenario.set_at, set_as_cut=scenario.set_as_cut),
         [program, scenario.program],
         dialect or scenario.dialect,
         here and scenario.set_here,

@@ -133,7 +133,11 @@ def _content(scenario: Path, loaded: Any, result: Any, measured: Path | None, ba
 
     files, warnings, body = [*sources(scenario), loaded.program], result.warnings, cut_json(result)
     if back is not None:
-        files, warnings, body = [*files, measured], (*warnings, *back.warnings), body | back.json
+        files, warnings, body = (
+            [*files, measured],
+            tuple(dict.fromkeys((*warnings, *back.warnings))),
+            body | back.json,
+        )
     seed = result.uncertainty.seed
     return document("vcmm.cut/1", body, seed=seed, files=files, warnings=tuple(warnings))
 

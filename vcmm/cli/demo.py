@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Counted
+
 
 def demo_command(
     *,
@@ -14,7 +16,7 @@ def demo_command(
     twin: Literal[
         "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm", "xcz_lathe"
     ] = "gaska2014",
-    draws: int | None = None,
+    draws: Counted = None,
     trials: int = 20_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:

@@ -92,12 +92,14 @@ def _diagnose_file(recording: Path, wanted: Any) -> int:
     from vcmm.console.terminal import progress
     from vcmm.diagnosis.job import diagnose
     from vcmm.diagnosis.result import diagnosis_json
+    from vcmm.diagnosis.very_long import few_enough
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
 
     machine, seed = wanted.machine, wanted.seed
     folder = output_folder(wanted.out) if wanted.out else None
     found, known = load_recording(recording, load_machine(machine) if machine else None)
+    found = few_enough(found)  # the rest need not be kept
     with progress() as show_progress, about(recording):
         diagnosis = diagnose(found, known, seed=seed, extra_effects=wanted.effects, progress=show_progress)
     diagnosis = _fitted_before(diagnosis, known, recording.name)

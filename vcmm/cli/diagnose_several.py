@@ -56,6 +56,7 @@ def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], 
 def read_all(files: Sequence[Path], machine: Path | None) -> tuple[list[Any], Any, Path | None]:
     """The recordings with names of their own, their machine, and its file where it has one."""
     from vcmm.core.errors import UsageError
+    from vcmm.diagnosis.very_long import few_enough
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording, machine_of
 
@@ -67,8 +68,9 @@ def read_all(files: Sequence[Path], machine: Path | None) -> tuple[list[Any], An
                 f"the recordings name machines that differ ({who}); one machine is diagnosed at a time: say which with --machine"
             )
     first, known = load_recording(files[0], load_machine(machine) if machine else None)
-    rest = [load_recording(f, known)[0] for f in files[1:]]
-    recordings = [first, *rest]
+    recordings = [few_enough(first)]
+    del first
+    recordings += [few_enough(load_recording(f, known)[0]) for f in files[1:]]
     if len({r.name for r in recordings}) < len(recordings):
         recordings = [replace(r, name=str(f)) for r, f in zip(recordings, files)]
     return recordings, known, machine or machine_of(files[0])[0]
@@ -77,13 +79,14 @@ def read_all(files: Sequence[Path], machine: Path | None) -> tuple[list[Any], An
 def read_back(folder: Path, improved: dict[str, str], files: Sequence[Path], diagnosis: Any) -> Any:
     """The diagnosis with the rms that the machine file leaves of recordings, once it is written and read again."""
     from vcmm.console.files import output_folder, write_files
+    from vcmm.diagnosis.very_long import few_enough, few_together
     from vcmm.diagnosis.written_fit import rms_left
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
 
     write_files(output_folder(folder), improved)
     machine = load_machine(folder / "machine.toml")
-    after = rms_left([load_recording(f, machine)[0] for f in files], machine)
+    after = rms_left(few_together([few_enough(load_recording(f, machine)[0]) for f in files]), machine)
     return replace(diagnosis, fit=replace(diagnosis.fit, after=after))
 
 

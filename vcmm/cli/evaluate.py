@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Evidence
+
 
 def evaluate_command(
     scenario: Path,
@@ -22,7 +24,7 @@ def evaluate_command(
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
     export: Path | None = None,
-    evidence: Path | None = None,
+    evidence: Evidence = None,
     compare: Annotated[bool, Parameter(name="--compare", negative=())] = False,
     cut: Path | None = None,
 ) -> int:

@@ -102,11 +102,11 @@ def _complete(shards: list[tuple[Path, dict[str, Any]]]) -> dict[str, Any]:
     twice = sorted({n for n in numbers if numbers.count(n) > 1})
     if missing or twice:
         what = (
-            f"shard {missing[0]} of {first['shard'][1]} is missing"
+            f"shard {missing[0]} of {first['shard'][1]} is missing; name the files of all shards"
             if missing
-            else f"shard {twice[0]} is there twice"
+            else f"shard {twice[0]} is there twice; name each file once"
         )
-        raise DataError(f"{file}:1: {what}; name each file once")
+        raise DataError(f"{file}:1: {what}")
     now = document("", {}, files=[Path(i["file"]) for i in first["inputs"]])["inputs"]
     if now != first["inputs"]:
         changed = next(a["file"] for a, b in zip(first["inputs"], now) if a != b)

@@ -46,9 +46,7 @@ def nc_command(
     json
         Print one JSON document.
     """
-    from vcmm.files.setup import load_setup
-
-    loaded = load_setup(setup) if setup else None
+    loaded = _loaded(setup) if setup else None
     if program.is_dir():
         from vcmm.cli.nc_folder import folder_job
 
@@ -67,6 +65,12 @@ def nc_command(
     else:
         _tell(program, read, loaded, moves, path, written)
     return 0
+
+
+def _loaded(setup: Path) -> Any:
+    from vcmm.files.setup import load_setup
+
+    return load_setup(setup)
 
 
 def _tell(program: Path, read: Any, setup: Any, moves: bool, path: Any, written: list[Path]) -> None:

@@ -12,9 +12,20 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lt=2**63))]  # the streams take 64 bits
+Counted = Annotated[int | None, Parameter(validator=Number(gte=1))]  # 0 would be taken for "not given"
 Workers = Annotated[int | None, Parameter(name="--workers")]
 Cluster = Annotated[str | None, Parameter(name="--cluster")]
 Shard = Annotated[str | None, Parameter(name="--shard")]
+
+
+def _pack_place(kind: Any, path: Path | None) -> None:
+    if path is not None:
+        from vcmm.console.evidence import check_pack_place
+
+        check_pack_place(path)
+
+
+Evidence = Annotated[Path | None, Parameter(name="--evidence", validator=_pack_place)]
 
 
 def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep: bool = False) -> Any:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vcmm.cli.options import Cluster, Seed, Shard, Workers
+from vcmm.cli.options import Cluster, Counted, Seed, Shard, Workers
 
 
 def place_command(
@@ -17,10 +17,10 @@ def place_command(
     budget: str | None = None,
     machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
     seed: Seed | None = None,
-    evaluations: int | None = None,
-    scan: int | None = None,
-    trials: int | None = None,
-    draws: int | None = None,
+    evaluations: Counted = None,
+    scan: Counted = None,
+    trials: Counted = None,
+    draws: Counted = None,
     workers: Workers = None,
     cluster: Cluster = None,
     shard: Shard = None,

@@ -55,10 +55,15 @@ def shard_of_machines(
 def machines_in(named: list[Path]) -> list[Path]:
     """Machine files, each once; of a folder all that lie in it and below. Raises UsageError where a folder holds none."""
     from vcmm.core.errors import UsageError
+    from vcmm.core.text import read_head
 
     out: list[Path] = []
     for path in named:
-        inside = sorted(p for p in path.rglob("*.toml") if b"machine/" in p.read_bytes()[:100_000])
+        if not path.is_dir():
+            read_head(path)
+        inside = sorted(
+            p for p in path.rglob("*.toml") if p.is_file() and b"machine/" in p.read_bytes()[:100_000]
+        )
         if path.is_dir() and not inside:
             raise UsageError(f'{path} holds no machine: no .toml file there says vcmm = "machine/1"')
         out += inside if path.is_dir() else [path]

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Evidence
+
 
 def routes_command(
     scenario: Path,
@@ -20,7 +22,7 @@ def routes_command(
     seed: int | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
-    evidence: Path | None = None,
+    evidence: Evidence = None,
 ) -> int:
     """The same task by independent routes: virtual CMM, calibrated part (ISO 15530-3), several positions; E_n between them.
 

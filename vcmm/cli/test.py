@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from vcmm.cli.options import Seed
+
+Drawn = Annotated[int, Parameter(validator=Number(gte=40, lte=10**6))]  # 40: one draw in either tail of 2.5 %
 
 
 def test_command(
@@ -16,7 +19,7 @@ def test_command(
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
-    trials: int = 1000,
+    trials: Drawn = 1000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vcmm.cli.options import Cluster, Seed, Shard, Workers
+from vcmm.cli.options import Cluster, Counted, Evidence, Seed, Shard, Workers
 from vcmm.core.errors import UsageError
 
 
@@ -17,13 +17,13 @@ def uncertainty_command(
     trials: int | None = None,
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
-    digits: int | None = None,
+    digits: Counted = None,
     workers: Workers = None,
     cluster: Cluster = None,
     shard: Shard = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
-    evidence: Path | None = None,
+    evidence: Evidence = None,
 ) -> int:
     """Task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
 

@@ -2,6 +2,9 @@
 
     e(x) = tip error(x, state) - tip error(place of setting, at rest)
 
+Where a rotary axis stands off zero and the tip is not led, both are shifts of the commanded X, Y, Z: an offset that was set with the
+rotary axes at zero errs along the axes of the machine while the table turns the part (as in vcmm.machining.zero_setting).
+
 States (time, speed, sense, distance since reversal) are those of the motion of a whole program, and are worked out only
 where an effect of the machine asks for them.
 """
@@ -21,12 +24,13 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
+from vcmm.machining.rotary import commands_to_work
 from vcmm.machining.states import states_at
 from vcmm.machining.tool_errors import cutting_effects
 from vcmm.machining.warming import warmed, warmed_when_set
 from vcmm.machining.zero_setting import setting_rows
 from vcmm.motion.tool_centre import leads
-from vcmm.motion.tool_pose import tip_as_at_zero
+from vcmm.motion.tool_pose import tip_and_axis, tip_as_at_zero
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup, first_tool
@@ -170,7 +174,8 @@ class PathErrors:
         angle = self._angles(move, share)
         zero = np.array([self._zero(g.offset) for g in self._groups]).reshape(-1, 3)[group]
         columns = {k: v for k, v in found.columns.items() if not k.startswith("tip_")}
-        columns |= {f"part_{c}_mm": (tips - zero)[:, i] for i, c in enumerate("xyz")}
+        part = self._in_workpiece(move, tips, angle, offset) - zero
+        columns |= {f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}
         columns |= {name: np.full(len(move), value) for name, value in self.constants.items()}
         linear = self.axes_at(move, tips, angle, offset) + offset
         position = {
@@ -200,6 +205,33 @@ class PathErrors:
             out = np.where(there[:, None], found, tips)
         return out
 
+    def _turned(self, move: Ints, angle: Array) -> Array:
+        """Rows (k,) at which a rotary axis stands off zero while X, Y and Z are those of the machine."""
+        if not self._turns.any():
+            return np.zeros(len(move), dtype=bool)
+        there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
+        return np.asarray(angle.any(axis=1) & ~there)
+
+    def _in_workpiece(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
+        """Tips (k, 3) as points of the workpiece as it lies with the rotary axes at zero."""
+        rows = np.flatnonzero(self._turned(move, angle))
+        if not len(rows):
+            return tips
+        out = tips.copy()
+        out[rows] = tip_and_axis(self.known.machine, tips[rows], angle[rows], offset[rows])[0]
+        return out
+
+    def _commanded(self, run: Run, move: Ints, error: Array) -> Array:
+        """Errors (k, 3) in axes of the workpiece as shifts of the commanded X, Y, Z that would do the same there."""
+        angle = np.stack([run.position.get(a, np.zeros(run.n)) for a in "ABC"], axis=1)
+        rows = np.flatnonzero(self._turned(move, angle))
+        if not len(rows):
+            return error
+        out = error.copy()
+        ways = commands_to_work(self.known.machine, run.take(rows))
+        out[rows] = np.linalg.solve(ways, error[rows][:, :, None])[:, :, 0]
+        return out
+
     def _moving(self, move: Ints, share: Array) -> tuple[Ints, Array]:
         """Moves that take time: a move of none stands at the end of the one before it."""
         place = np.searchsorted(self.moving, move, side="right") - 1
@@ -225,6 +257,7 @@ class PathErrors:
             raise ModelLimit(
                 f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
             ) from None
+        error = self._commanded(run, move, error)
         error = error - self._setting(run, move) if self.set_here else error
         return np.asarray(error * self.sensitive + on_surface)
 
@@ -238,16 +271,28 @@ class PathErrors:
             low[move], high[move], run.vector("part_x_mm", "part_y_mm", "part_z_mm") + zero
         )
 
-    def _setting(self, run: Run, move: Ints) -> Array:
-        """Error (k, 3) where the offset of each row was set: at the work zero unless the set-up says where.
+    @cached_property
+    def _stood(self) -> bool:
+        """Whether rotary axes stood off zero where offsets were set; a led tip is zeroed in the workpiece, with all axes at zero."""
+        return self.setup.set_as_cut and bool(self._turns.any()) and not self.led
 
-        Z with the tool of the row, X and Y with the tool that set the offset.
+    def _setting(self, run: Run, move: Ints) -> Array:
+        """Error (k, 3) where the offset of each row was set: at the work zero unless the set-up says where, with the rotary axes at zero
+        unless it says that they stood as they cut. Z with the tool of the row, X and Y with the tool that set the offset.
         """
-        group, out = self._group[move], np.zeros((run.n, 3))
-        for number in dict.fromkeys(group.tolist()):
-            rows, one = np.flatnonzero(group == number), self._groups[number]
-            first = run.take(rows[:1])
-            out[rows] = self._set_with(first, *one)
+        ways = group = self._group[move]
+        out = np.zeros((run.n, 3))
+        if self._stood:
+            turned = [q for a, q in run.position.items() if a not in "XYZ"]
+            ways = np.unique(np.column_stack([group, *turned]), axis=0, return_inverse=True)[1].ravel()
+        for number in dict.fromkeys(ways.tolist()):
+            rows = np.flatnonzero(ways == number)
+            one, first = self._groups[int(group[rows[0]])], run.take(rows[:1])
+            known = self.setup.tools.get(
+                one.tool
+            )  # a rapid before G43 leads no other length than the tool was set with
+            length = known.offset if known and not any(one.length) else one.length
+            out[rows] = self._set_with(first, one.offset, one.tool, length)
             if self.setter and self.setter in self.setup.tools:
                 setter = self.setup.tools[self.setter]
                 out[rows, :2] = self._set_with(first, one.offset, self.setter, setter.offset)[:2]
@@ -258,14 +303,20 @@ class PathErrors:
         at = np.array(self.setup.set_at or self.setup.offsets.get(offset, (0.0, 0.0, 0.0)))
         first = replace(first, labels={**first.labels, "tool": np.array([str(tool)])})
         here = setting_rows(first, np.array([0]), -np.array([length]), at[None], Pose(np.eye(3), at))
+        if self._stood:
+            stood = {a: q for a, q in first.position.items() if a not in "XYZ"}
+            here = replace(here, position={**here.position, **stood})
         here = warmed_when_set(here, self.setup.log)
         try:
-            return np.asarray(-self.known.machine.indication_error(here)[0])
-        except ModelLimit as error:
+            error = -self.known.machine.indication_error(here)[0]
+        except ModelLimit as limit:
             raise ModelLimit(
-                f"the work zero of {offset} cannot be reached with tool {tool} ({error}); say --set-on elsewhere "
+                f"the work zero of {offset} cannot be reached with tool {tool} ({limit}); say --set-on elsewhere "
                 "where the offset was not set on this machine"
             ) from None
+        if not self._stood:
+            return np.asarray(error)
+        return np.asarray(np.linalg.solve(commands_to_work(self.known.machine, here)[0], error))
 
     def _asked(self, letter: str, nominal: Array, q: Array) -> Array:
         """Where the error is asked for: at the end of a travel a correction must not lead beyond it (a command that does is

@@ -315,7 +315,7 @@ def _proved(
         rounding=rounding,
         blocks=_counted(work, writer, new, lines),
         digest=work.hashed,
-        warnings=tuple(notes),
+        warnings=tuple(dict.fromkeys(notes)),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
         paths=paths,

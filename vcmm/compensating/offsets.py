@@ -90,5 +90,5 @@ def best_offsets(
         before=before,
         offset_only=after,
         shifts=shifts,
-        warnings=said,
+        warnings=tuple(dict.fromkeys(said)),
     )

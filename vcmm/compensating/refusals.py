@@ -11,7 +11,7 @@ from vcmm.compensating.source import SourceText, at_line, code_of
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.motion.tool_centre import in_machine_axes
-from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect, check_name
 from vcmm.nc.iso.channels import marks_of
 from vcmm.nc.iso.cycles import CYCLES
 from vcmm.nc.moves import Move, Program
@@ -25,6 +25,7 @@ TRAVEL = 1e-6  # mm or rad of rounding that is allowed beyond a travel
 
 def check_dialect(name: str) -> None:
     """Only dialects whose front-end says which word made which move."""
+    check_name(name)
     if name in FRONT_ENDS and name not in TRACED:
         raise UsageError(
             f"programs of the dialect {name} cannot be rewritten: its reader does not say which word made which move. Have the "
@@ -215,11 +216,8 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
         raise DataError(
             f'{at}: tool {m.tool} cuts here, but the set-up does not know it; add [tools.{m.tool}] length = "80 mm"'
         )
-    if (any(m.rotary_start) or any(m.rotary_end)) and not m.led:
-        raise ModelLimit(
-            f"{at}: a rotary axis stands off zero; only programs of X, Y and Z are rewritten, and those that lead the tip over the "
-            "workpiece (G43.4, TRAORI, M128). Post the program with tool centre point control; on a lathe take the blocks of driven tools at C out"
-        )
+    if not m.led:
+        _check_turned(m, machine, at)
     if m.work_spindle != 1:
         raise ModelLimit(
             f"{at}: the part in spindle {m.work_spindle} is cut here, and {machine.name} is one spindle; compensate a program for each spindle"
@@ -229,6 +227,20 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
             raise ModelLimit(
                 f"{at}: the program moves {letter}, which {machine.name} has not; name the right machine"
             )
+
+
+def _check_turned(m: Move, machine: Machine, at: str) -> None:
+    """Rotary axes may stand anywhere while X, Y and Z cut, and turn on the way there; nothing else is rewritten without its tip led."""
+    if machine.kind == "lathe" and (any(m.rotary_start) or any(m.rotary_end)):
+        raise ModelLimit(
+            f"{at}: axis C of a lathe stands off zero; driven tools are not rewritten. Take their blocks out, or see with vcmm cut what they leave"
+        )
+    if m.kind != "rapid" and max(abs(a - b) for a, b in zip(m.rotary_start, m.rotary_end)) > TRAVEL:
+        raise ModelLimit(
+            f"{at}: a rotary axis turns while the tool cuts; such a block is rewritten only where the program leads the tip over the workpiece "
+            "(G43.4, TRAORI, M128), since a straight way of the axes is none in the part. Post it with tool centre point control, or index the "
+            "axis by a rapid of its own and cut with it standing"
+        )
 
 
 def _check_rewritable(trace: Trace, name: str, at: str) -> None:

@@ -43,7 +43,6 @@ STIFF = (
 )
 SEARCHED = 24  # places along a move, for the share of a point that stands beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
-FLANK = 0.5  # of the normal along the axis of the tool, up to which a wall is cut; on floors neighbouring passes overlap anyway
 ALIKE = 0.02  # rad between the normals with which two passes touch one point: chosen
 UNSEEN = 1e-6  # mm: below it there is nothing to correct
 
@@ -157,8 +156,9 @@ def _on_features(job: PreparedCut) -> tuple[Ints, Array, Array, Array, Words, in
 
 
 def _making(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, Ints]:
-    """(point, candidate) of the cuts that make the surface: at each point the deepest, and on walls, of every other move the one that comes as near
-    with the same normal. A second pass along a wall is to move as the first does, or it cuts what the first was led away from.
+    """(point, candidate) of the cuts that make the surface: at each point the deepest, and of every other move the one that comes as near
+    with the same normal. A second pass along a wall, a floor or a ramp is to move as the first does, or it cuts what the first was led
+    away from.
 
     move_of (rows,): the move of each row of the run.
     """
@@ -168,15 +168,8 @@ def _making(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, Int
     good = np.isfinite(gap)
     near = 2.0 * np.abs(gap[good]).max(initial=0.0) + UNSEEN
     move = np.where(contacts.row >= 0, move_of[np.maximum(contacts.row, 0)], -1)
-    wall = np.abs(contacts.cutter[:, :, 2]) < FLANK
     aside = np.linalg.norm(contacts.cutter - contacts.cutter[points, deepest][:, None], axis=2)
-    other = (
-        wall
-        & (move >= 0)
-        & (move != move[points, deepest][:, None])
-        & np.isfinite(alone)
-        & np.isfinite(moved)
-    )
+    other = (move >= 0) & (move != move[points, deepest][:, None]) & np.isfinite(alone) & np.isfinite(moved)
     other &= (np.where(other, alone, np.inf) - alone[points, deepest][:, None] <= near) & (aside < ALIKE)
     for k in range(other.shape[1]):  # of several cuts of one move the lowest
         same = other & (move == move[:, [k]])

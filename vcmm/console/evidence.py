@@ -7,6 +7,7 @@ files/...       all files that were read
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -19,7 +20,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vcmm import __version__
-from vcmm.core.errors import DataError, Environment
+from vcmm.core.errors import DataError, Environment, UsageError
 from vcmm.evaluation.declared import DeclaredInfluence
 
 SCHEMA = "vcmm.evidence/1"
@@ -62,7 +63,7 @@ def write_pack(
         "files": [{"file": n, "sha256": _sha(f.read_bytes())} for f, n in names.items()],
     }  # fmt: skip
     held = {EVIDENCE: _text(said), DOCUMENT: _text(content)} | {n: f.read_bytes() for f, n in names.items()}
-    draft = path.with_name(f".{path.name}.part")
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as pack:
             for name, data in held.items():
@@ -70,6 +71,19 @@ def write_pack(
         draft.replace(path)
     except OSError as error:
         raise Environment(f"{path} cannot be written ({error.strerror}); choose another place") from None
+    finally:
+        with contextlib.suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def check_pack_place(path: Path) -> None:
+    """Refused before any work, not after. Raises UsageError where the name is that of a folder or of a file that is no pack."""
+    if path.is_dir():
+        raise UsageError(f"--evidence {path} is a folder; name a file in it, such as {path / 'pack.zip'}")
+    if (path.exists() or path.is_symlink()) and not zipfile.is_zipfile(path):
+        raise UsageError(
+            f"--evidence {path}: there is a file of that name that is no pack; it would be lost, choose another name"
+        )
 
 
 def command_words(verb: str, scenario: Path, options: Mapping[str, Any]) -> list[str | Path]:

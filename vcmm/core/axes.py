@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,8 @@ import numpy.typing as npt
 LINEAR, ROTARY = "XYZ", "ABC"
 LETTERS = LINEAR + ROTARY  # of directions: translations, then rotations; the names of axes without a number
 NAME = r"[XYZ]|[ABC](?:[1-9]\d?)?"
+_UNITS = np.eye(3)
+_UNITS.setflags(write=False)
 ALLOWED = "X Y Z, A B C, and rotary axes with a number such as A1 or C2"
 
 
@@ -23,14 +26,15 @@ def is_axis(name: str) -> bool:
     return re.fullmatch(NAME, name) is not None
 
 
+@lru_cache(maxsize=256)
 def is_rotary(name: str) -> bool:
     """Whether this is the name of a rotary axis: C, A1."""
     return is_axis(name) and name[0] in ROTARY
 
 
 def unit_vector(name: str) -> npt.NDArray[np.float64]:
-    """Unit vector (3,) along which a linear axis moves or about which a rotary axis turns, all axes at zero."""
-    return np.asarray(np.eye(3)[LETTERS.index(name[0]) % 3])
+    """Unit vector (3,) along which a linear axis moves or about which a rotary axis turns, all axes at zero; read-only."""
+    return np.asarray(_UNITS[LETTERS.index(name[0]) % 3])
 
 
 def in_order(names: Iterable[str]) -> list[str]:

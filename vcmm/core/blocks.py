@@ -135,9 +135,14 @@ class Sharing:
         todo = list(left)
         if todo and isinstance(self.store, Shards):
             self.store.write(key, todo[0], None)
-        for i, result in self.crew(work, payload, [items[b] for b in todo]):
-            self.store.write(key, todo[i], result)
-            yield todo[i], self._noted(part, todo[i], result)
+        try:
+            for i, result in self.crew(work, payload, [items[b] for b in todo]):
+                self.store.write(key, todo[i], result)
+                yield todo[i], self._noted(part, todo[i], result)
+        except KeyboardInterrupt as error:
+            if isinstance(self.store, Folder):
+                error.add_note("what is finished is kept: the same call goes on where it was")
+            raise
         self.store.done(key)
         if self.share:
             raise ShardDone(key, part)

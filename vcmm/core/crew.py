@@ -9,20 +9,27 @@ from __future__ import annotations
 import copyreg
 import os
 import pickle
+import re
+import socket
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import suppress
-from itertools import islice
 from threading import Thread
+from time import perf_counter
 from types import MappingProxyType
 from typing import Any
 
 from vcmm import __version__
 from vcmm.core.errors import Environment, UsageError
 
+Done = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
-MOST_WORKERS = 1024
-PATIENCE = "10s"  # with a scheduler that does not answer
-AHEAD = 4  # blocks in hand per worker, so that results do not pile up
+MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
+ANSWER, MOST_PORT = 3.0, 65535  # s for somebody to listen at the address of a scheduler
+PATIENCE = 10.0  # s, with what listens there and does not answer
+SPAN = 1.0  # s of work that is sent at a time: sending some blocks costs as much as sending one, milliseconds of every process
+AHEAD = 2  # portions in hand per worker: it never waits, and results do not pile up
+LOOK = 5.0  # s between two looks at how many workers a cluster has
 DEATHS = 3  # of workers in a row without a finished block, before it is the work that kills them
 
 
@@ -37,13 +44,16 @@ copyreg.pickle(MappingProxyType, lambda view: (mapping, (dict(view),)))
 def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
     """The crew that is asked for: this process, `workers` processes here, or the Dask scheduler at `cluster`.
 
-    Raises UsageError.
+    Raises UsageError, and Environment where nobody listens at that address: before any work.
     """
     if workers is not None and cluster is not None:
         raise UsageError("workers are processes here, a cluster has its own; name one of the two")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise UsageError(f"{workers} workers; use 1 to {MOST_WORKERS}, usually one per core")
+    cores = os.cpu_count() or 1
+    most = max(8, MOST_WORKERS * cores)
+    if workers is not None and not 1 <= workers <= most:
+        raise UsageError(f"{workers} workers on {cores} cores; use 1 to {most}, usually one per core")
     if cluster is not None:
+        _check_address(cluster)
         return on_cluster(cluster)
     return alone if workers in (None, 1) else processes(int(workers or 1))
 
@@ -73,19 +83,50 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _one(item: Any) -> Any:
+def _held_portion(items: Sequence[Any]) -> Done:
     work, payload = _held
-    return work(payload, item)
+    return _done(work, payload, items)
+
+
+def _done(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Done:
+    """A portion, by a worker: how long it took in s, and the results."""
+    began = perf_counter()
+    results = [work(payload, item) for item in items]
+    return perf_counter() - began, results
+
+
+class Portions:
+    """What is sent to workers at a time: some SPAN of work, one item where that takes longer, less towards the end.
+
+    hands: workers; the last portions are half of what is left for each, so that all of them end together.
+    """
+
+    def __init__(self, items: dict[int, Any], hands: int) -> None:
+        self.left, self.hands = [*items.items()][::-1], hands
+        self.seconds, self.counted = 0.0, 0
+
+    def next(self) -> list[tuple[int, Any]]:
+        """(number, item) of the next portion, empty at the end."""
+        each = self.seconds / self.counted if self.counted else SPAN
+        most = min(SPAN / max(each, 1e-9), len(self.left) / (2 * self.hands))
+        return [self.left.pop() for _ in range(min(max(1, int(most)), len(self.left)))]
+
+    def results(self, numbers: Sequence[int], done: Done) -> Iterator[tuple[int, Any]]:
+        self.seconds, self.counted = self.seconds + done[0], self.counted + len(numbers)
+        return zip(numbers, done[1])
 
 
 def processes(workers: int) -> Crew:
-    """A crew of processes on this computer; each takes the payload once."""
+    """A crew of processes on this computer; each takes the payload once. A single item is done here: a start takes longer."""
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        if len(items) == 1:
+            yield 0, work(payload, items[0])
+            return
         packed, left, deaths = pickle.dumps((work, payload)), dict(enumerate(items)), 0
         while left:
             before = len(left)
-            for i, result in _until_a_death(workers, packed, left):
+            for i, result in _until_a_death(min(workers, len(left)), packed, left):
                 del left[i]
                 yield i, result
             deaths = 0 if len(left) < before else deaths + 1
@@ -103,56 +144,106 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
-    pool, waiting = (
-        ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed,)),
-        iter([*left.items()]),
-    )
-    running: dict[Future[Any], int] = {}
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed,))
+    portions, running = Portions(left, workers), dict[Future[Done], list[int]]()
     try:
         with suppress(BrokenProcessPool):
             while True:
-                for i, item in islice(waiting, AHEAD * workers - len(running)):
-                    running[pool.submit(_one, item)] = i
+                while len(running) < AHEAD * workers and (portion := portions.next()):
+                    running[pool.submit(_held_portion, [item for _, item in portion])] = [
+                        i for i, _ in portion
+                    ]
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    yield running.pop(future), future.result()
+                    yield from portions.results(running.pop(future), future.result())
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
+def _check_address(address: str) -> None:
+    match = re.fullmatch(r"(?:(?:tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[^\s/:]+):([0-9]{1,5})", address)
+    if not match or int(match[2]) > MOST_PORT:
+        raise UsageError(
+            f'--cluster "{address}"; write the address that dask scheduler tells, for example tcp://scheduler:8786'
+        )
+    try:
+        socket.create_connection((match[1].strip("[]"), int(match[2])), timeout=ANSWER).close()
+    except (OSError, UnicodeError) as error:
+        raise Environment(_silent(address, error)) from None
+
+
+def _silent(address: str, error: Exception | str) -> str:
+    return f"no Dask scheduler answers at {address} ({error}); start one with: dask scheduler"
+
+
 def on_cluster(address: str) -> Crew:
-    """A crew of Dask workers. Raises Environment: no Dask, no scheduler there, other versions on the workers."""
+    """A crew of Dask workers. Raises Environment: no Dask, no scheduler there or no more, other versions on the workers."""
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         distributed = _distributed()
-        try:
-            client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
-            raise Environment(
-                f"no Dask scheduler answers at {address} ({error}); start one with: dask scheduler"
-            ) from None
+        client = _client(distributed, address)
         try:
             _check_versions(client, address)
-            # the result of a task, which the scheduler makes again where the workers that held it are gone; scattered data would be lost
-            shared = client.submit(_shared, versions(), work, payload, retries=DEATHS, pure=False)
-            waiting, running = enumerate(items), {}
-            finished = distributed.as_completed(loop=client.loop)
-
-            def hand_out(most: int) -> None:
-                for i, item in islice(waiting, most):
-                    future = client.submit(_on_worker, shared, item, retries=DEATHS, pure=False)
-                    running[future] = i
-                    finished.add(future)
-
-            hand_out(AHEAD * max(1, sum(client.nthreads().values())))
-            for future in finished:
-                yield running.pop(future), future.result()
-                hand_out(1)
+            yield from _by_client(client, work, payload, dict(enumerate(items)))
+        except (CancelledError, distributed.KilledWorker, distributed.comm.CommClosedError) as error:
+            raise Environment(_lost(address, error)) from None
         finally:
             client.close()  # lets go of all futures: what is not finished is cancelled
 
     return run
+
+
+def _client(distributed: Any, address: str) -> Any:
+    """A client within PATIENCE: Dask itself waits for ever for a program that listens there and is no scheduler."""
+    found: list[Any] = []
+
+    def meet() -> None:
+        try:
+            found.append(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
+        except Exception as error:
+            found.append(error)
+
+    meeting = Thread(target=meet, daemon=True)
+    meeting.start()
+    meeting.join(PATIENCE + ANSWER)
+    if not found or isinstance(found[0], Exception):
+        raise Environment(_silent(address, found[0] if found else "what listens there is none"))
+    return found[0]
+
+
+def _lost(address: str, error: Exception) -> str:
+    if type(error).__name__ == "KilledWorker":
+        return f"several workers at {address} ended in the middle of the same work, most likely for want of memory; give them more"
+    return (
+        f"the Dask scheduler at {address} has gone; start it and call the job again: it goes on where it was"
+    )
+
+
+def _by_client(
+    client: Any, work: Callable[[Any, Any], Any], payload: Any, items: dict[int, Any]
+) -> Iterator[tuple[int, Any]]:
+    from distributed import as_completed
+
+    # the result of a task, which the scheduler makes again where the workers that held it are gone; scattered data would be lost
+    shared = client.submit(_shared, versions(), work, payload, retries=DEATHS, pure=False)
+    portions, running = Portions(items, 1), dict[Any, list[int]]()
+    finished, looked = as_completed(loop=client.loop), -LOOK
+
+    def hand_out() -> None:
+        nonlocal looked
+        if perf_counter() - looked > LOOK:
+            portions.hands, looked = max(1, sum(client.nthreads().values())), perf_counter()
+        while len(running) < AHEAD * portions.hands and (portion := portions.next()):
+            some = [item for _, item in portion]
+            future = client.submit(_on_worker, shared, some, retries=DEATHS, pure=False)
+            running[future] = [i for i, _ in portion]
+            finished.add(future)
+
+    hand_out()
+    for future in finished:
+        yield from portions.results(running.pop(future), future.result())
+        hand_out()
 
 
 def _shared(due: dict[str, str], work: Callable[[Any, Any], Any], payload: Any) -> tuple[Any, ...]:
@@ -160,13 +251,13 @@ def _shared(due: dict[str, str], work: Callable[[Any, Any], Any], payload: Any) 
     return due, work, payload
 
 
-def _on_worker(shared: Any, item: Any) -> Any:
-    """One block; a worker that came later than the others is looked at as well."""
+def _on_worker(shared: Any, items: Sequence[Any]) -> Done:
+    """A portion; a worker that came later than the others is looked at as well."""
     from distributed import get_worker
 
     due, work, payload = shared
     _same_versions(due, versions(), get_worker().address)
-    return work(payload, item)
+    return _done(work, payload, items)
 
 
 def _distributed() -> Any:

@@ -25,7 +25,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import Field, dataclass, field, fields, replace
+from functools import lru_cache
 from typing import Any, ClassVar, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -135,9 +137,15 @@ class Effect(Declared, ABC):
         return tuple(text.format(**filled) for text in self.needs)
 
 
+@lru_cache(maxsize=1024)
+def _parameters(kind: type[Effect]) -> dict[str, Field[Any]]:
+    """Its parameters by name, in order; asked for at every step of every derivative."""
+    return {f.name: f for f in fields(kind) if "unit" in f.metadata}
+
+
 def parameter_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
     """The dataclass fields that are parameters, in order."""
-    return [f for f in fields(effect) if "unit" in f.metadata]
+    return list(_parameters(effect if isinstance(effect, type) else type(effect)).values())
 
 
 def place_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
@@ -180,7 +188,7 @@ def choice(default: str, tries: Sequence[str]) -> Any:
 
 def parameter(effect: Effect, name: str) -> Field[Any]:
     """The field of one parameter. Raises UsageError with the closest name."""
-    known = {f.name: f for f in parameter_fields(effect)}
+    known = _parameters(type(effect))
     name = effect.aliases.get(name, name)
     if name not in known:
         raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, known)}")
@@ -247,6 +255,9 @@ def stepped_basis(effect: Effect, name: str, run: Run) -> Array:
     """`basis` by stepping each element of the parameter."""
     spec = parameter(effect, name)
     value = np.asarray(getattr(effect, spec.name), dtype=float)
+    if value.ndim == 0 and not spec.metadata["scan"]:
+        one, none = _unit_step(effect, spec.name)
+        return (one.error_motion(run) - none.error_motion(run))[:, :, None]
     columns = []
     for k in range(value.size):
         if spec.metadata["scan"]:
@@ -257,6 +268,17 @@ def stepped_basis(effect: Effect, name: str, run: Run) -> Array:
             high = _shifted(low, k, 1.0)
         columns.append(_difference(effect, spec.name, high, low, run) / width)
     return np.stack(columns, axis=2)
+
+
+_STEPS: WeakKeyDictionary[Effect, dict[str, tuple[Effect, Effect]]] = WeakKeyDictionary()
+
+
+def _unit_step(effect: Effect, name: str) -> tuple[Effect, Effect]:
+    """The effect with a linear number of it at one and at zero; kept with it, for searches ask at thousands of runs."""
+    known = _STEPS.setdefault(effect, {})
+    if name not in known:
+        known[name] = with_parameter(effect, name, 1.0), with_parameter(effect, name, 0.0)
+    return known[name]
 
 
 def _shifted(value: Array, k: int, step: float) -> Array:

@@ -180,21 +180,17 @@ def _sense_of_rows(q: Array, fresh: Bools, positioned: bool) -> Array:
 def since_reversal(q: Array, sense: Array, fresh: Bools) -> Array:
     """Distance (n,) since the sense of an axis last changed sign; rows marked `fresh` begin anew.
 
-    An axis that comes back turned at the row before. One that arrives against its way from there (or without any)
+    The first row is one of them. An axis that comes back turned at the row before. One that arrives against its way from there (or without any)
     turned beyond the target at an unknown place, and counts from the target.
     """
-    out = np.zeros(len(q))
-    turned, last = 0.0, 0.0
-    for i in range(len(q)):
-        if fresh[i]:
-            turned, last = q[i], sense[i]
-        elif (q[i] - q[i - 1]) * sense[i] < 0:
-            turned = q[i]
-        elif sense[i] * last < 0:
-            turned = q[i - 1]
-        last = sense[i] or last
-        out[i] = abs(q[i] - turned)
-    return out
+    rows = np.arange(len(q))
+    before = np.concatenate([q[:1], q[:-1]])
+    known = np.maximum.accumulate(np.where(fresh | (sense != 0), rows, 0))  # where the sense was last known
+    last = np.concatenate([np.zeros(min(len(q), 1)), sense[known][:-1]])
+    beyond = fresh | ((q - before) * sense < 0)
+    turned = np.where(beyond, q, before)
+    event = np.maximum.accumulate(np.where(beyond | (sense * last < 0), rows, 0))
+    return np.abs(q - turned[event])
 
 
 def turning_repeats(q: Array) -> Bools:
@@ -203,12 +199,12 @@ def turning_repeats(q: Array) -> Bools:
     Of k repeats the second to the last are marked, so that only the last goes on in the new direction.
     """
     out = np.zeros(len(q), dtype=bool)
-    begin = 0
+    begin, at = 0, q.tolist()
     for end in range(1, len(q) + 1):
-        if end < len(q) and abs(q[end] - q[begin]) <= STILL:
+        if end < len(q) and abs(at[end] - at[begin]) <= STILL:
             continue
-        before = q[begin] - q[begin - 1] if begin else 0.0
-        after = q[end] - q[begin] if end < len(q) else 0.0
+        before = at[begin] - at[begin - 1] if begin else 0.0
+        after = at[end] - at[begin] if end < len(q) else 0.0
         if before * after < 0:
             out[begin + 1 : end] = True
         begin = end

@@ -24,6 +24,7 @@ from vcmm.core.axes import ALLOWED, LINEAR, is_axis, is_rotary, unit_vector
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
+CHUNK = 1 << 15  # rows at a time: the working arrays stay in the cache
 FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have come back to where it was
 
 
@@ -184,8 +185,13 @@ def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
 
 def nominal_tip(chain: Chain, axes: Mapping[str, Axis], run: Run) -> Array:
     """Nominal tip position (n, 3) mm in workpiece axes."""
-    _, tool, work = link_frames(chain, axes, run)
-    return work.undo(tool.apply(run.offset))
+    out = np.empty((run.n, 3))
+    for i in range(0, run.n, CHUNK):
+        rows = slice(i, i + CHUNK)
+        part = Run({a: run.q(a)[rows] for a in chain.letters}, run.offset[rows])
+        _, tool, work = link_frames(chain, axes, part)
+        out[rows] = work.undo(tool.apply(part.offset))
+    return out
 
 
 def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:

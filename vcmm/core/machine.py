@@ -11,6 +11,7 @@ from vcmm.core.effect import FREE_LINKS, Effect
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import (
+    CHUNK,
     Axis,
     Chain,
     Motion,
@@ -23,7 +24,6 @@ from vcmm.core.run import Array, Run
 
 LARGEST_TRANSLATION = 1.0  # mm of one effect; more is a table in micrometres, unless it is stated
 FIRST_ORDER_LIMIT_RAD = 1e-3  # second-order terms: 1e-3^2 / 2 x 1 m = 0.5 um
-CHUNK = 1 << 15  # rows at a time: the working arrays stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +73,17 @@ class Machine:
             )
         return replace(self, effects=tuple(e for e in self.effects if e not in gone))
 
+    def check_travels(self, run: Run) -> None:
+        """Raises ModelLimit naming the row, the axis and the travel for the first position outside."""
+        for letter, axis in self.axes.items():
+            check_travel(axis, run.q(letter))
+
     def prepare(self, run: Run) -> Run:
         """The run with the nominal tip position as columns; checks positions against the travels.
 
         Raises ModelLimit naming the row, the axis and the travel.
         """
-        for letter, axis in self.axes.items():
-            check_travel(axis, run.q(letter))
+        self.check_travels(run)
         if "tip_x_mm" in run.columns:
             return run
         tip = nominal_tip(self.chain, self.axes, run)

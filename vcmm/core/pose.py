@@ -145,6 +145,14 @@ class Pose:
             raise UsageError("A pose holds a number that is not finite; give finite mm and rad.")
         return _sound(self.rotation, shift)
 
+    def some(self, rows: npt.NDArray[np.intp]) -> Pose:
+        """Some poses of a batch (m,), by their numbers."""
+        return _sound(self.rotation[rows], self.shift[rows])
+
+    def alone(self) -> Pose:
+        """The one pose as a batch (1,)."""
+        return _sound(self.rotation[None], self.shift[None])
+
     def each(self) -> list[Pose]:
         """The single poses of a batch (m,)."""
         return [_sound(rotation, shift) for rotation, shift in zip(self.rotation, self.shift)]

@@ -8,13 +8,16 @@ recording files and always state the unit (`time_s`, `temp_part_C`, `speed_X_mm_
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.memory import keep_in_hand
 
+keep_in_hand()
 Array = npt.NDArray[np.float64]
 T0_DEG_C = 20.0  # ISO 1: the reference temperature of every dimension
 TOOL_AXIS_COLUMNS = (
@@ -55,14 +58,7 @@ class Run:
                 f"offset must have shape (n, 3), got {self.offset.shape}; use numpy.zeros((n, 3)) for none"
             )
         for kind, table in (("position", self.position), ("column", self.columns), ("label", self.labels)):
-            for name, values in table.items():
-                if values.shape != (self.n,):
-                    raise UsageError(f"{kind} {name} has shape {values.shape}, but the run has {self.n} rows")
-                if kind != "label" and not np.isfinite(values).all():
-                    bad = int(np.flatnonzero(~np.isfinite(values))[0])
-                    raise ModelLimit(
-                        f"{kind} {name} is not a finite number in row {bad + 1}; remove or repair that row"
-                    )
+            _check_rows(kind, table, self.n)
 
     @property
     def n(self) -> int:
@@ -145,7 +141,10 @@ class Run:
 
     def with_columns(self, columns: Mapping[str, Array]) -> Run:
         """A copy with some columns added or replaced."""
-        return replace(self, columns={**self.columns, **columns})
+        _check_rows("column", columns, self.n)
+        run = object.__new__(Run)  # the others were looked at when this one was made
+        run.__dict__.update(self.__dict__, columns={**self.columns, **columns})
+        return run
 
     def take(self, rows: npt.NDArray[np.intp] | slice) -> Run:
         """A copy with some of the rows, in the order given."""
@@ -156,6 +155,18 @@ class Run:
             {k: v[rows] for k, v in self.labels.items()},
             self.series,
         )
+
+
+def _check_rows(kind: str, table: Mapping[str, npt.NDArray[Any]], n: int) -> None:
+    """UsageError for a position, column or label of another number of rows, ModelLimit for a number that is not finite."""
+    for name, values in table.items():
+        if values.shape != (n,):
+            raise UsageError(f"{kind} {name} has shape {values.shape}, but the run has {n} rows")
+        if kind != "label" and not np.isfinite(values).all():
+            bad = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise ModelLimit(
+                f"{kind} {name} is not a finite number in row {bad + 1}; remove or repair that row"
+            )
 
 
 def _check_log_reaches(name: str, series: Series, time: Array) -> None:
@@ -176,18 +187,30 @@ def first_order_lag(series: Series, tau: float, time: Array) -> Array:
     """
     if tau == 0.0:
         return np.interp(time, series.time, series.value)
-    known = np.empty_like(series.value)
-    known[0] = series.value[0]
-    for i in range(1, len(known)):
-        h, rise = series.time[i] - series.time[i - 1], series.value[i] - series.value[i - 1]
-        known[i] = series.value[i] + _fading(known[i - 1] - series.value[i - 1], rise, h / tau)
+    known = _behind_the_log(series, tau)
     before = np.clip(np.searchsorted(series.time, time, side="right") - 1, 0, len(known) - 1)
     x = np.maximum(time - series.time[before], 0.0) / tau
     now = np.interp(time, series.time, series.value)
     return now + _fading(known[before] - series.value[before], now - series.value[before], x)
 
 
+def _behind_the_log(series: Series, tau: float) -> Array:
+    """The response (m,) at the entries of the log, each from the one before it."""
+    kept, share = _kept_and_share(np.diff(series.time) / tau)
+    lost = np.diff(series.value) * share
+    known = [float(series.value[0])]
+    steps = zip(series.value[:-1].tolist(), series.value[1:].tolist(), kept.tolist(), lost.tolist())
+    for last, value, keeps, loses in steps:
+        known.append(value + ((known[-1] - last) * keeps - loses))
+    return np.array(known)
+
+
 def _fading(behind: Array, rise: Array, x: Array) -> Array:
     """What the response still lacks after x time constants: (y0 - T0) e^-x - rise (1 - e^-x) / x."""
-    share = np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
-    return behind * np.exp(-x) - rise * share
+    kept, share = _kept_and_share(x)
+    return behind * kept - rise * share
+
+
+def _kept_and_share(x: Array) -> tuple[Array, Array]:
+    """e^-x and (1 - e^-x) / x, which tends to 1 at x = 0."""
+    return np.exp(-x), np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)

@@ -115,13 +115,17 @@ def read_head(path: Path) -> None:
 
 
 def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
-    """All bytes of a file, or the first `most`. Raises DataError: missing, a folder, a device, larger than LARGEST_FILE."""
+    """All bytes of a file, or the first `most`. Raises DataError: missing, a folder, a device, a pipe, larger than LARGEST_FILE."""
     try:
         kind = path.stat()
         if stat.S_ISDIR(kind.st_mode):
             raise DataError(f"{path} is a folder; name a file in it")
         if stat.S_ISCHR(kind.st_mode) or stat.S_ISBLK(kind.st_mode):
             raise DataError(f"{path}:1: this is a device, not a file; name a file")
+        if stat.S_ISFIFO(kind.st_mode) or stat.S_ISSOCK(kind.st_mode):
+            raise DataError(
+                f"{path}:1: this is a pipe, and files are read more than once; write it to a file first"
+            )
         if kind.st_size > LARGEST_FILE:
             raise DataError(_too_large(path, f"{kind.st_size:,} bytes"))
         with path.open("rb") as file:

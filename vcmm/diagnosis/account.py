@@ -78,6 +78,7 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
         reasons=(*against, *told_pulls(pulls, given)),
         pulls=pulls,
         searched=(searched.m, whole.m),
+        recorded=whole.recording.chosen_from,
         warnings=(said(searched.m, whole.m, named.problem is used),) if searched is not whole else (),
     )
 

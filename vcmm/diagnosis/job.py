@@ -11,6 +11,7 @@ from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.foretold import with_foretold
 from vcmm.diagnosis.opposite_sign import other_way
 from vcmm.diagnosis.result import Diagnosis
+from vcmm.diagnosis.very_long import few_enough, told
 from vcmm.evaluation.sampling import Progress
 from vcmm.response.recording import Recording
 
@@ -23,7 +24,12 @@ def diagnose(
     extra_effects: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement."""
+    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement.
+
+    Of more than 100 000 observations some are taken, and it is said (see vcmm.diagnosis.very_long).
+    """
+    recording = few_enough(recording)
     found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
     found = with_foretold(found, recording)
-    return replace(found, warnings=(*found.warnings, *other_way(recording, machine, found)))
+    warnings = (*told(recording), *found.warnings, *other_way(recording, machine, found))
+    return replace(found, warnings=warnings)

@@ -30,7 +30,7 @@ from vcmm.diagnosis.constants import (
     VERY_STRONG,
 )
 from vcmm.diagnosis.locate import modulators, path_speed, polynomials
-from vcmm.diagnosis.null import Noise, draws, robust_scale
+from vcmm.diagnosis.null import Noise, by_columns, draws, robust_scale
 from vcmm.diagnosis.problem import Problem, generator
 from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, best_width
@@ -75,34 +75,36 @@ def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
     """Look at white residuals (m,) that hold no known effect; `white` must be without AR filter and speed weights."""
     noise = stated(problem)
     null = draws(noise, white, seed, "noise audit", DRAWS)
+    spread = robust_scale(null)
+    middle = float(np.median(spread))
     findings: list[str] = []
-    heavy = _tails(rest, null, findings)
-    rho = _correlation(rest, null, problem, white, seed, findings)
+    heavy = _tails(rest, null, spread, findings)
+    rho = _correlation(rest, (null, spread), problem, white, seed, findings)
     growth = _growth(rest, null, problem, white, findings)
-    scale = float(robust_scale(rest)) / float(np.median(robust_scale(null)))
+    scale = float(robust_scale(rest)) / middle
     if not 1.0 / RELEVANT < scale < RELEVANT:
         findings.append(f"the noise is {scale:.2g} times what was stated")
     dof = min(noise.dof, HEAVY) if heavy else noise.dof
-    limit = _limit(null, problem, white, rho, seed) * _by_speed(rest, problem, growth)
-    usual = robust_scale(null) / float(np.median(robust_scale(null)))
+    limit = _limit(spread, problem, white, rho, seed) * _by_speed(rest, problem, growth)
+    usual = spread / middle
     less = scale if scale < float(np.quantile(usual, 1.0 - QUANTILE)) else 1.0
     return Audit(scale, rho, growth, Noise(dof), tuple(findings), limit, less)
 
 
-def _limit(null: Array, problem: Problem, white: Whitener, rho: float, seed: int) -> float:
-    """The largest scale that a recording of the stated noise shows, and that is not worth a word.
+def _limit(spread: Array, problem: Problem, white: Whitener, rho: float, seed: int) -> float:
+    """The largest scale that a recording of the stated noise shows, and that is not worth a word. spread: robust scale of null ones.
 
     The scale is a median: tails and outliers hardly move it (a t law of 3 degrees of freedom at the same quartiles not at
     all). Correlation of the stated variance widens what chance gives; strong correlation and a larger variance together are
     two signs of the same movement, so there chance alone is the limit.
     """
-    usual = robust_scale(null) / float(np.median(robust_scale(null)))
+    usual = spread / float(np.median(spread))
     if rho < ALIKE:
         return max(float(np.quantile(usual, CHANCE)), RELEVANT * float(np.quantile(usual, 1.0 - FALSE_ALARM)))
     rng = generator(seed, "correlated scale")
     noise = chained(rng.standard_normal((problem.m, DRAWS)), problem.before, rho)
-    seen = robust_scale(white.apply(noise / white.weight[:, None])) / float(np.median(robust_scale(null)))
-    return float(np.quantile(seen, CHANCE))
+    seen = by_columns(lambda x: robust_scale(white.apply(x / white.weight[:, None])), noise)
+    return float(np.quantile(seen / float(np.median(spread)), CHANCE))
 
 
 def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
@@ -114,31 +116,30 @@ def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
     return max(float(robust_scale(rest)) / max(float(robust_scale(slow)), NOTHING), 1.0)
 
 
-def _tails(rest: Array, null: Array, findings: list[str]) -> bool:
-    far, far_null = _far(rest), _far(null)
+def _tails(rest: Array, null: Array, spread: Array, findings: list[str]) -> bool:
+    own = robust_scale(rest)
+    far, far_null = _beyond(OUTLYING, rest, own), _beyond(OUTLYING, null, spread)
     if far > np.quantile(far_null, QUANTILE):
         findings.append(f"outliers {100 * far:.1f} %")
         return True
-    tail, tail_null = _weight_of_tails(rest), _weight_of_tails(null)
+    tail, tail_null = _beyond(FAR, rest, own), _beyond(FAR, null, spread)
     if tail > np.quantile(tail_null, QUANTILE):
         findings.append(f"heavy tails: {100 * tail:.1f} % beyond 3 standard deviations")
         return True
     return False
 
 
-def _far(r: Array) -> Array:
-    return np.asarray((np.abs(r) > OUTLYING * robust_scale(r)).mean(axis=0))
-
-
-def _weight_of_tails(r: Array) -> Array:
-    return np.asarray((np.abs(r) > FAR * robust_scale(r)).mean(axis=0))
+def _beyond(limit: float, r: Array, spread: Array) -> Array:
+    """Share of the residuals (m,) or (m, M) beyond `limit` times their spread."""
+    return by_columns(lambda x, scale: np.asarray((np.abs(x) > limit * scale).mean(axis=0)), r, spread)
 
 
 def _correlation(
-    rest: Array, null: Array, problem: Problem, white: Whitener, seed: int, findings: list[str]
+    rest: Array, null: tuple[Array, Array], problem: Problem, white: Whitener, seed: int, findings: list[str]
 ) -> float:
+    """rho; 0 where null recordings (with their spread) show as much."""
     found = float(neighbour_correlation(rest, problem.before))
-    chance = neighbour_correlation(null, problem.before)
+    chance = neighbour_correlation(null[0], problem.before, null[1])
     if not np.isfinite(found) or found <= np.quantile(chance, QUANTILE):
         return 0.0
     rho = _unbiased(found, problem, white, seed)
@@ -167,21 +168,24 @@ def chained(innovation: Array, before: Ints, rho: float) -> Array:
     return out
 
 
-def neighbour_correlation(r: Array, before: Ints) -> Array:
+def neighbour_correlation(r: Array, before: Ints, spread: Array | None = None) -> Array:
     """AR(1) coefficient from differences at lag 1 and 2, blind to slow drifts: gamma2 / gamma1 = 1 + rho; (M,) or scalar.
 
     gamma_k = half the mean squared difference of observations k apart (Allan-type); values are limited to 3 robust
-    standard deviations first.
+    standard deviations (`spread`, where it is known) first.
     """
-    bound = FAR * robust_scale(r)
-    r = np.clip(r, -bound, bound)
     second = np.where(before >= 0, before[before], -1)
     rows = np.flatnonzero(second >= 0)
     if len(rows) < FEWEST:
         return np.zeros(r.shape[1:])
-    one = ((r[rows] - r[before[rows]]) ** 2).mean(axis=0)
-    two = ((r[rows] - r[second[rows]]) ** 2).mean(axis=0)
-    return np.asarray(two / np.maximum(one, NOTHING) - 1.0)
+
+    def of(part: Array, scale: Array) -> Array:
+        x = np.clip(part, -FAR * scale, FAR * scale)
+        one = ((x[rows] - x[before[rows]]) ** 2).mean(axis=0)
+        two = ((x[rows] - x[second[rows]]) ** 2).mean(axis=0)
+        return np.asarray(two / np.maximum(one, NOTHING) - 1.0)
+
+    return by_columns(of, r, robust_scale(r) if spread is None else spread)
 
 
 def speeds(problem: Problem) -> Array | None:
@@ -242,5 +246,9 @@ def _products(place: Array, speed: Array) -> Array:
 
 def _log_slope(r: Array, x: Array) -> Array:
     """Slope of ln|r| on x (standardised): ln of the scale is linear in x; tiny residuals are floored."""
-    level = np.log(np.maximum(np.abs(r), 0.05 * robust_scale(r)))
-    return np.asarray((x @ (level - level.mean(axis=0))) / len(x))
+
+    def of(part: Array) -> Array:
+        level = np.log(np.maximum(np.abs(part), 0.05 * robust_scale(part)))
+        return np.asarray((x @ (level - level.mean(axis=0))) / len(x))
+
+    return by_columns(of, r)

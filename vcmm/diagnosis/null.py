@@ -6,6 +6,7 @@ quantile with 95 % probability (binomial; David & Nagaraja, Order Statistics (20
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,9 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.constants import FALSE_ALARM, FAR, MAD, SECURE
 from vcmm.diagnosis.problem import generator
 from vcmm.evaluation.gaussian import Whitener
+
+ROWS = 1 << 15
+NUMBERS = 1 << 22  # of simulated residuals that are copied at a time: 32 MB
 
 
 @dataclass(frozen=True)
@@ -30,10 +34,19 @@ def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Ar
     m = len(white.weight)
     raw = rng.standard_normal((m, count))
     if np.isfinite(noise.dof):
-        raw = rng.standard_t(noise.dof, (m, count)) / np.sqrt(noise.dof / (noise.dof - 2))
-    raw = raw - white.nuisance @ (white.nuisance.T @ raw)
+        raw = rng.standard_t(noise.dof, (m, count))
+        raw /= np.sqrt(noise.dof / (noise.dof - 2))
+    _add(raw, white.nuisance, -(white.nuisance.T @ raw))
     known = white.known.T @ raw  # calibration: the white part has unit variance in every direction left
-    return np.asarray(raw - white.known @ known + white.known @ rng.standard_normal(known.shape))
+    _add(raw, white.known, -known)
+    _add(raw, white.known, rng.standard_normal(known.shape))
+    return raw
+
+
+def _add(raw: Array, columns: Array, sizes: Array) -> None:
+    """raw (m, count) += columns (m, k) @ sizes (k, count), ROWS rows at a time: null recordings are the largest table there is."""
+    for i in range(0, len(raw), ROWS):
+        raw[i : i + ROWS] += columns[i : i + ROWS] @ sizes
 
 
 def clipped(r: Array, white: Whitener, limit: float) -> Array:
@@ -47,7 +60,16 @@ def clipped(r: Array, white: Whitener, limit: float) -> Array:
 
 def robust_scale(r: Array) -> Array:
     """MAD about zero as a standard deviation, along the first axis: scalar or (M,)."""
-    return np.asarray(MAD * np.median(np.abs(r), axis=0))
+    return by_columns(lambda part: np.asarray(MAD * np.median(np.abs(part), axis=0)), r)
+
+
+def by_columns(of: Callable[..., Array], r: Array, *numbers: Array) -> Array:
+    """of(r, *numbers) (M,) of recordings r (m, M) and numbers (M,) of each, so many recordings at a time that copies stay small."""
+    if r.ndim < 2 or r.size <= NUMBERS:
+        return of(r, *numbers)
+    wide = max(NUMBERS // len(r), 8)
+    blocks = [slice(i, i + wide) for i in range(0, r.shape[1], wide)]
+    return np.concatenate([of(r[:, b], *(n[b] for n in numbers)) for b in blocks])
 
 
 def upper_quantile(values: Array, false_alarm: float = FALSE_ALARM) -> float:

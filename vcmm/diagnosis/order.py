@@ -22,7 +22,7 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
     """The same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
     recording = replace(recording, run=_with_counted(recording, machine))
     run = recording.run
-    rows = _rows(run, recording)
+    rows = rows_in_order(run, recording)
     place = np.empty(run.n, dtype=np.intp)
     place[rows] = np.arange(run.n)
     row, other = place[recording.row], np.where(recording.other >= 0, place[recording.other], -1)
@@ -40,8 +40,10 @@ def _with_counted(recording: Recording, machine: Machine) -> Run:
     return recording.run.with_columns({c: v for c, v in run.columns.items() if c.startswith("counted_")})
 
 
-def _rows(run: Run, recording: Recording) -> Ints:
+def rows_in_order(run: Run, recording: Recording) -> Ints:
     """Run rows in their order; rows that agree in everything stand in the order of what was observed there."""
+    if "time_s" in run.columns and bool((np.diff(run.columns["time_s"]) > 0).all()):
+        return np.arange(run.n)
     position = [run.position[a] for a in sorted(run.position)]
     columns = [run.columns[c] for c in sorted(run.columns) if not c.startswith("counted_")]
     labels = [np.unique(run.labels[k], return_inverse=True)[1].astype(float) for k in sorted(run.labels)]

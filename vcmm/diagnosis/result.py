@@ -148,6 +148,9 @@ class Diagnosis:
     reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
     pulls: tuple[Pull, ...] = ()  # of what the machine file states of itself
     searched: tuple[int, int] = (0, 0)  # observations in which names were searched, and all of them
+    recorded: int = (
+        0  # observations that the recording held, where `all of them` were chosen from more; else 0
+    )
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Names found and candidates, with their probability."""
@@ -191,9 +194,17 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
 
 
 def _searched(d: Diagnosis) -> dict[str, Any]:
-    """Of how many observations names were searched in how many, and how many times larger an effect must be for that."""
+    """In how many observations names were searched, of how many that were fitted, of how many that were recorded, and how many
+    times larger than with all of these an effect must be for that.
+    """
     searched, of = d.searched
-    return {"observations": searched, "of": of, "loss": loss(searched, of) if searched else 1.0}
+    recorded = d.recorded or of
+    return {
+        "observations": searched,
+        "of": of,
+        "recorded": recorded,
+        "loss": loss(searched, recorded) if searched else 1.0,
+    }
 
 
 def in_urad(body: dict[str, Any]) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.result import Answer, Diagnosis, diagnosis_json
 from vcmm.diagnosis.scans import is_change
+from vcmm.diagnosis.very_long import few_together
 from vcmm.diagnosis.written_fit import with_written_fit
 from vcmm.evaluation.gaussian import whitener
 from vcmm.evaluation.sampling import Progress
@@ -87,6 +88,7 @@ def diagnose_several(
     """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`), or where one is
     given twice.
     """
+    recordings = few_together(recordings)
     refuse_copies(recordings, machine)
     whole = joined(recordings, machine)
 

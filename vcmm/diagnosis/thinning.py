@@ -94,12 +94,10 @@ def _topped_up(out: Mask, codes: Ints, share: float) -> None:
     """Sets further rows so that every code has FEWEST of its rows, or all; unless that would be as many rows again."""
     if FEWEST * (codes.max() + 1) > share * len(codes):
         return
-    for code in range(int(codes.max()) + 1):
-        own = codes == code
-        left = np.flatnonzero(own & ~out)
-        missing = min(FEWEST - int((own & out).sum()), len(left))
-        if missing > 0:
-            out[left[stretches(len(left), missing)]] = True
+    have, of = np.bincount(codes[out], minlength=codes.max() + 1), np.bincount(codes)
+    for code in np.flatnonzero((have < FEWEST) & (have < of)):
+        left = np.flatnonzero((codes == code) & ~out)
+        out[left[stretches(len(left), min(FEWEST - int(have[code]), len(left)))]] = True
 
 
 def of_rows(recording: Recording, kept: Mask) -> Recording:

@@ -74,7 +74,7 @@ def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array
         rows = slice(at, min(at + BLOCK, len(both.scatter)))
         drawn = draw_inputs(model, seed, at, rows.stop - rows.start)
         own = [_own(one, both, rows) for one in drawn]
-        found.append(model.values(linear_quantities(model, own)) - model.values(model.q0))
+        found.append(model.values(linear_quantities(model, own)) - model.at_estimates)
     return np.concatenate(found)
 
 

@@ -35,7 +35,7 @@ def check(model: LinearModel, gradient: Array, settings: Settings) -> Check:
     certify = min(settings.certify, most)
     drawn = draw_inputs(model, settings.seed, 0, min(max(settings.certify, TANGENT_DRAWS), most))
     q = linear_quantities(model, drawn)
-    tangent = model.values(model.q0) + (q - model.q0) @ gradient.T
+    tangent = model.at_estimates + (q - model.q0) @ gradient.T
     try:
         linear = model.values(q)
     except ModelLimit as error:

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -84,6 +86,11 @@ class LinearModel:
         along = q[..., block.at_touches : block.stop]
         return np.asarray(self.points[rows] + along[..., None] * per_normal(self.task.touches)[rows])
 
+    @cached_property
+    def at_estimates(self) -> Array:
+        """Characteristics (C,) at q0, mm or rad."""
+        return self.values(self.q0)
+
     def values(self, q: Array) -> Array:
         """Characteristics (..., C) of q (..., K), mm or rad."""
         return evaluate_all(self.task, self.unpack(q))
@@ -134,8 +141,10 @@ class LinearModel:
         along = np.einsum("ni,ni->n", product.response, self.task.touches.run.normal)
         first, second = (self.influences[i].codes for i in (product.first, product.second))
         out = []
-        for a, b in sorted(set(zip(first.tolist(), second.tolist()))):
-            rows = np.flatnonzero((first == a) & (second == b))
+        order = np.lexsort((second, first))  # stable: rows of one pair stand together, in their own order
+        edges = np.flatnonzero(np.diff(first[order]) | np.diff(second[order])) + 1
+        for rows in np.split(order, edges) if len(order) else ():
+            a, b = int(first[rows[0]]), int(second[rows[0]])
             gain = self.operator[:, rows] @ along[rows]
             if np.abs(gain).max(initial=0.0) > 0:
                 out.append((a, b, gain))
@@ -150,14 +159,19 @@ def term_of(influence: Influence, change: Array, operator: Array, keep: bool = F
     one = influence.input
     law, factor = one.spread(influence.response.shape[2])
     row_change = change @ factor
-    gains = [np.zeros((len(operator), 0))]
-    lanes: list[tuple[int, int]] = []
-    for c, label in enumerate(influence.copies):
-        rows = np.flatnonzero(influence.codes == c)
-        gains.append(operator[:, rows] @ row_change[rows])
-        code = copy_code(label)
-        lanes += [(k, code) for k in range(row_change.shape[1])]
-    gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
+    elements = row_change.shape[1]
+    order = np.argsort(influence.codes, kind="stable")  # rows of one copy stand together, in their own order
+    ends = np.searchsorted(influence.codes[order], np.arange(len(influence.copies) + 1))
+    if len(order) == len(influence.copies) and (np.diff(ends) == 1).all():  # one row each: products alone
+        gain = (operator[:, order, None] * row_change[order]).reshape(len(operator), -1)
+    else:
+        groups = [order[a:b] for a, b in pairwise(ends)]
+        gains = [operator[:, rows] @ row_change[rows] for rows in groups]
+        gain = np.concatenate([np.zeros((len(operator), 0)), *gains], axis=1)
+    codes = np.array([copy_code(label) for label in influence.copies], np.uint32)
+    lane = np.stack(
+        [np.tile(np.arange(elements, dtype=np.uint32), len(codes)), np.repeat(codes, elements)], axis=1
+    )
     used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
     return Term(one.id, law, gain[:, used], lane[used])
 

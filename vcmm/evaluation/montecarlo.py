@@ -12,9 +12,11 @@ JCGM 101:2008 (propagation of distributions), JCGM 102:2011 (several outputs).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import ModuleType
 
 import numpy as np
@@ -100,44 +102,69 @@ def _fold(terms: Sequence[Term]) -> list[Term]:
 
 @dataclass(frozen=True, eq=False)
 class _LaneGroup:
-    """Up to 32 lanes of one standard shape; gain (r, L4) times scale of the quantities from `first` on that they act on, padded with
-    zeros to even r, L by fours.
-    """
+    """Lanes of one standard shape, keys and lanes (L, 2), gain (K, L) times scale."""
 
     shape: streams.Drawable
     keys: Array
     lanes: Array
-    first: int
     gain: Array
 
 
 def _groups(terms: Sequence[Term], seed: int) -> list[_LaneGroup]:
-    """Lanes of all terms, in order, gathered by shape of law and cut to 32."""
+    """Lanes of all terms, in order, gathered by shape of law."""
     by_law: dict[streams.Drawable, list[tuple[Array, Array, Array]]] = {}
     for term in terms:
         assert not isinstance(term.law, MultivariateNormal)
         law, scale = (term.law.shape, term.law.scale) if isinstance(term.law, Law) else (term.law, 1.0)
         keys = np.tile(np.array(streams.key(seed, term.name), np.uint32), (len(term.lanes), 1))
         by_law.setdefault(law, []).append((keys, term.lanes, term.gain * scale))
-    groups = []
-    for law, parts in by_law.items():
-        keys, lanes, gain = (np.concatenate([p[i] for p in parts], axis=i // 2) for i in range(3))
-        for j in range(0, len(lanes), _LANES):
-            s = slice(j, j + _LANES)
-            groups.append(_LaneGroup(law, keys[s], lanes[s], *_acting(_padded(gain[:, s]))))
-    return groups
+    return [
+        _LaneGroup(law, *(np.concatenate([p[i] for p in parts], axis=i // 2) for i in range(3)))
+        for law, parts in by_law.items()
+    ]
 
 
-def _acting(gain: Array) -> tuple[int, Array]:
-    """First row and rows of a gain from the first pair that is not zero to the last: scatter of a touch moves its own feature alone."""
-    on = np.flatnonzero(gain.any(axis=1)) // 2
-    first = 2 * int(on[0])
-    return first, gain[first : 2 * int(on[-1]) + 2]
+_Step = Callable[[Array, int], None]  # (y (K, m), first trial): adds some lanes
 
 
-def _padded(gain: Array) -> Array:
-    rows, columns = gain.shape
-    return np.ascontiguousarray(np.pad(gain, ((0, rows % 2), (0, -columns % 4))))
+def _steps(groups: Sequence[_LaneGroup], fast: ModuleType | None) -> list[_Step]:
+    """What is to be added, in order: lanes with a table by one call of the numba twin, all others by numpy."""
+    steps: list[_Step] = []
+    for tabled, some in itertools.groupby(groups, lambda g: streams.tabled(g.shape)):
+        together = list(some)
+        steps += (
+            [_by_kernel(fast, together)] if fast and tabled else [partial(_drawn, g, fast) for g in together]
+        )
+    return steps
+
+
+def _by_kernel(fast: ModuleType, groups: Sequence[_LaneGroup]) -> _Step:
+    """One call for all lanes of these groups: it holds no interpreter lock and keeps its numbers in the cache."""
+    tables = np.stack([streams.table(g.shape).nodes for g in groups])
+    which = np.repeat(np.arange(len(groups)), [len(g.lanes) for g in groups])
+    ids = np.concatenate([np.concatenate([g.keys, g.lanes], axis=1) for g in groups])
+    gain = np.concatenate([g.gain for g in groups], axis=1)
+    spans = np.array([_acting(gain[:, j : j + fast.GROUP]) for j in range(0, len(ids), fast.GROUP)])
+    return lambda y, first: fast.trials(y, first, tables, which, ids, gain, spans=spans)
+
+
+def _acting(gain: Array) -> tuple[int, int]:
+    """First and last + 1 of the quantities that some lanes act on: scatter of a touch moves its own feature alone."""
+    on = np.flatnonzero(gain.any(axis=1))
+    return (int(on[0]), int(on[-1]) + 1) if len(on) else (0, 0)
+
+
+def _drawn(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> None:
+    """Trials of the lanes of a group, added to y piece by piece: what fits the second cache."""
+    done, count = 0, y.shape[1]
+    while done < count:
+        size = min(streams.BLOCK - (first + done) % streams.BLOCK, count - done)
+        for j in range(0, len(group.lanes), _LANES):
+            s, z = slice(j, j + _LANES), np.empty((len(group.lanes[j : j + _LANES]), size))
+            streams.standard(group.shape, group.keys[s], group.lanes[s], first + done, z, fast)
+            k = slice(*_acting(group.gain[:, s]))
+            (fast.accumulate if fast else _accumulate)(y[k], done, group.gain[k, s], z)
+        done += size
 
 
 def simulate(
@@ -156,8 +183,9 @@ def simulate(
     `start` (K,) is y where every deviation is zero. Each block is a new array (Fortran order: one quantity is
     contiguous). To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
     the whole job, which say whether compiled kernels are worth loading.
-    Raises UsageError when shapes do not fit.
+    Raises UsageError when shapes do not fit, ModelLimit when trials leave 0..2^43.
     """
+    streams.check_range(first, max(trials, 0))
     start = np.asarray(start, float)
     for term in terms:
         if len(term.gain) != len(start):
@@ -170,27 +198,27 @@ def simulate(
     groups = _groups(_fold(active) if fold else active, seed)
     lanes = sum(len(g.lanes) for g in groups)
     fast = streams.kernels(max(trials, of) * lanes * (8 + len(start)) // 8)
-    end = first + trials
-    return (_block(start, groups, at, min(block, end - at), fast).T for at in range(first, end, block))
+    _keep_memory()
+    steps, end = _steps(groups, fast), first + trials
+    return (_block(start, steps, at, min(block, end - at)).T for at in range(first, end, block))
 
 
-def _block(start: Array, groups: Sequence[_LaneGroup], at: int, count: int, fast: ModuleType | None) -> Array:
-    """Trials at .. at + count - 1, (K, count), piece by piece of the counter blocks of vcmm.evaluation.streams."""
-    y = np.zeros((len(start) + len(start) % 2, count))
-    y[: len(start)] = start[:, None]
-    buffer = np.zeros(_LANES * streams.BLOCK)
-    done = 0
-    while done < count:
-        size = min(streams.BLOCK - (at + done) % streams.BLOCK, count - done)
-        for group in groups:
-            lanes, padded = len(group.lanes), group.gain.shape[1]
-            z = buffer[: padded * size].reshape(padded, size)
-            z[lanes:] = 0.0
-            streams.standard(group.shape, group.keys, group.lanes, at + done, z[:lanes], fast)
-            mine = y[group.first : group.first + len(group.gain)]
-            (fast.accumulate if fast else _accumulate)(mine, done, group.gain, z)
-        done += size
-    return y[: len(start)]
+def _keep_memory(numbers: int = 2**20) -> None:
+    """Let the blocks of a job take turns on the same memory.
+
+    glibc gives every array above 128 kB back to the system, which clears each page of the next one and stops other threads for
+    it: up to two thirds of the time. From memory that was taken once and given back it learns to keep so much.
+    """
+    np.empty(numbers)
+
+
+def _block(start: Array, steps: Sequence[_Step], at: int, count: int) -> Array:
+    """Trials at .. at + count - 1, (K, count); rows a little apart: at powers of two they would share places of the cache."""
+    y = np.empty((len(start), count + 8))[:, :count]
+    y[:] = start[:, None]
+    for add in steps:
+        add(y, at)
+    return y
 
 
 def _accumulate(y: Array, at: int, gain: Array, z: Array) -> None:

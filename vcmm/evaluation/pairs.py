@@ -154,7 +154,7 @@ def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array
     terms, multiplied = multiplying(of_touches, of_touches.terms())
     carried = len(terms[0].gain) if terms else n
     drawn = np.concatenate(list(simulate(np.zeros(carried), terms, seed=seed, trials=count, first=first)))
-    return drawn if multiplied is None else multiplied(drawn)
+    return drawn if multiplied is None else np.ascontiguousarray(multiplied(drawn))
 
 
 def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:

@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm import charts
-from vcmm.charts import PlottedBudget
-from vcmm.charts.distribution import filled
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.summary import Summary
 from vcmm.evaluation.truth import Truth
@@ -19,6 +16,8 @@ from vcmm.gps.decision import Decision
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm import charts
 
 BIAS_LEFT_IN = (
     "the known bias is not corrected"  # why no coverage is claimed: the interval is about the indicated value
@@ -46,6 +45,16 @@ class BudgetLine:
     share: float
     evidence: str
     cause: str = ""  # physical cause, where several lines have it in common
+
+
+class PlottedBudget(tuple[BudgetLine, ...]):
+    """The lines of a budget, with a picture."""
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None, title: str = "budget") -> Axes:
+        """Shares of u^2, the largest first."""
+        from vcmm import charts
+
+        return charts.contributions(self, title, ax)
 
 
 def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[str, ...]]]:
@@ -137,6 +146,9 @@ class CharacteristicResult:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
+        from vcmm import charts
+        from vcmm.charts.distribution import filled
+
         unit, scale = SHOWN_IN[self.unit]
         from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731
         edges, counts = filled(*self.summary.histogram) if self.summary else (np.zeros(1), np.zeros(0))
@@ -158,6 +170,8 @@ class Budgets(dict[str, PlottedBudget]):
 
     def plot(self) -> list[Axes]:
         """One picture below the other."""
+        from vcmm import charts
+
         return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self)), self.items())]
 
 
@@ -178,5 +192,7 @@ class UncertaintyResult:
 
     def plot(self) -> list[Axes]:
         """Distribution, coverage interval and limits of every characteristic, one below the other."""
+        from vcmm import charts
+
         drawn = zip(self.characteristics, charts.panels(len(self.characteristics)))
         return [c.plot(ax) for c, ax in drawn]

@@ -19,6 +19,7 @@ from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.montecarlo import Accumulator, Summary, Term, adaptive, simulate
 from vcmm.evaluation.streams import copy_code
 from vcmm.evaluation.tallies import Packed, counted, packed
+from vcmm.gps.criteria import chosen
 from vcmm.measuring.settings import Settings
 
 BUDGET_TRIALS = 20_000
@@ -172,13 +173,25 @@ def _place(values: Array) -> tuple[float, float]:
 def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
     """Terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
     widened, multiplied = multiplying(model, terms)
-    return widened, model.values if multiplied is None else lambda block: model.values(multiplied(block))
+    if multiplied is None:
+        return widened, model.values
+    layout: Callable[[Array], Array] = np.asarray if _of_sizes(model) else np.ascontiguousarray
+    return widened, lambda block: model.values(layout(multiplied(block)))
+
+
+def _of_sizes(model: LinearModel) -> bool:
+    """Whether all characteristics are Gauss sizes: each is read from one quantity, so that the layout of q changes no digit.
+
+    Quantity after quantity then takes a third of the time. Sums over the components of a vector, as any position has them, are
+    rounded another way in another layout (2e-14 mm), so those keep trial after trial.
+    """
+    return all(c.type == "size" and chosen(c).gauss for c in model.characteristics)
 
 
 def multiplying(
     model: LinearModel, terms: Sequence[Term]
 ) -> tuple[list[Term], Callable[[Array], Array] | None]:
-    """The same, with what turns a block of trials into q (m, K); None where nothing meets."""
+    """The same, with what turns a block of trials into q (m, K), one quantity after another; None where nothing meets."""
     pairs = [
         ((p.first, a), (p.second, b), gain) for p in model.products for a, b, gain in model.product_gains(p)
     ]
@@ -188,9 +201,11 @@ def multiplying(
     k, place = len(model.q0), {end: i for i, end in enumerate(carried)}
 
     def multiplied(block: Array) -> Array:
-        q = block[:, :k].copy()
+        q = block[:, :k].copy(order="F")
         for first, second, gain in pairs:
-            q += (block[:, k + place[first]] * block[:, k + place[second]])[:, None] * gain
+            product = block[:, k + place[first]] * block[:, k + place[second]]
+            for i in np.flatnonzero(gain):
+                q[:, i] += product * gain[i]
         return q
 
     return [_widened(model, j, t, carried) for j, t in enumerate(terms)], multiplied

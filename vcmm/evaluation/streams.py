@@ -53,6 +53,7 @@ def key(seed: int, name: str) -> tuple[int, int]:
     return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
 
 
+@functools.lru_cache(maxsize=1 << 14)
 def copy_code(label: str | int) -> int:
     """Stable uint32 of a label value (pose "B", touch 17), so that adding rows does not change the others.
 
@@ -98,12 +99,17 @@ def _block_words(keys: Array, lanes: Array, block: int, first: int, last: int) -
     return words[trial // _QUARTER, :, np.arange(len(trial))].T.astype(np.uint32)
 
 
-def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
-    """(block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
+def check_range(start: int, count: int) -> None:
+    """Raises ModelLimit where trials start..start+count-1 leave 0..2^43: their counters would come again."""
     if start < 0 or count < 0 or start + count > 2**43:
         raise ModelLimit(
             f"Trials {start} to {start + count} leave the range 0 to 2^43; use another seed instead."
         )
+
+
+def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
+    """(block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
+    check_range(start, count)
     spans, at = [], start
     while at < start + count:
         block, first = divmod(at, BLOCK)
@@ -131,6 +137,11 @@ class QuantileTable:
 
     value: Array
     slope: Array
+
+    @functools.cached_property
+    def nodes(self) -> Array:
+        """Value and slope of every node side by side, as one uint64: what the numba twin fetches."""
+        return np.stack([self.value, self.slope], axis=1).view(np.uint64).ravel()
 
     def lookup(self, words: Array) -> Array:
         """Standard values (float32) of random words (uint32), elementwise."""
@@ -191,6 +202,11 @@ def kernels(numbers: int) -> ModuleType | None:
 Drawable = Law | MultivariateSamples
 
 
+def tabled(shape: Drawable) -> bool:
+    """Whether values are drawn through a quantile table; else by index of a sample."""
+    return isinstance(shape, Law) and not isinstance(shape, Samples)
+
+
 def standard(
     shape: Drawable, keys: Array, lanes: Array, start: int, out: Array, fast: ModuleType | None
 ) -> None:
@@ -199,10 +215,9 @@ def standard(
     `lanes` (L, 2) = (component, copy) and their `keys` (L, 2) are uint32. `fast` is the numba twin or None (see
     `kernels`); the bits are the same.
     """
-    compiled = isinstance(shape, Law) and not isinstance(shape, Samples)
     for block, first, last, at in _spans(start, out.shape[1]):
         part = out[:, at : at + last - first]
-        if fast and compiled and last - first >= _QUARTER:
+        if fast and tabled(shape) and last - first >= _QUARTER:
             _fill_block(fast, table(shape), (keys, lanes), block, first, part)
             continue
         rows = max(1, 16 * _QUARTER // min(_QUARTER, last - first))  # lanes per pass: what fits the cache
@@ -218,9 +233,9 @@ def _fill_block(
 
     drawn: keys and lanes, (L, 2) each.
     """
-    keys, lanes = drawn
-    whole = part if part.shape[1] == BLOCK and part.flags.c_contiguous else np.empty((len(lanes), BLOCK))
-    fast.fill(source.value, source.slope, keys, lanes, np.uint32(block), whole)
+    ids = np.concatenate(drawn, axis=1)
+    whole = part if part.shape[1] == BLOCK and part.flags.c_contiguous else np.empty((len(ids), BLOCK))
+    fast.fill(source.nodes, ids, block, whole)
     if whole is not part:
         part[:] = whole[:, first : first + part.shape[1]]
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.charts import PlottedBudget
 from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
@@ -30,7 +29,13 @@ from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
-from vcmm.evaluation.result import BIAS_LEFT_IN, BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import (
+    BIAS_LEFT_IN,
+    BudgetLine,
+    CharacteristicResult,
+    PlottedBudget,
+    UncertaintyResult,
+)
 from vcmm.evaluation.sampling import Progress, Sampler
 from vcmm.evaluation.truth import Additive, Predicted, Truth, holds
 from vcmm.evaluation.world import World
@@ -91,7 +96,7 @@ def prepared(task: Task, world: World | None = None) -> LinearModel:
         )
     check_densities(task)
     model = build(without_unknown(task) if task.forms else task, world)
-    model.values(model.q0)
+    assert model.at_estimates is not None  # raises what the characteristics refuse
     return model
 
 
@@ -132,7 +137,7 @@ class _Evaluation:
         self.features = model.task.part.features
         self.terms = model.terms()
         self.sampler = Sampler(model, self.terms, settings, progress, sharing)
-        self.value = model.values(model.q0)
+        self.value = model.at_estimates
         self.indicated = np.where([c.type in gps.FORM for c in model.characteristics], indicated, self.value)
         self.bias = self.value - true_values(model.task)
         self.gradient = model.gradient()

@@ -98,7 +98,7 @@ class Sheet:
                 problems.append(
                     f'{self.at(j)}: "{brief(row[i])}" in column {name} is {what}; remove or repair the row'
                 )
-            elif out[j] < ABSOLUTE_ZERO and _is_temperature(name):
+            elif out[j] < ABSOLUTE_ZERO and is_temperature(name):
                 problems.append(
                     f"{self.at(j)}: {row[i]} degC in column {name} is below absolute zero; repair the row"
                 )
@@ -112,7 +112,8 @@ class Sheet:
         return out
 
 
-def _is_temperature(name: str) -> bool:
+def is_temperature(name: str) -> bool:
+    """Whether a column holds temperatures, no difference of them."""
     return name.startswith(("temp_", "reading_")) and name.endswith("_C") and "gradient" not in name
 
 
@@ -205,8 +206,12 @@ def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
     problems += _wrong_senses(sheet, numbers)
     if problems:
         raise DataError(problems)
-    position = {a: numbers.pop(axis_column(a)) * (DEG if is_rotary(a) else 1.0) for a in axes}
-    offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(sheet.count)) for c in "xyz"], axis=1)
+    taken = {a: numbers.pop(axis_column(a)) for a in axes}
+    position = {a: q * DEG if is_rotary(a) else q for a, q in taken.items()}
+    offset = np.zeros((sheet.count, 3))
+    for i, c in enumerate("xyz"):
+        if f"offset_{c}_mm" in numbers:
+            offset[:, i] = numbers.pop(f"offset_{c}_mm")
     others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in axes_of(numbers)}}
     return Run(position, offset, canonical_columns(others), labels)
 

@@ -1,7 +1,8 @@
 """Tables of very many rows, column by column: CSV read piece by piece, Parquet by pyarrow.
 
 What a cell may hold is the same as in `read_csv`, which keeps every cell as text: some 100 bytes. Here a number takes 8 bytes,
-a label as many letters as the longest one, and pieces of PIECE rows are text for a moment.
+a label as many letters as the longest one, and pieces of PIECE rows are text for a moment. A piece of plain numbers is read by numpy's
+own reader; any other, and any in which something is wrong, cell by cell.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from vcmm.files.columns import (
     cells_of,
     file_columns,
     header_of,
+    is_temperature,
     known_column,
     read_csv,
     row_problems,
@@ -80,41 +82,93 @@ def _streamed(path: Path) -> Sheet:
     header: list[str] = []
     head_line, delimiter = 0, ","
     parts: dict[str, list[Any]] = {}
-    lines: list[Array] = []
-    for piece in _pieces(path):
-        if not header:
+    lines: list[Any] = []
+    for at, text in _pieces(path):
+        quick = _quick(text, header, delimiter) if header else None
+        if quick is not None:
+            for name in header:
+                parts[name].append(quick[name])
+            lines.append(np.arange(at + 1, at + len(text) + 1))
+            continue
+        piece = _kept(at, text)
+        if piece and not header:
             header, delimiter, head_line = header_of(path, piece[0])
             parts = {name: [] for name in header}
             piece = piece[1:]
         if piece:
-            table, numbers = _rows(path, piece, delimiter)
-            problems = row_problems(path, header, table, numbers)
-            if problems:
-                raise DataError(problems)
-            one = Sheet(path, header, table, head_line, numbers)
+            one = _one_by_one(path, piece, header, head_line, delimiter)
             for i, name in enumerate(header):
                 parts[name].append(_column(one, i))
-            lines.append(np.array(numbers))
+            lines.append(np.array(one.lines))
     if not lines:
         return read_csv(path)  # says what is missing
     values = {name: np.concatenate(parts.pop(name)) for name in header}
     return ColumnSheet(path, header, [], head_line, np.concatenate(lines), values)  # type: ignore[arg-type]
 
 
-def _pieces(path: Path) -> Iterator[list[tuple[int, str]]]:
-    """(line, text) of lines that are not empty and no comments."""
+def _pieces(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """(lines before it, lines with their ends) of every piece."""
     try:
         with path.open(encoding="utf-8-sig", newline=None) as file:
             at = 0
             while text := list(islice(file, PIECE)):
-                kept = [(at + k, one.rstrip("\n")) for k, one in enumerate(text, 1)]
+                yield at, text
                 at += len(text)
-                kept = [(k, one) for k, one in kept if one.strip() and not one.lstrip().startswith("#")]
-                if kept:
-                    yield kept
     except UnicodeDecodeError:
         read_text(path)  # says where
         raise
+
+
+def _kept(at: int, text: list[str]) -> list[tuple[int, str]]:
+    """(line, text) of lines that are not empty and no comments."""
+    pairs = ((k, one.rstrip("\n")) for k, one in enumerate(text, at + 1))
+    return [(k, one) for k, one in pairs if one.strip() and not one.lstrip().startswith("#")]
+
+
+def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any] | None:
+    """Columns of a piece by numpy's reader, which takes plain numbers alone; None where a line needs a closer look.
+
+    That is: quotation marks, comments, empty lines, another count of cells, what is no number or beyond its bounds. The slow way
+    then reads the piece, or says what is wrong.
+    """
+    joined = "".join(text)
+    if any(mark in joined for mark in "\"'#\0") or "\n\n" in joined or not joined.strip():
+        return None
+    numbers = {name: name not in LABELS and known_column(name, _KNOWN) for name in header}
+    kinds = [(f"{k}", float if numbers[name] else object) for k, name in enumerate(header)]
+    try:
+        table = np.atleast_1d(np.loadtxt(text, kinds, comments=None, delimiter=delimiter))
+    except ValueError:
+        return None
+    if len(table) != len(text):
+        return None
+    out: dict[str, Any] = {}
+    for k, name in enumerate(header):
+        found = table[f"{k}"]
+        if not numbers[name]:
+            out[name] = np.array([cell.strip() for cell in found], dtype=np.str_)
+        elif _is_plain(found, name):
+            out[name] = found.copy()
+        else:
+            return None
+    return out
+
+
+def _is_plain(found: Array, name: str) -> bool:
+    """Whether all numbers of a column are within the bounds of any table."""
+    low = ABSOLUTE_ZERO if is_temperature(name) else -LARGEST
+    return bool(found.min() >= low and found.max() <= LARGEST)
+
+
+def _one_by_one(
+    path: Path, piece: list[tuple[int, str]], header: list[str], head_line: int, delimiter: str
+) -> Sheet:
+    """The cells of a piece as text. Raises DataError for rows of another length than the header."""
+    table, numbers = _rows(path, piece, delimiter)
+    problems = row_problems(path, header, table, numbers)
+    if problems:
+        raise DataError(problems)
+    return Sheet(path, header, table, head_line, numbers)
 
 
 def _rows(path: Path, piece: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:
@@ -134,7 +188,7 @@ def _column(sheet: Sheet, i: int) -> Any:
             found = np.array([float(c) for c in cells])
         except ValueError:
             return sheet.numbers(name)
-        if np.abs(found).max() <= LARGEST and (not name.startswith("temp_") or found.min() >= ABSOLUTE_ZERO):
+        if _is_plain(found, name):
             return found
     return sheet.numbers(name)
 
@@ -150,22 +204,33 @@ def _parquet(path: Path) -> Sheet:
     except ImportError:
         raise Environment('Parquet files need pyarrow: pip install "vcmm[parquet]"') from None
     try:
-        table = parquet.ParquetFile(path).read()
+        file = parquet.ParquetFile(path)
+        header, count = list(file.schema_arrow.names), file.metadata.num_rows
+        _check_parquet(path, header, count)
+        values, problems = {}, []
+        for name in header:  # one after the other: pyarrow's column is gone before the next is read
+            column = file.read(columns=[name]).column(0)
+            found = _parquet_problems(path, name, column)
+            problems += found
+            if not found:
+                values[name] = _values(name, column)
     except (ArrowException, OSError, ValueError) as error:
         raise DataError(f"{path}:1: no Parquet file ({error}); export it again") from None
-    header = list(table.column_names)
+    if problems:
+        raise DataError(problems)
+    return ColumnSheet(path, header, [], 1, np.arange(1, count + 1), values)  # type: ignore[arg-type]
+
+
+def _check_parquet(path: Path, header: list[str], count: int) -> None:
+    """Raises DataError for names that stand twice, and where there are no rows."""
     problems = [
         f'{path}:1: the column "{n}" is named twice; keep one'
         for n in {n for n in header if header.count(n) > 1}
     ]
-    if table.num_rows == 0:
+    if count == 0:
         problems.append(f"{path}:1: there are no rows; add one row per point")
-    for name in () if problems else header:
-        problems += _parquet_problems(path, name, table.column(name))
     if problems:
         raise DataError(problems)
-    values = {n: _values(n, table.column(n)) for n in header}
-    return ColumnSheet(path, header, [], 1, np.arange(1, table.num_rows + 1), values)  # type: ignore[arg-type]
 
 
 def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
@@ -179,8 +244,8 @@ def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
         return []
     if str(column.type) not in TYPES:
         return [f"{path}:1: column {name} holds {column.type}, not numbers; write it as double"]
-    found = column.to_numpy().astype(float)
-    low = ABSOLUTE_ZERO if name.startswith("temp_") and "gradient" not in name else -LARGEST
+    found = column.to_numpy().astype(float, copy=False)
+    low = ABSOLUTE_ZERO if is_temperature(name) else -LARGEST
     wrong = np.flatnonzero(~((found >= low) & (found <= LARGEST)))
     if not len(wrong):
         return []
@@ -192,5 +257,5 @@ def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
 
 def _values(name: str, column: Any) -> Any:
     if str(column.type) in TYPES and name not in LABELS:
-        return column.to_numpy().astype(float)
-    return np.array([str(v) for v in column.to_pylist()], dtype=np.str_)
+        return column.to_numpy().astype(float, copy=False)
+    return np.concatenate([np.array([str(v) for v in c.to_pylist()], dtype=np.str_) for c in column.chunks])

@@ -10,7 +10,8 @@ import numpy as np
 
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import Array, Run, Series
-from vcmm.files.columns import read_csv, run_columns
+from vcmm.files.columns import run_columns
+from vcmm.files.large_tables import read_table
 from vcmm.response.logs import sensor_of
 
 LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "spindle_load_W", "load_kg")  # besides temp_<name>_C
@@ -36,7 +37,7 @@ def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
 
 
 def _read_log(path: Path) -> dict[str, Series]:
-    sheet = read_csv(path)
+    sheet = read_table(path)
     at = f"{path}:{sheet.header_line}"
     known = ["time_s", *LOGGED, *(c for c in run_columns() if c.startswith("temp_"))]
     problems = [] if "time_s" in sheet.header else [f"{at}: a log needs the column time_s"]

@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.core.axes import is_rotary, unit_vector
 from vcmm.core.errors import DataError, ModelLimit
-from vcmm.core.kinematics import Motion, nominal_tip, tip_motion
+from vcmm.core.kinematics import CHUNK, Motion, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
@@ -142,7 +142,7 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
     if sense.kind == "length" and FROM[0] in run.columns:
         run, direction, ends = _second_ends(run, machine, sense, sheet)
         other = ends if ends is not None else other
-    lines = np.array(sheet.lines, dtype=np.intp)
+    lines = np.asarray(sheet.lines, dtype=np.intp)
     return Recording(
         name,
         sense.kind,
@@ -202,19 +202,28 @@ def with_lateral_share(run: Run, machine: Machine, kind: str) -> Run:
     cut = kind == "path" and "cut_length_mm" in run.columns  # a tool made it, no stylus
     if cut or "probe_lateral" in run.columns or not all(c in run.columns for c in NORMAL):
         return run
+    lateral, stands = np.empty(run.n), True
+    for i in range(0, run.n, CHUNK):
+        rows = slice(i, i + CHUNK)
+        lateral[rows], upright = _lateral_share(run.take(rows), machine)
+        stands &= upright
+    columns = {"probe_lateral": lateral}
+    fixed = not any(machine.axes[a].rotary for a in machine.chain.tool if a in machine.axes)
+    if "probe_angle_rad" not in run.columns and kind == "probe" and fixed and stands:
+        columns["probe_angle_rad"] = np.arctan2(run.columns["ny"], run.columns["nx"])
+    return run.with_columns(columns)
+
+
+def _lateral_share(run: Run, machine: Machine) -> tuple[Array, bool]:
+    """probe_lateral (n,), and whether every stylus is stated and stands along z."""
     long = np.linalg.norm(run.offset, axis=1) > 0
     along = np.where(long[:, None], run.offset, [0.0, 0.0, -1.0])
     chain, axes = machine.chain, machine.axes
     ends = (nominal_tip(chain, axes, Run(run.position, o)) for o in (along, np.zeros_like(along)))
     stylus = next(ends) - next(ends)
     share = (run.normal * stylus).sum(axis=1) / np.linalg.norm(stylus, axis=1)
-    columns = {"probe_lateral": np.sqrt(np.maximum(0.0, 1.0 - share**2))}
     upright = np.abs(stylus[:, 2]) >= (1.0 - 1e-6) * np.linalg.norm(stylus, axis=1)
-    fixed = not any(axes[a].rotary for a in chain.tool if a in axes)
-    known = kind == "probe" and fixed and bool(long.all() and upright.all())
-    if "probe_angle_rad" not in run.columns and known:
-        columns["probe_angle_rad"] = np.arctan2(run.normal[:, 1], run.normal[:, 0])
-    return run.with_columns(columns)
+    return np.sqrt(np.maximum(0.0, 1.0 - share**2)), bool(long.all() and upright.all())
 
 
 def _tip(run: Run, machine: Machine) -> Array:

@@ -37,7 +37,7 @@ from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, check_version, read_toml
 from vcmm.response.indexing import settled
 from vcmm.response.logs import with_logs
-from vcmm.response.nuisance import nuisance_columns
+from vcmm.response.nuisance import named_nuisance
 from vcmm.response.pointing import with_down
 from vcmm.response.recording import ALL_ROWS, Recording
 
@@ -165,7 +165,7 @@ def _machine_file(path: Path) -> Machine:
 def _on_machine(recording: Recording, machine: Machine, data: Path) -> Recording:
     """Unchanged, after all rows were found within the travels. Raises DataError, with the line of the data where it is known."""
     try:
-        machine.prepare(recording.run)
+        machine.check_travels(recording.run)
     except ModelLimit as error:
         if error.row is None or recording.lines is None:
             raise DataError(f"{data}: {error}") from None
@@ -183,7 +183,8 @@ def _without_row(error: ModelLimit) -> str:
 
 def _with_nuisance(recording: Recording, machine: Machine) -> Recording:
     """Unchanged, after its nuisance was found to be possible."""
-    nuisance_columns(recording, machine)
+    for _ in named_nuisance(recording, machine):
+        pass
     return recording
 
 
@@ -215,9 +216,8 @@ def _with_history(recording: Recording, memory: str) -> Run:
     run = recording.run
     if memory == "none" or run.n < 2:
         return run
-    second = recording.other[recording.other >= 0]
-    rows = run.take(np.arange(run.n - len(second)))
-    source = np.concatenate([np.arange(rows.n), recording.row[recording.other >= 0]])
+    two = recording.other >= 0
+    rows = run.take(np.arange(run.n - two.sum())) if two.any() else run
     axes = list(rows.position)
     _check_order(rows)
     columns: dict[str, Array] = {f"travel_{a}_{axis_unit(a)}": travel(rows.q(a)) for a in axes}
@@ -229,7 +229,10 @@ def _with_history(recording: Recording, memory: str) -> Run:
     if memory in ("rows", "path") and accelerated and "time_s" in rows.columns and recording.kind == "path":
         size = np.linalg.norm(np.stack([rows.columns[c] for c in accelerated], axis=1), axis=1)
         columns["time_since_accel_s"] = time_since_acceleration(size, rows.column("time_s"))
-    new = {name: values[source] for name, values in columns.items() if name not in run.columns}
+    new = {name: values for name, values in columns.items() if name not in run.columns}
+    if two.any():
+        source = np.concatenate([np.arange(rows.n), recording.row[two]])
+        new = {name: values[source] for name, values in new.items()}
     return run.with_columns(new)
 
 
@@ -244,11 +247,10 @@ def _with_part(recording: Recording, machine: Machine) -> Recording:
     label = next((recording.nuisance[w] for w in ("rigid", "alignment") if w in recording.nuisance), "pose")
     values = run.labels.get(label, np.zeros(run.n, dtype=np.str_))
     tip = machine.prepare(run).tip
-    part = np.zeros_like(tip)
     for value in np.unique(values):
         rows = values == value
-        part[rows] = tip[rows] - tip[rows].mean(axis=0)
-    return replace(recording, run=run.with_columns({f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}))
+        tip[rows] -= tip[rows].mean(axis=0)
+    return replace(recording, run=run.with_columns({f"part_{c}_mm": tip[:, i] for i, c in enumerate("xyz")}))
 
 
 def _with_down(recording: Recording, machine: Machine, down: list[float] | None) -> Recording:

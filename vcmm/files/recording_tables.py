@@ -166,9 +166,7 @@ def check_words(model: RecordingFile, problems: Problems) -> None:
     for table, formats in TABLES_OF.items():
         if getattr(model, table) is not None and model.shape not in formats:
             due = " or ".join(f'"{f}"' for f in formats)
-            problems.add(
-                (table,), f'[{table}] goes with format = {due}, but the data are read as "{model.shape}"'
-            )
+            problems.add((table,), f'goes with format = {due}, but the data are read as "{model.shape}"')
 
 
 def noise_law(table: NoiseTable, angle: bool) -> Law:

@@ -35,15 +35,14 @@ WANTED = {  # pydantic's error type -> what is due, in words
 class Table(BaseModel):
     """A TOML table: unknown keys are refused, nothing is converted in silence."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True, defer_build=True)
 
     @field_validator("name", check_fields=False)
     @classmethod
     def _one_line(cls, name: object) -> object:
         """A name stands in tables and on pages, whatever it names."""
-        bad = bad_name(name) if isinstance(name, str) and name.strip() else ""
-        if bad:
-            raise ValueError(f"{NAME} {bad}")
+        if isinstance(name, str) and (bad := bad_name(name)):
+            raise ValueError(f"{NAME} {bad}" if name.strip() else f'{NAME} = "{name}" {bad}')
         return name
 
 

@@ -34,6 +34,13 @@ NEGATIVE_LENGTH = (
 )
 
 
+TOOL_SIZES = {  # mm: smallest and largest that a tool has; below and above, a unit is wrong (chosen from catalogues)
+    "length": (0.0, 3000.0), "diameter": (0.02, 1000.0), "corner_radius": (1e-3, 100.0), "nose_radius": (1e-3, 100.0),
+    "stick_out": (0.1, 3000.0), "cutting_length": (0.02, 3000.0), "shank_diameter": (0.1, 1000.0), "width": (0.02, 100.0),
+    "offset_x": (0.0, 3000.0), "offset_y": (0.0, 3000.0),
+}  # fmt: skip
+
+
 class ToolTable(Table):
     length: ToolLength = 0.0
     diameter: Diameter | None = None
@@ -268,6 +275,8 @@ def _tool(key: str, t: ToolTable) -> Tool:
         raise UsageError(f'"{key}" is no tool number; write for example [tools.1]')
     if t.length < 0 and t.shape != "turning":
         raise TableProblems([("length", NEGATIVE_LENGTH.format(t.length))])
+    if wrong := _wrong_sizes(t):
+        raise TableProblems(wrong)
     if t.shape == "bull" and t.corner_radius is None:
         raise UsageError('a bull-nosed cutter needs corner_radius, for example corner_radius = "1 mm"')
     if t.corner_radius is not None and t.shape != "bull":
@@ -297,3 +306,14 @@ def _tool(key: str, t: ToolTable) -> Tool:
         offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
         length_stated="length" in t.model_fields_set,
     )  # fmt: skip
+
+
+def _wrong_sizes(t: ToolTable) -> list[tuple[str, str]]:
+    """(key, what is wrong) of sizes that no tool has: um or m was written for mm."""
+    out = []
+    for key, (least, most) in TOOL_SIZES.items():
+        value = getattr(t, key)
+        if value is not None and not least <= abs(value) <= most:
+            limits = f"{least:g} to {most:g} mm" if least else f"at most {most:g} mm"
+            out.append((key, f"{key} is {value:g} mm, and a tool has {limits}; check its unit"))
+    return out

@@ -150,9 +150,11 @@ def frames(axis: Array) -> Array:
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a
-    u = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
-    v = np.stack([b, sign + y * y * a, -y], axis=-1)
-    return np.stack([u, v, axis], axis=-2)
+    out = np.empty((*axis.shape, 3))
+    out[..., 0, 0], out[..., 0, 1], out[..., 0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
+    out[..., 1, 0], out[..., 1, 1], out[..., 1, 2] = b, sign + y * y * a, -y
+    out[..., 2, :] = axis
+    return out
 
 
 def rows_of(element: Element, local: Array, sizes: Array) -> list[Row]:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from vcmm.core.errors import UsageError
 from vcmm.fit.checks import check_converged, check_points, check_rank, check_spread, element_of
-from vcmm.fit.elements import Array, Element, Fitted, Mask, frames, free_pose, rows_of, signed_residuals
-from vcmm.fit.newton import State, descend, to_local
+from vcmm.fit.elements import Array, Element, Fitted, Mask, free_pose, rows_of, signed_residuals
+from vcmm.fit.newton import State, Turned, descend, to_local
 from vcmm.fit.start import TRIAL_AXES, algebraic_start
 
 _CHUNK = 16_384  # values per work array: the arrays of one chunk stay in the processor's cache
@@ -147,10 +147,10 @@ def _fit_chunk(
             axis if axis is not None else start.axis if element.has_axis else np.tile(upright, (len(data), 1))
         )
         begin = State((start.point - centroid) / scale, wanted, start.sizes / unit)
-    state, done, matrix = descend(element, free, data, begin, tolerance)
-    fitted_frame = frames(state.axis)
-    state = _oriented(element, state, start, axis is not None)
-    local, frame = to_local(data, state)
+    found, done, matrix, fitted_frame = descend(element, free, data, begin, tolerance)
+    state = _oriented(element, found, start, axis is not None)
+    turned = Turned(fitted_frame, fitted_frame @ data) if state is found else None
+    local, frame = to_local(data, state, turned)
     residuals, normals = signed_residuals(rows_of(element, local, state.sizes), frame, local[:, 0].shape)
     shown = state.axis if element.has_axis else np.zeros_like(state.axis)
     point = state.point * scale + centroid
@@ -177,4 +177,4 @@ def _oriented(element: Element, state: State, start: State | None, is_fixed: boo
         along = np.take_along_axis(axis, np.argmax(np.abs(axis), axis=-1)[:, None], axis=-1)
     else:
         along = np.sum(axis * start.axis, axis=-1, keepdims=True)
-    return state._replace(axis=np.where(along < 0.0, -axis, axis))
+    return state._replace(axis=np.where(along < 0.0, -axis, axis)) if (along < 0.0).any() else state

@@ -34,10 +34,23 @@ class Equations(NamedTuple):
     cost: Array
 
 
-def to_local(data: Array, state: State) -> tuple[Array, Array]:
-    """Data (B, 3, n) in the element frames, and the frames (B, 3, 3)."""
-    frame = frames(state.axis)
-    return frame @ data - frame @ state.point[..., None], frame
+class Turned(NamedTuple):
+    """Element frames (B, 3, 3), and the data (B, 3, n) turned into them: all that follows from the axes alone."""
+
+    frame: Array
+    data: Array
+
+
+def turned_to(data: Array, axis: Array) -> Turned:
+    """Data (B, 3, n) turned into the frames of axes (B, 3)."""
+    frame = frames(axis)
+    return Turned(frame, frame @ data)
+
+
+def to_local(data: Array, state: State, turned: Turned | None = None) -> tuple[Array, Array]:
+    """Data (B, 3, n) in the element frames, and the frames (B, 3, 3). turned: where it is known already."""
+    frame, along = turned or turned_to(data, state.axis)
+    return along - frame @ state.point[..., None], frame
 
 
 def seated(element: Element, state: State) -> State:
@@ -53,8 +66,10 @@ def seated(element: Element, state: State) -> State:
     return State(state.point - along[:, None] * state.axis, state.axis, sizes)
 
 
-def _equations(element: Element, free: tuple[int, ...], data: Array, state: State) -> tuple[Equations, Array]:
-    local, frame = to_local(data, state)
+def _equations(
+    element: Element, free: tuple[int, ...], data: Array, state: State, turned: Turned | None
+) -> tuple[Equations, Array]:
+    local, frame = to_local(data, state, turned)
     d, jac, _ = jacobian(element, free, local, state.sizes)
     matrix = jac @ jac.swapaxes(-1, -2)
     gradient = (jac @ d[..., None])[..., 0]
@@ -64,7 +79,7 @@ def _equations(element: Element, free: tuple[int, ...], data: Array, state: Stat
 def moved(element: Element, free: tuple[int, ...], state: State, frame: Array, step: Array) -> State:
     """State after the step (B, p): displacement and small rotation in the element frame, then the sizes."""
     motion = np.zeros((len(step), 5))
-    motion[:, list(free)] = step[:, : len(free)]
+    motion[:, free] = step[:, : len(free)]
     point = state.point + (motion[:, None, :3] @ frame)[:, 0]
     axis = state.axis
     if RX in free or RY in free:  # w x a with w = wu u + wv v is wv u - wu v
@@ -110,8 +125,8 @@ def _is_no_worse(cost: Array, before: Array, m: int, state: State) -> Mask:
 
 def descend(
     element: Element, free: tuple[int, ...], data: Array, start: State, tolerance: float
-) -> tuple[State, Mask, Array]:
-    """Least-squares state of each member, mask (B,) of the converged ones, normal matrix (B, p, p) there.
+) -> tuple[State, Mask, Array, Array]:
+    """Least-squares state of each member, mask (B,) of the converged ones, normal matrix (B, p, p) and frame (B, 3, 3) there.
 
     data (B, 3, n): centred on the centroid and scaled to extent 1.
     """
@@ -119,12 +134,13 @@ def descend(
     state = trial = seated(element, start)
     damping = np.zeros(len(data))
     done = np.zeros(len(data), dtype=bool)
-    equations, frame = _equations(element, free, data, trial)
+    held = None if RX in free or RY in free else turned_to(data, trial.axis)  # the axes stay as they are
+    equations, frame = _equations(element, free, data, trial, held)
     for _ in range(MAX_STEPS):
         step = _solve(equations, damping)
         finished = ~done & (damping < 1e-3) & _is_done(equations, step, state, m, tolerance)
         trial = moved(element, free, state, frame, step)
-        now, turned = _equations(element, free, data, trial)
+        now, turned = _equations(element, free, data, trial, held)
         better = ~done & _is_no_worse(now.cost, equations.cost, m, state)
         if better.all():
             state, equations, frame = trial, now, turned
@@ -137,4 +153,4 @@ def descend(
         done |= finished
         if done.all():
             break
-    return state, done, equations.matrix
+    return state, done, equations.matrix, frame

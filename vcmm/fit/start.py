@@ -95,7 +95,7 @@ def _searched(element: Element, free: tuple[int, ...], data: Array, axis: Array 
     best = np.argsort(cost, axis=1, kind="stable")[:, :FINALISTS] + count * np.arange(batch)[:, None]
     finalists = State(*(a[best.ravel()] for a in state))
     repeated = np.repeat(data, best.shape[1], axis=0)
-    state, done, _ = descend(element, free, repeated, finalists, 1e-9)
+    state, done, _, _ = descend(element, free, repeated, finalists, 1e-9)
     cost = _cost(element, repeated, state) * np.where(done, 1.0, 4.0)
     winner = np.argmin(cost.reshape(batch, -1), axis=1) + best.shape[1] * np.arange(batch)
     return State(*(a[winner] for a in state))

@@ -73,12 +73,12 @@ class Audited:
     @property
     def p_value(self) -> float:
         """Probability of a count as far or further out, were the coverage at the end of the band: 1 inside (exact binomial test)."""
-        from scipy.stats import binom
+        from scipy.special import betainc, betaincc  # the binomial sums; scipy.stats takes a second to import
 
-        held = round(self.attained * self.parts)
+        held, n = round(self.attained * self.parts), self.parts
         if self.attained < self.least:
-            return float(binom.cdf(held, self.parts, self.least))
-        return float(binom.sf(held - 1, self.parts, self.most)) if self.attained > self.most else 1.0
+            return float(betaincc(held + 1, n - held, self.least))
+        return float(betainc(held, n - held + 1, self.most)) if self.attained > self.most else 1.0
 
     @property
     def outside(self) -> bool:
@@ -211,7 +211,7 @@ def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
 def _held_exactly(known: PreparedTask, wanted: Sequence[int], indicated: Array) -> list[tuple[int, Audited]]:
     """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
     model = known.result.model
-    truth = model.values(model.q0) - np.array([r.bias for r in known.result.characteristics])
+    truth = model.at_estimates - np.array([r.bias for r in known.result.characteristics])
     return [(i, _held(known.result.characteristics[i], indicated[:, i], float(truth[i]))) for i in wanted]
 
 

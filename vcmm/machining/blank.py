@@ -182,7 +182,7 @@ def _volume(stock: Dexels) -> float:
 def shank_collisions(
     setup: Setup, program: Program, sweep: Sweep, left: Stock
 ) -> tuple[tuple[int, int, float], ...]:
-    """(line, tool, depth mm) of moves whose shank or holder runs in what the whole program leaves of the stock.
+    """(line, tool, depth mm) of lines whose shank or holder runs in what the whole program leaves of the stock, deepest of their runs.
 
     The shank is a cylinder from the end of the cutting edges upwards. Material that a later move removes is not looked at.
     """
@@ -202,7 +202,11 @@ def shank_collisions(
     )  # fmt: skip
     found = remove(left, raised, np.ones(len(rows), bool))
     hit = [moves[int(rows[k])] for k in found.collisions.tolist()]
-    return tuple((m.source.line, m.tool, float(d)) for m, d in zip(hit, found.collision_depth))
+    deepest: dict[tuple[int, int], float] = {}
+    for m, depth in zip(hit, found.collision_depth.tolist()):
+        one = (m.source.line, m.tool)
+        deepest[one] = max(deepest.get(one, 0.0), depth)
+    return tuple((line, tool, depth) for (line, tool), depth in deepest.items())
 
 
 def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:

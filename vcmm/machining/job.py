@@ -63,7 +63,9 @@ def cut(
     notes = (*notes, *unseen(outcome, reading))
     report("mapping the surface", 0.0)
     patches = surface_map(job)
-    warnings = (*remarks(job), *notes, *_beyond_contacts(again, notes), *outcome.warnings)
+    warnings = tuple(
+        dict.fromkeys((*remarks(job), *notes, *_beyond_contacts(again, notes), *outcome.warnings))
+    )
     outcome = replace(outcome, warnings=warnings, characteristics=with_uncut(outcome, task, job))
     halves = {c.name: batch(c) for c in outcome.characteristics}
     return CutResult(
@@ -90,7 +92,7 @@ def measure_cut(scenario: CutScenario, seed: int | None = None) -> Measurement:
     """
     job = set_up(scenario)
     task, world, notes = finished_part(job)
-    return measure_task(task, seed, world, (*remarks(job), *notes))
+    return measure_task(task, seed, world, tuple(dict.fromkeys((*remarks(job), *notes))))
 
 
 def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:

@@ -125,10 +125,10 @@ def touches(
     columns |= probe_columns(plan, stylus, normal)
     columns |= {name: np.full(len(points), value) for name, value in (constants or {}).items()}
     run = Run(position, offset, columns, labels)
-    _check_reach(machine, run, feature)
+    run = _within_reach(machine, run, feature)
     rows = {name: np.flatnonzero(feature == name) for name in dict.fromkeys(feature)}
     return Touches(
-        run=machine.prepare(run), points=points, normals=normals, approach=approach, tip_radius=radius, rows=rows,
+        run=run, points=points, normals=normals, approach=approach, tip_radius=radius, rows=rows,
         pose=pose,
     )  # fmt: skip
 
@@ -163,9 +163,10 @@ def _check_approach(feature: Array, normals: Array, approach: Array) -> None:
         )
 
 
-def _check_reach(machine: Machine, run: Run, feature: Array) -> None:
+def _within_reach(machine: Machine, run: Run, feature: Array) -> Run:
+    """The run prepared by the machine. ModelLimit, with the feature of the point, for a touch outside the travels."""
     try:
-        machine.prepare(run)
+        return machine.prepare(run)
     except ModelLimit as error:
         where = f" (a point on {feature[error.row]})" if error.row is not None else ""
         raise ModelLimit(f"the plan leaves the machine{where}: {error}") from None

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm import charts
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
@@ -25,6 +25,8 @@ from vcmm.part.part import Part
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm import charts
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,8 @@ class Scenario:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Touches of the plan with their outward normals, in workpiece axes of the machine."""
+        from vcmm import charts
+
         placed = self.task().touches
         normals = placed.pose.turn(placed.normals)
         at, names = placed.pose.apply(placed.points), placed.run.labels["feature"]
@@ -63,7 +67,13 @@ class Scenario:
         return informed(machine, inputs=(*self.inputs, *remaining))
 
     def task(self) -> Task:
-        """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
+        """The plan placed in the machine, with all Inputs; made once, since nothing here changes. Raises ModelLimit for points
+        out of reach.
+        """
+        return self._placed
+
+    @cached_property
+    def _placed(self) -> Task:
         machine = self.informed_machine()
         placed = touches(self.plan, self.pose, machine, self.constants)
         form = _form(self, placed)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -42,6 +43,12 @@ class Task:
     forms: Mapping[str, Lobes] = field(
         default_factory=dict
     )  # stated ones, of which `form` holds what is known
+
+    @cached_property
+    def without_errors(self) -> Array:
+        """Characteristics (C,) of what a perfect machine would touch, mm or rad."""
+        still = np.zeros((self.touches.run.n, 3))
+        return evaluate_all(self, fit_features(self, measured_points(self, still)))
 
 
 def measured_points(task: Task, indication_error: Array) -> Array:

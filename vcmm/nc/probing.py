@@ -71,11 +71,19 @@ class Feeler(NamedTuple):
         """Coordinate of a surface along an axis (0, 1, 2), mm as programmed: the probe goes there from where it stands, and back.
 
         expected: where the program takes the surface to be; sense: +1 or -1, the way to it. From the side the ball touches its
-        radius before; from above with its lowest point.
+        radius before; from above with its lowest point; from below with its highest one, and the reading stays low by the diameter,
+        since along the probe controls correct the length alone (HEIDENHAIN, TNC7, cycle 427: Q272 = 3). That is told.
         """
+        below = axis == 2 and sense > 0
         radius = 0.0 if axis == 2 else self.radius
-        distance = sense * (expected - self.recorder.p[axis]) - radius
+        distance = sense * (expected - self.recorder.p[axis]) - (2.0 * self.radius if below else radius)
         found = self.feel(at(ORIGIN, axis, sense), distance)
+        if below and self.radius:
+            self.recorder.remark(
+                f"Z is touched from below: along the probe the control corrects its length alone, so the reading is {2.0 * self.radius:g} mm (the ball) below "
+                "the surface; add the diameter of the ball where the program goes on with it",
+                kind="from below",
+            )
         return found[axis] + sense * radius
 
     def rim(self, middle: tuple[float, float], diameter: float, angle: float, inside: bool) -> Point:

@@ -140,6 +140,7 @@ class Setup:
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
+    set_as_cut: bool = False  # with the rotary axes where they stand while the offset cuts, not at zero
     set_with: int | None = (
         None  # tool with which X and Y of the work offsets were set; None = the first that cuts
     )

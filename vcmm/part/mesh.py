@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError, Environment
 from vcmm.core.pose import Array, dot, frozen, length
+from vcmm.core.text import read_head
 
 FORMATS = (".stl", ".obj", ".ply")
 _PAIRS = 200_000  # point-triangle pairs per block, about 50 MB of temporaries
@@ -46,14 +47,21 @@ def load_mesh(path: str | Path) -> Mesh:
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise DataError(f"{path}: a mesh is read from {', '.join(FORMATS)}; convert the file to one of them.")
-    if not path.exists():
-        raise DataError(f"{path}: no such file; check the name of the mesh.")
     try:
         import trimesh
     except ImportError as error:
         raise Environment("Reading a mesh needs trimesh; install it with: pip install trimesh") from error
+    read_head(path)
     try:
-        loaded = trimesh.load_mesh(path)
+        loaded = trimesh.load_mesh(
+            path, process=False, **({"skip_materials": True} if path.suffix.lower() == ".obj" else {})
+        )
+        _check(
+            np.asarray(loaded.vertices), np.asarray(loaded.faces)
+        )  # before trimesh leaves out what is not finite
+        loaded.process()
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from error
     except Exception as error:  # trimesh raises whatever its parsers raise
         raise DataError(f"{path}: not a readable mesh ({error}); export it again.") from error
     try:
@@ -72,6 +80,8 @@ def _check(vertices: Array, faces: npt.NDArray[np.intp]) -> None:
         raise DataError(f"Vertex {bad} of the mesh is not finite; export it again.")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise DataError(f"A face of the mesh names a vertex outside 0..{len(vertices) - 1}; export it again.")
+    if not (face_normals(vertices[faces]) != 0.0).any():
+        raise DataError("No triangle of the mesh has an area; export it again.")
 
 
 def face_normals(triangles: Array) -> Array:

@@ -119,14 +119,14 @@ class TableRoom:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Drawing back at one pose. asked (k,): touches it starts from; pairs (j, 2): the blocked moves, ends among `asked`.
+    """Drawing back at m poses that see the part from one side; at one where something stands on the table. asked (k,): touches it starts from; pairs (j, 2): the blocked moves, ends among `asked`.
 
-    zero (n, 3): the tip with all axes at zero. limits (2, 3): travels along x, y, z.
+    poses: a batch (m,). zero (n, 3): the tip with all axes at zero. limits (2, 3): travels along x, y, z.
     """
 
     tooling: Tooling
     rows: TouchSequence
-    pose: Pose
+    poses: Pose
     asked: Ints
     pairs: Ints
     zero: Array
@@ -134,14 +134,14 @@ class Way:
 
 
 def moves_lacking(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
-    """What drawing back lacks, mm: (j,) per blocked move, (n,) where a stylus comes into play or goes out of it.
+    """What drawing back lacks, mm: (m, j) per pose and blocked move, (n,) where a stylus comes into play or goes out of it.
 
     reach (p, 3): points whose hull holds part and clamps on it, drawing frame. of_part (n,): what drawing back lacks of
     the part; beyond `reach` there is none of it, so it holds for every way that ends farther out.
     """
     over, ends = _at_level(way, reach, of_part, table)
     if table is not None and len(table.corners) and max(over.max(initial=0.0), ends.max()) > 0.0:
-        farther = np.concatenate([reach, way.pose.inverse().apply(table.corners)])
+        farther = np.concatenate([reach, way.poses.each()[0].inverse().apply(table.corners)])
         other = _at_level(way, farther, of_part, table)
         over, ends = np.minimum(over, other[0]), np.minimum(ends, other[1])
     return over, ends
@@ -151,17 +151,20 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
     """The same for drawing back beyond `reach` only. At a change of stylus the operator chooses the way: no travels there."""
     rows, both = way.rows, np.concatenate([way.asked, way.asked])
     begin = np.concatenate([rows.start[way.asked], rows.left[way.asked]])
-    end = beyond(way.tooling, reach, rows, both, begin, way.pose.rotation.T)
-    begin, end = way.pose.apply(begin), way.pose.apply(end)
+    end = beyond(way.tooling, reach, rows, both, begin, way.poses.rotation[0].T)
+    m = len(way.poses.shift)
+    ends_at = way.poses.apply(np.broadcast_to(end, (m, *end.shape)))
     back, crossing = of_part.copy(), np.zeros(len(way.pairs))
     if table is not None:
-        lacks = way.tooling.moving(table.solid, both, begin, end, np.eye(3))
+        begins_at = way.poses.each()[0].apply(begin)
+        lacks = way.tooling.moving(table.solid, both, begins_at, ends_at[0], np.eye(3))
         back[way.asked] = np.maximum(back[way.asked], _worse(lacks))
-        crossing = _crossing(way, end, table.solid)
-    travel = np.zeros(rows.n)
-    travel[way.asked] = _worse(_beyond_travels(way, both, end))
+        crossing = _crossing(way, ends_at[0], table.solid)
+    travel = np.zeros((m, rows.n))
+    travel[:, way.asked] = _worse(_beyond_travels(way, both, ends_at))
     a, b = way.pairs.T
-    over = np.max([back[a], back[b], travel[a], travel[b], crossing], axis=0)
+    known = np.max([back[a], back[b], crossing], axis=0)
+    over = np.maximum(known, np.maximum(travel[:, a], travel[:, b]))
     ends = np.zeros(rows.n)
     ends[rows.ends] = back[rows.ends]
     return over, ends
@@ -169,7 +172,7 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
 
 def _worse(lacks: Array) -> Array:
     """Of drawing back from the start and from the retract of each touch."""
-    return np.asarray(lacks.reshape(2, -1).max(axis=0))
+    return np.asarray(lacks.reshape(*lacks.shape[:-1], 2, -1).max(axis=-2))
 
 
 def _crossing(way: Way, end: Array, solid: Solid) -> Array:
@@ -180,8 +183,8 @@ def _crossing(way: Way, end: Array, solid: Solid) -> Array:
 
 
 def _beyond_travels(way: Way, which: Ints, end: Array) -> Array:
-    """(2k,) mm by which the drawn-back places leave the travels; between two that do not the crossing keeps them too."""
+    """(m, 2k) mm by which the drawn-back places (m, 2k, 3) leave the travels; between two that do not the crossing keeps them too."""
     low, high = way.limits
     wanted = end - way.zero[which]
-    over = np.maximum(low - wanted, wanted - high).max(axis=1)
+    over = np.maximum(low - wanted, wanted - high).max(axis=-1)
     return np.where(over > ROUNDING, over, 0.0)

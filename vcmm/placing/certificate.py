@@ -18,6 +18,7 @@ from vcmm.evaluation.streams import key
 from vcmm.placing.fixture_boxes import PoseBox
 from vcmm.placing.objective import Objective, PoseSpread, Uncertain
 from vcmm.placing.search import SearchOutcome, differences, polished_from
+from vcmm.placing.sobol import sobol
 
 SLOPES = 24  # lowest poses of the scan whose slopes are measured
 Progress = Callable[[str, float], None]
@@ -110,10 +111,7 @@ def _even(d: int, count: int, seed: Sequence[int]) -> Array:
     """(count, d); one point where nothing is free."""
     if d == 0:
         return np.zeros((1, 0))
-    from scipy.stats import qmc
-
-    power = int(np.ceil(np.log2(count)))
-    return np.asarray(qmc.Sobol(d, seed=np.random.default_rng(seed)).random_base2(power)[:count])
+    return sobol(d, count, np.random.default_rng(seed).spawn(1)[0])  # the stream that scipy would take
 
 
 def scan_after(

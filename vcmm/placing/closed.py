@@ -41,6 +41,15 @@ class KnownInput:
 
     def spread(self, k: int) -> Array:
         """(k, r) or (k,): departure of the k elements per independent unit draw; a vector where it is diagonal."""
+        if k not in self._spreads:
+            self._spreads[k] = self._spread(k)
+        return self._spreads[k]
+
+    @cached_property
+    def _spreads(self) -> dict[int, Array]:
+        return {}
+
+    def _spread(self, k: int) -> Array:
         law, factor = self.input.spread(k)
         if isinstance(law, MultivariateSamples):
             return MultivariateNormal(law.covariance).factor

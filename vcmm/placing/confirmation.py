@@ -74,10 +74,12 @@ def _batches(objective: Uncertain, six: Array, seed: int, batches: int) -> Array
     terms, values = with_products(model, model.terms())
     rows = terms[0].gain.shape[0] if terms else len(model.q0)
     start = np.concatenate([model.q0, np.zeros(rows - len(model.q0))])
-    perfect = objective.closed.model.values(objective.closed.model.q0)
+    perfect = objective.closed.model.at_estimates
     out = []
     for b in range(batches):
-        blocks = simulate(start, terms, seed=seed, trials=TRIALS, first=b * TRIALS, fold=False)
+        blocks = simulate(
+            start, terms, seed=seed, trials=TRIALS, first=b * TRIALS, fold=False, of=2 * batches * TRIALS
+        )
         y = np.concatenate([values(block) for block in blocks])
         out.append(_value(objective, y, perfect, np.random.default_rng([seed, b])))
     return np.array(out)

@@ -17,6 +17,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.measuring.fixture import DOFS, Fixture, Freedom, pose_of, shown
 from vcmm.placing.hindrances import Constraint, Hindrance
+from vcmm.placing.sobol import sobol
 from vcmm.placing.travels import Travels
 
 Bools = npt.NDArray[np.bool_]
@@ -136,10 +137,7 @@ def _probes(box: PoseBox, count: int = 1024) -> Array:
     """Coordinates that cover a box, the middle and the corners of its turns among them."""
     if not box.d:
         return np.zeros((1, 0))
-    from scipy.stats import qmc
-
-    points = qmc.Sobol(box.d, scramble=False).random(count)
-    return np.concatenate([points, np.full((1, box.d), 0.5)])
+    return np.concatenate([sobol(box.d, count), np.full((1, box.d), 0.5)])
 
 
 def no_pose(closed: Sequence[PoseBox]) -> str:

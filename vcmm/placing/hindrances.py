@@ -55,7 +55,7 @@ WHAT = {
 
 def problems(check: Any, pose: Pose) -> list[Hindrance]:
     """Everything that is in the way at one pose; check is a `vcmm.placing.reach.Feasibility`, which stands above this module."""
-    one = Pose(pose.rotation[None], pose.shift[None])
+    one = pose.alone()
     every = [*_static(check, one), *_travel(check, one), *_of_tool(check, pose)]
     return [p for p in every if p.amount > 0.0]
 
@@ -133,7 +133,8 @@ def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
             out.append(
                 _of("clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount))
             )
-    moves, ends = check.blocked(pose, of_part, table)
+    every, ends = check.blocked(pose.alone(), of_part, table)
+    moves = every[0]
     for k in np.flatnonzero(moves):
         a, b = (names[i] for i in of_part.pairs[k])
         text = f"from {a} to {b}: neither straight nor by drawing back along the shaft is the way free ({moves[k]:.4g} mm)"

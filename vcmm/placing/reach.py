@@ -76,9 +76,9 @@ class Feasibility:
         """(m,): nothing is in the way."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
         together = Pose.from_turns(six[:, :3], six[:, 3:])
-        static, every = self._static(six, together).max(axis=1), together.each()
-        for i in np.flatnonzero(static == 0.0):  # the tool is looked at where nothing simpler is in the way
-            static[i] = self._of_tool(every[i]).max()
+        static = self._static(six, together).max(axis=1)
+        left = np.flatnonzero(static == 0.0)  # the tool is looked at where nothing simpler is in the way
+        static[left] = self._of_tool(together.some(left)).max(axis=1)
         return np.asarray(static == 0.0)
 
     def violation(self, poses: npt.ArrayLike) -> Array:
@@ -89,10 +89,7 @@ class Feasibility:
         """(m, len(CONSTRAINTS)) mm, 0 where met. Angles count as the arc at the part's rim, kg as mm."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
         together = Pose.from_turns(six[:, :3], six[:, 3:])
-        out = self._static(six, together)
-        for row, pose in zip(out, together.each()):
-            row += self._of_tool(pose)
-        return out
+        return np.asarray(self._static(six, together) + self._of_tool(together))
 
     def _static(self, six: Array, pose: Pose) -> Array:
         """The columns that need no tool (m, len(CONSTRAINTS)), others 0; pose: the batch of the six numbers (m, 6)."""
@@ -164,9 +161,9 @@ class Feasibility:
         return np.array([-self.rows.plan.styli[name].direction for name in self.rows.styli])
 
     def steep(self, rotation: Array) -> Array:
-        """(n,) rad by which the shaft leans over the surface too far."""
+        """(..., n) rad by which the shaft leans over the surface too far, by rotations (..., 3, 3)."""
         shafts = self.shafts @ rotation
-        cosine = np.einsum("ni,ni->n", shafts[self.rows.stylus], self.rows.normal)
+        cosine = np.einsum("...ni,ni->...n", shafts[..., self.rows.stylus, :], self.rows.normal)
         off = np.arccos(np.clip(cosine, -1.0, 1.0)) - self.scenario.surroundings.steepest
         return np.where(off > 1e-9, off, 0.0)
 
@@ -226,33 +223,50 @@ class Feasibility:
             normal=pose.turn(r.normal),
         )
 
-    def blocked(self, pose: Pose, of_part: Room, table: TableRoom | None) -> tuple[Array, Array]:
-        """Moves that cannot be made: (k,) mm per pair (straight and by drawing back), (n,) mm where a stylus changes."""
+    def blocked(self, poses: Pose, of_part: Room, table: TableRoom | None) -> tuple[Array, Array]:
+        """Moves that cannot be made at m poses of one side (one, where there is a table): (m, k) mm per pair (straight and by
+        drawing back), (n,) mm where a stylus changes.
+        """
         direct = of_part.direct if table is None else np.maximum(of_part.direct, table.room.direct)
         pairs = of_part.pairs
         asked = drawn_back(self.rows, pairs[direct > 0.0])
         way = Way(
-            self.tooling, self.rows, pose, asked, pairs[direct > 0.0], zero=self.zero, limits=self.limits()
+            self.tooling, self.rows, poses, asked, pairs[direct > 0.0], zero=self.zero, limits=self.limits()
         )
-        over, ends = moves_lacking(way, self.reach, self.part_back(pose.rotation, asked), table)
-        moves = np.zeros(len(pairs))
-        moves[direct > 0.0] = np.minimum(over, direct[direct > 0.0])
+        over, ends = moves_lacking(way, self.reach, self.part_back(poses.rotation[0], asked), table)
+        moves = np.zeros((len(over), len(pairs)))
+        moves[:, direct > 0.0] = np.minimum(over, direct[direct > 0.0])
         return moves, ends
 
-    def _of_tool(self, pose: Pose) -> Array:
-        """The columns that need the tool, for one pose; others 0."""
-        out, column = np.zeros(len(CONSTRAINTS)), CONSTRAINTS.index
-        out[column("direction")] = self.steep(pose.rotation).max() * self._arm()
-        of_part, table = self.room(pose.rotation), self.table_room(pose)
+    def _of_tool(self, poses: Pose) -> Array:
+        """The columns that need the tool (m, len(CONSTRAINTS)), others 0; poses that see the part from one side together."""
+        out, sides = np.zeros((len(poses.shift), len(CONSTRAINTS))), dict[tuple[float, ...], list[int]]()
+        around = self.scenario.surroundings
+        shared = around.table is None and all(c.on != "table" for c in around.clamps)
+        for i, key in enumerate(self.tooling.keys(poses.rotation)):
+            sides.setdefault(key if shared else (float(i),), []).append(i)
+        for rows in sides.values():
+            out[rows] = self._of_side(poses.some(np.array(rows)))
+        return out
+
+    def _of_side(self, poses: Pose) -> Array:
+        """The same for poses of one side; one pose where something stands on the table."""
+        out, column, first = (
+            np.zeros((len(poses.shift), len(CONSTRAINTS))),
+            CONSTRAINTS.index,
+            poses.each()[0],
+        )
+        out[:, column("direction")] = self.steep(poses.rotation).max(axis=1) * self._arm()
+        of_part, table = self.room(first.rotation), self.table_room(first)
         for name in NAMES:
-            out[column(name)] = of_part.bodies[name].max()
-        out[column("approach")] = of_part.tip.max()
+            out[:, column(name)] = of_part.bodies[name].max()
+        out[:, column("approach")] = of_part.tip.max()
         if table is not None:
             worst = max(float(b.max()) for b in table.room.bodies.values())
             tip, overlap = float(table.room.tip.max()), float(table.overlap.max(initial=0.0))
-            out[column("clamps")] = max(worst, tip, overlap)
-        moves, ends = self.blocked(pose, of_part, table)
-        out[column("moves")] = max(float(moves.max(initial=0.0)), float(ends.max(initial=0.0)))
+            out[:, column("clamps")] = max(worst, tip, overlap)
+        moves, ends = self.blocked(poses, of_part, table)
+        out[:, column("moves")] = np.maximum(moves.max(axis=1, initial=0.0), float(ends.max(initial=0.0)))
         return out
 
 

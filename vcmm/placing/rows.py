@@ -117,9 +117,14 @@ class Rows:
     def _probe(self, normal: Array, m: int) -> Mapping[str, Array]:
         if not {"probe_angle_rad", "probe_lateral", "stylus_length_mm"} & self.needed:
             return {}
-        styli = [self.scenario.plan.styli[str(s)] for s in self.still.labels["stylus"]]
-        direction, length = np.array([s.direction for s in styli]), np.array([s.length for s in styli])
+        direction, length = self._styli
         return probe_angles(np.tile(direction, (m, 1)), np.tile(length, m), normal)
+
+    @cached_property
+    def _styli(self) -> tuple[Array, Array]:
+        """Direction (n, 3) and length (n,) of the stylus of every touch that is looked at."""
+        styli = [self.scenario.plan.styli[str(s)] for s in self.still.labels["stylus"]]
+        return np.array([s.direction for s in styli]), np.array([s.length for s in styli])
 
     def _history(self, six: Array) -> dict[str, Array]:
         """Speeds and senses (m, all touches), as `plan.touches` makes them; only where an effect asks for some."""

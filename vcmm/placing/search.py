@@ -16,6 +16,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.placing.fixture_boxes import PoseBox
 from vcmm.placing.objective import Objective
+from vcmm.placing.sobol import sobol
 
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass
@@ -114,11 +115,9 @@ def _nothing(asked: Sequence[CountedObjective]) -> ModelLimit:
 
 
 def _sobol(d: int, count: int, seed: int) -> Array:
-    from scipy.stats import qmc
-
     if d == 0:
         return np.zeros((1, 0))
-    return np.asarray(qmc.Sobol(d, seed=seed).random_base2(int(np.log2(count))))
+    return sobol(d, 2 ** int(np.log2(count)), np.random.default_rng(seed))
 
 
 def _polished(

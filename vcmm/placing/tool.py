@@ -134,8 +134,12 @@ class Tooling:
 
     def key(self, rotation: Array) -> tuple[float, ...]:
         """Poses with one key (machine_from_part rotations) see the part from the same side: all bodies are round."""
-        seen = self.looks @ rotation
-        return tuple((np.round(seen, 9) + 0.0).ravel().tolist())
+        return self.keys(rotation[None])[0]
+
+    def keys(self, rotations: Array) -> list[tuple[float, ...]]:
+        """`key` of each of (m, 3, 3)."""
+        seen = np.round(self.looks @ rotations, 9) + 0.0
+        return list(map(tuple, seen.reshape(len(seen), -1).tolist()))
 
     @cached_property
     def looks(self) -> Array:

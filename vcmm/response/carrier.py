@@ -91,7 +91,8 @@ class Carrier:
         if key not in self._ways:
             self._ways[key] = self._way(key)
         turned = self.sight.turned if effect.link == "reading" and effect.on_cut_part == "turned" else 1.0
-        return turned * self.machine.sign(effect) * self._ways[key]
+        factor = turned * self.machine.sign(effect)
+        return self._ways[key] if factor == 1.0 else factor * self._ways[key]
 
     def _way(self, link: tuple[str, str]) -> Array:
         sight = self.sight

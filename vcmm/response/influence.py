@@ -111,13 +111,15 @@ def products(machine: Machine, run: Run, known: Sequence[Influence]) -> tuple[Pr
 
     GUM H.1: alpha_s dTheta + theta dAlpha; the product of the two departures remains where an estimate is zero.
     """
-    along, out = _carriers(machine, run), []
+    along: tuple[Carrier, ...] = ()
+    out = []
     scalar = [i for i, f in enumerate(known) if f.response.shape[2] == 1]
     scalar = [i for i in scalar if not isinstance(known[i].input.law, MultivariateSamples)]
     for a, i in enumerate(scalar):
         for j in scalar[a + 1 :]:
             one, other = known[i].input, known[j].input
             if meet(machine, one, other):
+                along = along or _carriers(machine, run)
                 response = np.stack([carrier.product(one, other) for carrier in along], axis=1)
                 if np.abs(response).max(initial=0.0) > 1e-12:
                     out.append(Product(i, j, response))

@@ -66,9 +66,16 @@ def joined(recordings: Sequence[Recording], machine: Machine) -> Joined:
         missing=tuple(dict.fromkeys([*left_out, *(c for r in recordings for c in r.missing)])),
         index={f"{r.name}: {k}": v for r in recordings for k, v in r.index.items()},
         known=_known(recordings, machine),
+        chosen_from=_chosen_from(recordings),
     )
     part = np.repeat(np.arange(len(recordings)), [r.m for r in recordings])
     return Joined(one, part, left_out)
+
+
+def _chosen_from(recordings: Sequence[Recording]) -> int:
+    """Of how many observations those of all recordings were chosen; 0 where none was thinned."""
+    thinned = any(r.chosen_from for r in recordings)
+    return sum(r.chosen_from or r.m for r in recordings) if thinned else 0
 
 
 def _known(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:

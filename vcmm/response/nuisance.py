@@ -20,7 +20,7 @@ are left out. Coefficients are in mm and rad; for slope mm/mm or mm/s.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,9 +77,14 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
 
     Raises ModelLimit when a nuisance needs columns that the run lacks.
     """
+    found = list(named_nuisance(recording, machine))
+    matrix = np.stack([c for _, c in found], axis=1) if found else np.zeros((recording.m, 0))
+    return matrix, tuple(name for name, _ in found)
+
+
+def named_nuisance(recording: Recording, machine: Machine) -> Iterator[tuple[str, Array]]:
+    """The same, one name and column (m,) after the other."""
     run = machine.prepare(recording.run)
-    columns: list[Array] = []
-    names: list[str] = []
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
         for code, value in enumerate(values):
@@ -90,10 +95,7 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
             for part, values_here in _columns(word, group):
                 full = np.zeros(recording.m)
                 full[group.which] = values_here
-                columns.append(full)
-                names.append(f"{word}{where}{part}")
-    matrix = np.stack(columns, axis=1) if columns else np.zeros((recording.m, 0))
-    return matrix, tuple(names)
+                yield f"{word}{where}{part}", full
 
 
 def _columns(word: str, group: _LabelGroup) -> Columns:

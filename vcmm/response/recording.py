@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vcmm import charts
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law
@@ -29,6 +28,8 @@ from vcmm.core.run import Array, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm import charts
 
 Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
@@ -53,6 +54,7 @@ class Recording:
     index: "C" or "C[setup=2]" -> mm or rad that was added to the readings of that axis (see vcmm.response.indexing).
     known: (Input id, columns (m, r)): what is known to be uncertain here, mm or rad per draw of unit variance; it takes the place of the
     machine's Input of that id, and of the errors of setting that no machine file states.
+    chosen_from: of how many observations these were chosen evenly (see vcmm.diagnosis.thinning); 0: they are all.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -71,6 +73,7 @@ class Recording:
     lines: Ints | None = None
     index: Mapping[str, float] = field(default_factory=dict)
     known: tuple[tuple[str, Array], ...] = ()
+    chosen_from: int = 0
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -97,7 +100,7 @@ class Recording:
 
     def _check_numbers(self) -> None:
         finite = np.isfinite(self.value).all() and np.isfinite(self.direction).all()
-        if not finite or (np.abs(np.linalg.norm(self.direction, axis=1) - 1.0) > 1e-9).any():
+        if not finite or (np.abs(_length(self.direction) - 1.0) > 1e-9).any():
             raise UsageError(f"recording {self.name}: values must be finite and directions of length 1")
         if (self.row < 0).any() or (self.row >= self.run.n).any() or (self.other >= self.run.n).any():
             raise UsageError(
@@ -118,6 +121,8 @@ class Recording:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
+        from vcmm import charts
+
         moved = {axis: float(np.ptp(q[self.row])) for axis, q in self.run.position.items()}
         axis = max(moved, key=lambda a: moved[a])
         turns, angle = is_rotary(axis), self.kind == "angle"
@@ -179,3 +184,8 @@ class Recording:
             u=None if self.u is None else self.u[observations],
             known=tuple((name, columns[observations]) for name, columns in self.known),
         )
+
+
+def _length(vectors: Array) -> Array:
+    """(n,) of vectors (n, 3), without a copy of them."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

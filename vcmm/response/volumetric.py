@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm import charts
 from vcmm.core.axes import LINEAR
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
@@ -16,6 +15,8 @@ from vcmm.core.run import T0_DEG_C, Array, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm import charts
 
 MOST_NODES = 10_000_000  # of a grid: 2 GB with their columns
 
@@ -44,6 +45,8 @@ class ErrorField:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Tip errors (actual - nominal) as arrows in the volume."""
+        from vcmm import charts
+
         most = 1e3 * float(self.size.max(initial=0.0))
         at = [self.run.position.get(a, np.zeros(self.run.n)) for a in LINEAR]
         return charts.motions(np.stack(at, axis=1), self.tip_error, f"tip error, at most {most:.3g} µm", ax)

@@ -28,7 +28,7 @@ def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
     """Every characteristic with value, U and its largest owners; lengths in um, angles in urad. Raises what a task raises."""
     model = build(scenario.task())
     terms = model.terms()
-    gradient, value = model.gradient(), model.values(model.q0)
+    gradient, value = model.gradient(), model.at_estimates
     extreme = [not gps.is_linear(c, model.task.part.features) for c in model.characteristics]
     spread = _drawn(model, terms, seed) if any(extreme) else np.zeros(len(value))
     said = {i.input.id: words(model.world, i.input) for i in model.influences}

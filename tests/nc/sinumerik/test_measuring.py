@@ -148,3 +148,18 @@ def test_calibrating_is_passed_over():
     found = interpret(HEAD + "CYCLE976(101,1000,,1,30)\nM30", "sinumerik", SETUP)
     assert not found.touches
     assert "calibrates the probe" in found.warnings[-1].text
+
+
+@pytest.mark.parametrize(
+    "surface", [Face((100.0, 50.0, -230.0), (0.0, 0.0, -1.0)), Face((900.0, 0.0, 0.0), (1.0, 0.0, 0.0))]
+)
+def test_from_below_the_reading_is_the_ball_below_the_surface(surface):
+    """Face at Z-30, ball of 6 mm: its top meets it when the tip stands at Z-36, so G54 goes from -200 by -36 + 30 to -206. The same
+    where no face is stated there and the program expects it."""
+    text = HEAD + "Z-50\n_MVAR=100 _KNUM=1 _SETVAL=-30 _FA=10 _MA=3 _MD=0\nCYCLE978\nG0 Z0\nM30"
+    found = interpret(
+        text, "sinumerik", Setup(offsets={"G54": (100.0, 50.0, -200.0)}, tools=TOOLS, surfaces=(surface,))
+    )
+    assert found.touches[0].tip == (30.0, 50.0, -236.0)
+    assert found.moves[-1].end[2] == pytest.approx(-206.0, abs=1e-9)
+    assert any("6 mm (the ball) below the surface" in w.text for w in found.warnings)

@@ -26,6 +26,7 @@ from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.moves import PLANES, Program, Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
+from vcmm.nc.repeating import ENDLESS, LATEST, RepeatedStates
 from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
@@ -76,6 +77,7 @@ class _Runner:
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
     spots: list[Spot] = field(default_factory=list)  # of PATTERN DEF
     probing: KlartextProbing = field(init=False)
+    states: RepeatedStates = field(default_factory=RepeatedStates)
 
     def __post_init__(self) -> None:
         self.probing = KlartextProbing(self.recorder, self.parameters.values)
@@ -92,18 +94,31 @@ class _Runner:
                 self.recorder.fault(
                     f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its jumps"
                 )
-            self.at += 1
+            self.at = after = self.at + 1
             if line.plain and self.paths.short(line):
                 continue
             try:
                 reader = KlartextReader(line.tokens, self.parameters.values, self.parameters.unset)
                 if self.traced(reader, line):
                     return True
+                if self.at < after and self._endless():
+                    raise BlockFault(line.first, ENDLESS)
             except BlockFault as fault:
                 raise ProgramFault(
                     self.recorder.file, line.number, max(fault.column, 1), fault.text
                 ) from None
         return False
+
+    def _endless(self) -> bool:
+        """Whether a jump back finds everything as an earlier one found it."""
+        r = self.recorder
+
+        def values() -> object:
+            return (dict(self.parameters.values), list(self.returns), dict(self.left))
+
+        return self.states.again(
+            (self.at, r.p, r.q, r.rotary), values, lambda: (values(), self, r.moves[-LATEST:])
+        )
 
     def traced(self, reader: KlartextReader, line: KlartextBlock) -> bool:
         """One block, and what is noted of it."""

@@ -14,6 +14,7 @@ from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.moves import Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
+from vcmm.nc.repeating import ENDLESS, LATEST, RepeatedStates
 from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.heads import SinumerikFlow
@@ -107,13 +108,16 @@ class SinumerikRunner:
 
     def part(self, section: Section, first: int, last: int) -> bool:
         """Blocks first to last; True where the section has ended by M17, RET or the end of the program."""
-        at, self.current = first, section
+        at, self.current, states = first, section, RepeatedStates()
         while first <= at <= last:
             block = section.blocks[at]
             self.recorder.source = Source(block.line, block.first, block.last)
             self._count()
+            before = at
             try:
                 at, over = self._step(section, at, block)
+                if at <= before and not over and self._endless(states, at):
+                    self.recorder.fault(ENDLESS)
             except BlockFault as fault:
                 if not self.passed(fault):
                     raise ProgramFault(
@@ -129,6 +133,18 @@ class SinumerikRunner:
         if at != last + 1:
             self.recorder.fault("a jump leads out of a repeated part of the program; jump inside it only")
         return False
+
+    def _endless(self, states: RepeatedStates, at: int) -> bool:
+        """Whether a jump back to a block finds everything as an earlier one found it; loops on values not known end otherwise."""
+        r, memory = self.recorder, self.memory
+
+        def values() -> object:
+            return (dict(memory.parameters), [dict(v.elements) for v in memory.scopes[-1].values()])
+
+        def whole() -> object:
+            return (values(), self, getattr(self.work, "__self__", None), r.moves[-LATEST:])
+
+        return memory.sure and states.again((at, r.p, r.q, r.rotary), values, whole)
 
     def passed(self, fault: BlockFault | ProgramFault) -> bool:
         """Whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""
