@@ -359,7 +359,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         elif abs(r.bias) <= NOTHING * r.expanded:
             told += "here nothing of what is indicated is taken off"
         else:
-            told += f"here {r.bias * scale:+.3g} {unit} of what is indicated are taken off"
+            size = f"{abs(r.bias) * scale:.3g} {unit}"
+            told += (
+                f"here {size} of what is indicated are taken off"
+                if r.bias > 0
+                else f"here {size} are added to it"
+            )
         out.append(told)
     if not np.isfinite(r.u):
         out.append(
