@@ -232,7 +232,7 @@ class _Evaluation:
         if any(np.isinf(np.max(t.law.u)) for t, share in zip(terms, u_i) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
         lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in known])
-        between = [form_line(c, form, u)] if form > 1e-3 * added.u else []
+        between = [form_line(c, self.features, form, u)] if form > 1e-3 * added.u else []
         return _Outcome(
             tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),
             tangent=False, half=added.half, inverse=inversion,
@@ -342,7 +342,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         elif abs(r.bias) <= NOTHING * r.expanded:
             told += "here nothing of what is indicated is taken off"
         else:
-            told += f"here {r.bias * scale:+.3g} {unit} of what is indicated are taken off"
+            size = f"{abs(r.bias) * scale:.3g} {unit}"
+            told += (
+                f"here {size} of what is indicated are taken off"
+                if r.bias > 0
+                else f"here {size} are added to it"
+            )
         out.append(told)
     if not np.isfinite(r.u):
         out.append(

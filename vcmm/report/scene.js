@@ -15,7 +15,7 @@
   const style = getComputedStyle(document.documentElement);
   const coloured = value => {
     if (typeof value === "string") return value.startsWith("role:") ? style.getPropertyValue("--" + value.slice(5)).trim() : value;
-    if (Array.isArray(value)) return value.length && typeof value[0] === "number" ? value : value.map(coloured);
+    if (Array.isArray(value)) return value.length && typeof value[0] === "number" && typeof value.at(-1) === "number" ? value : value.map(coloured);
     if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, coloured(v)]));
     return value;
   };
