@@ -87,7 +87,7 @@ class Places:
 
 
 def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
-    from vcmm.api import evaluate
+    from vcmm.api import check_measured, evaluate
     from vcmm.cli.evaluated_parts import show_parts
     from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
@@ -95,6 +95,10 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
+    points, values, frame = options["points"], options["values"], options["frame"]
+    check_measured(
+        points, values, frame or "part", options["tip_centres"]
+    )  # before the scenario is read: no line of it is wrong
     folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
     measured = options["points"] or options["values"]
