@@ -61,7 +61,10 @@ def evaluate_command(
     """
     from vcmm.api import check_measured
 
-    check_measured(points, values, frame, tip_centres)  # before the scenario is read: no line of it is wrong
+    if not (compare or cut):
+        check_measured(
+            points, values, frame, tip_centres
+        )  # before the scenario is read: no line of it is wrong
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,
