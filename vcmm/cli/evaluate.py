@@ -59,12 +59,6 @@ def evaluate_command(
     cut
         With --compare, of a scenario of the measurement: the scenario with the table [cut].
     """
-    from vcmm.api import check_measured
-
-    if not (compare or cut):
-        check_measured(
-            points, values, frame, tip_centres
-        )  # before the scenario is read: no line of it is wrong
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,
@@ -95,10 +89,9 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
-    points, values, frame = options["points"], options["values"], options["frame"]
-    check_measured(
-        points, values, frame or "part", options["tip_centres"]
-    )  # before the scenario is read: no line of it is wrong
+    # before the scenario is read: no line of it is wrong
+    given = options["points"], options["values"], options["frame"] or "part", options["tip_centres"]
+    check_measured(*given)
     folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
     measured = options["points"] or options["values"]
