@@ -11,7 +11,7 @@ import pytest
 from vcmm.calibrating.job import bare_machine, calibrate
 from vcmm.calibrating.reversed_readings import reversed_recordings
 from vcmm.cli import run
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import DataError, UsageError
 from vcmm.effects.component import ComponentPolynomial
 from vcmm.files.recording_writer import save_recording
 from vcmm.files.reversal import load_reversal
@@ -103,3 +103,9 @@ def test_other_reversals_beside_a_laser_are_told_to_go_alone(turned, tmp_path, c
     assert "a reversal takes no --thermal" in capsys.readouterr().err
     with pytest.raises(UsageError, match='is about axis X, which structure = "w b Y t" lacks'):
         reversed_recordings([load_reversal(turned)], bare_machine("w b Y t"))
+
+
+def test_a_key_that_is_too_long_takes_its_table_out_and_is_told(turned):
+    turned.write_text(REVERSAL.replace("test =", f'"{"k" * 10_000}" ='))
+    with pytest.raises(DataError, match=r"turned\.toml"):
+        load_reversal(turned)
