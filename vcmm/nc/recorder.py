@@ -19,6 +19,7 @@ from vcmm.nc.levels import Assumed, SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
+from vcmm.nc.repeating import RepeatedStates
 from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
 from vcmm.nc.state import ModalState
@@ -72,6 +73,7 @@ class Recorder(ModalState):
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
     tracer: Tracing | None = None
+    states: RepeatedStates = field(default_factory=RepeatedStates)  # at jumps backwards
 
     def __post_init__(self) -> None:
         self.offsets, self.rotations = dict(self.setup.offsets), dict(self.setup.rotations)
