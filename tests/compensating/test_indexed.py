@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,14 +13,17 @@ import vcmm
 from tests.compensating.mill import SETUP, run
 from tests.compensating.test_surface import off_drawing
 from vcmm.compensating.job import compensate
+from vcmm.compensating.proof import compare
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
+from vcmm.nc.interpret import interpret
 
 HEAD = "%\nG21 G17 G40 G49 G80 G90 G94\nT1 M6\nG54 G0 X0 Y0 S1200 M3\nG43 H1 Z50.\n"
+SINUMERIK = replace(SETUP, dialect="sinumerik")
 CUT = "G0 X100. Y0.\nG1 Z10. F500\nX120.\nG0 Z50.\nM30\n%\n"
 OFF = RotaryCyclic("EXB", np.array([25e-3, 0.0]))  # the bearing carries the table 25 um cos B along X
 
@@ -64,6 +68,29 @@ def test_a_table_that_turns_along_a_cut_is_refused_with_what_to_do(tmp_path):
         ModelLimit, match=r"part.nc:6:1: a rotary axis turns while the tool cuts.*index the axis by a rapid"
     ):
         run(tmp_path, f"{HEAD}G1 X10. B30. F100\nM30\n%\n", pallet(OFF))
+
+
+def test_the_way_round_of_a_rotary_axis_stays_where_loops_are_written_out(tmp_path):
+    """DC: the shorter way, from 170 to 340 deg. As A=340 alone a table at 35 deg would go 305 deg where it went 55 deg back."""
+    text = "G17 G90 G54 G71 G94\nT1 D1 M6\nS1200 M3\nFOR R1=1 TO 2\nG0 B=DC(R1*170)\nG0 X100 Y0 Z50\nG1 Z10 F500\nX=IC(20)\nG0 Z50\nG0 B=ACN(20)\nENDFOR\nM30\n"
+    found = run(tmp_path, text, pallet(ScaleFactor("X", 100e-6)), SINUMERIK)
+    assert [line for line in found.text.splitlines() if "B=" in line] == [
+        "G0 B=DC(170)", "G0 B=ACN(20)", "G0 B=DC(340)", "G0 B=ACN(20)"
+    ]  # fmt: skip
+    turns = [
+        [m.rotary_end[1] for m in interpret(one, "sinumerik", SINUMERIK).moves] for one in (text, found.text)
+    ]
+    np.testing.assert_allclose(turns[1], turns[0], atol=1e-12)
+    assert math.degrees(turns[0][-1]) == pytest.approx(-340.0)
+
+
+def test_a_new_program_that_turns_another_way_is_no_proof():
+    old = "G17 G90 G54 G71 G94\nT1 D1 M6\nG0 B=300\nG0 B=DC(20)\nG0 X1\nM30\n"
+    read = [interpret(t, "sinumerik", SINUMERIK, trace=True) for t in (old, old.replace("DC(20)", "20"), old)]
+    lines = list(range(1, 8))
+    compare(read[0], read[2], lines, "part.mpf")
+    with pytest.raises(ModelLimit, match=r"part.mpf:4.*a rotary axis goes another way round"):
+        compare(read[0], read[1], lines, "part.mpf")
 
 
 def test_the_way_to_g43_needs_no_zero_in_reach(tmp_path):

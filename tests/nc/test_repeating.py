@@ -10,7 +10,10 @@ import pytest
 
 from tests.hostile.corpus import BARE, SETUP
 from tests.hostile.judge import ask, inside
+from vcmm.nc.faults import ProgramFault
+from vcmm.nc.interpret import interpret
 from vcmm.nc.repeating import FIRST, RepeatedStates, frozen
+from vcmm.nc.setup import Setup
 
 ISO = "%\nO1\nG21 G90 G94 G54\nT1 M6\nG43 H1\nS1000 M3\nG0 X0 Y0 Z5\n{}\nM30\n%\n"
 SIN = "G17 G90 G54 G71\nT1 D1\nM6\nS1000 M3\nG0 X0 Y0 Z5\n{}\nM30\n"
@@ -88,3 +91,30 @@ def test_states_are_compared_with_the_one_kept_at_a_power_of_two():
     period = 5
     passes = (k for k in range(1, 10_000) if states.again(0, lambda p=k % period: p, lambda p=k % period: p))
     assert next(passes) == FIRST + period
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "waits"),
+    [  # the machine ends them: a clock, an input, a variable that the operator sets, a timer, system data
+        ("fanuc", ISO.format("#3002=0\nWHILE[#3002 LT 0.5]DO1\nEND1\nX7."), {"the clock #3002": 10}),
+        ("fanuc", ISO.format("N10 IF[#1005 EQ 0]GOTO 10\nN20 IF[#1006 EQ 0]GOTO 20\nX7."), {"#1005": 8, "#1006": 9}),
+        ("fanuc", ISO.format("N10 #3006=1(SET 510)\nIF[#510 NE 1]GOTO 10\nX7."), {"#510": 9}),
+        ("sinumerik", SIN.format("WHILE $A_IN[1]==0\nENDWHILE\nX7"), {"the system variable $A_IN[1]": 7}),
+        ("heidenhain", HEI.format("LBL 1\nFN 18: SYSREAD Q5 = ID2000 NR10\nFN 9: IF +Q5 EQU +0 GOTO LBL 1\nL X+7"), {"SYSREAD ID2000 NR10": 7}),
+    ],
+)  # fmt: skip
+def test_a_loop_that_waits_for_the_machine_is_left_and_told(dialect, text, waits):
+    program = interpret(text, dialect, Setup(strict=False))
+    assert program.moves[-1].end[0] == 7.0
+    found = {a.what: a.line for a in program.assumed if a.what.startswith("the end of the wait")}
+    assert found == {f"the end of the wait in line {line}, for {what}": line for what, line in waits.items()}
+
+
+def test_a_wait_is_refused_where_nothing_is_assumed():
+    with pytest.raises(ProgramFault, match=r"8:1.*waits for #510, which only the machine knows"):
+        interpret(ISO.format("N10 IF[#510 NE 1]GOTO 10\nX7."), "fanuc", Setup(strict=True))
+
+
+def test_what_was_asked_outside_a_loop_does_not_make_it_a_wait():
+    with pytest.raises(ProgramFault, match=r"10:1.*endless"):
+        interpret(ISO.format("#101=#510\nN10 G1 X1. F100\nGOTO 10\nX7."), "fanuc")

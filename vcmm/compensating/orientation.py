@@ -168,7 +168,9 @@ def _words(
         word = trace.words.get(letter)
         if word is None:
             continue
-        given = value_of(word) if word.plain and word.mode != "IC" and trace.after.absolute else math.nan
+        given = (
+            value_of(word) if word.plain and word.mode in ("", "AC") and trace.after.absolute else math.nan
+        )
         if not abs(math.remainder(given - math.degrees(nominal[k]), 360.0)) < 1e-6:
             raise _unreadable(trace, name, letter)
         out += _anew(word, given + change[k], LEAST_ANGLE, decimals)

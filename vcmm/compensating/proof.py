@@ -178,6 +178,10 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
         raise _differs(
             name, line, what, "; set them where nothing is corrected yet, or use fixed work offsets"
         )
+    passes = list(zip(old, new)) if len(old) == len(new) else [(old[-1], new[-1])]
+    ends = [(one.contour.rotary_end, two.contour.rotary_end) for one, two in passes if not one.contour.led]
+    if any(abs(p - q) > math.pi for one, two in ends for p, q in zip(one, two)):
+        raise _differs(name, line, "a rotary axis goes another way round")
     kinds = {t.contour.kind for t in old}
     if {t.contour.kind for t in new} - kinds:
         raise _differs(name, line, "the kind of a move has changed")

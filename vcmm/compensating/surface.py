@@ -130,7 +130,7 @@ def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 
 
 def _on_features(job: PreparedCut) -> tuple[Ints, Array, Array, Array, Words, int]:
-    """Of cuts of points on all features: move (k,) and share (k,) of it that cut them, gain (k, 3), departure (k,) mm outwards, feature;
+    """Of cuts of points on the features of characteristics: move (k,) and share (k,) of it that cut them, gain (k, 3), departure (k,) mm outwards, feature;
     and how many points these are."""
     steps = gauge_plan(job.scenario.part, None).steps
     at, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))

@@ -49,6 +49,9 @@ class Telling(Protocol):
     @property
     def setup(self) -> Any: ...
 
+    @property
+    def line(self) -> int: ...
+
     def remark(self, text: str, column: int | None = None, kind: str = "") -> None: ...
 
     def assume(

@@ -2,8 +2,7 @@
 
 Lengths are mm, feeds mm/min. Three positions of one point: `p` as programmed (inside all frames), the tip in machine
 coordinates = `world`(p) = work offset, its rotation, then the program's own frame, and `q`, the position of the axes = tip +
-tool offset. q is what stays when tool or frame change without motion. Corner rounding and radius compensation act on the
-whole list at the end, because a control looks ahead.
+tool offset. q is what stays when tool or frame change without motion. Corners and radius compensation act on the list at the end.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from vcmm.nc.levels import Assumed, SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
+from vcmm.nc.repeating import RepeatedStates
 from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool, imaginary_nose
 from vcmm.nc.state import ModalState
@@ -72,6 +72,7 @@ class Recorder(ModalState):
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
     tracer: Tracing | None = None
+    states: RepeatedStates = field(default_factory=RepeatedStates)  # at jumps backwards
 
     def __post_init__(self) -> None:
         self.offsets, self.rotations = dict(self.setup.offsets), dict(self.setup.rotations)

@@ -7,11 +7,15 @@ at a pass whose number is a power of two.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.levels import Telling
 
 LATEST = 3  # moves that later ones may look back at
 FIRST = 1024  # passes backwards before states are looked at: hardly a program has as many
@@ -27,6 +31,12 @@ ENDLESS = (
 PLAIN = (type(None), bool, int, float, str, bytes, complex)
 
 
+class WaitingRecorder(Telling, Protocol):
+    """vcmm.nc.recorder.Recorder."""
+
+    states: RepeatedStates
+
+
 @dataclass(slots=True)
 class RepeatedStates:
     """The state kept, and how many passes there have been."""
@@ -35,6 +45,7 @@ class RepeatedStates:
     place: Hashable = None
     values: object = None
     whole: Hashable = None
+    asked: str = ""  # what only the machine knows and blocks have asked since that pass
 
     def again(self, place: Hashable, values: Callable[[], object], whole: Callable[[], object]) -> bool:
         """One pass backwards. place: block and position; values: variables, as something that compares; whole: all that blocks ask.
@@ -46,8 +57,38 @@ class RepeatedStates:
             return False
         if self.passes & (self.passes - 1) == 0:
             self.place, self.values, self.whole = place, values(), frozen(whole())
+            self.asked = ""
             return False
         return place == self.place and values() == self.values and frozen(whole()) == self.whole
+
+    def left(self, recorder: Telling, column: int, sure: bool = True) -> bool:
+        """Where a state repeats: whether the loop waits for what only the machine knows. A survey goes on behind it, and says so.
+
+        Raises BlockFault where it asks for nothing of that kind and all values are `sure`: it never ends.
+        """
+        if not self.asked and sure:
+            raise BlockFault(column, ENDLESS)
+        if not self.asked:
+            return False
+        recorder.assume(
+            f"the end of the wait in line {recorder.line}, for {self.asked}",
+            "reached: the program goes on behind the loop",
+            f"this loop waits for {self.asked}, which only the machine knows; set it in the program, or leave the wait out",
+        )
+        self.passes = FIRST - 1
+        return True
+
+
+@contextmanager
+def own_states(recorder: WaitingRecorder) -> Iterator[None]:
+    """A part of a program that is repeated: how often is no variable, so each run of it has states of its own."""
+    outer = recorder.states
+    recorder.states = RepeatedStates()
+    try:
+        yield
+    finally:
+        outer.asked = recorder.states.asked or outer.asked
+        recorder.states = outer
 
 
 def frozen(thing: Any) -> Hashable:

@@ -200,6 +200,7 @@ class KlartextParameters:
                 column=column,
             )
             self.guessed = True
+            self.recorder.states.asked = what
         self.values[name] = known or 0.0
 
     def present(self, given: Mapping[str, int]) -> float | None:

@@ -26,7 +26,7 @@ from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.moves import PLANES, Program, Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
-from vcmm.nc.repeating import ENDLESS, LATEST, RepeatedStates
+from vcmm.nc.repeating import LATEST
 from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
@@ -77,7 +77,6 @@ class _Runner:
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
     spots: list[Spot] = field(default_factory=list)  # of PATTERN DEF
     probing: KlartextProbing = field(init=False)
-    states: RepeatedStates = field(default_factory=RepeatedStates)
 
     def __post_init__(self) -> None:
         self.probing = KlartextProbing(self.recorder, self.parameters.values)
@@ -102,7 +101,8 @@ class _Runner:
                 if self.traced(reader, line):
                     return True
                 if self.at < after and self._endless():
-                    raise BlockFault(line.first, ENDLESS)
+                    self.recorder.states.left(self.recorder, line.first)
+                    self.at = after
             except BlockFault as fault:
                 raise ProgramFault(
                     self.recorder.file, line.number, max(fault.column, 1), fault.text
@@ -116,7 +116,7 @@ class _Runner:
         def values() -> object:
             return (dict(self.parameters.values), list(self.returns), dict(self.left))
 
-        return self.states.again(
+        return r.states.again(
             (self.at, r.p, r.q, r.rotary), values, lambda: (values(), self, r.moves[-LATEST:])
         )
 

@@ -15,7 +15,7 @@ from vcmm.nc.iso.parameters import ParameterTable
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.moves import MoveFlow
 from vcmm.nc.radius import centre_path
-from vcmm.nc.repeating import ENDLESS, LATEST, RepeatedStates
+from vcmm.nc.repeating import LATEST
 from vcmm.nc.search import find_file
 
 DEEPEST = 50
@@ -55,7 +55,6 @@ class IsoRunner:
         self.flow: MoveFlow | None = None  # who takes finished moves as they come
         self.fragment = False  # a subprogram on its own: its arguments are missing
         self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
-        self.states = RepeatedStates()
 
     def hand_on(self) -> None:
         """Moves that nothing can change any more go to `flow`: none is under radius compensation or awaits its corner."""
@@ -75,8 +74,8 @@ class IsoRunner:
             if len(self.c.moves) != self.moves_seen:
                 self.idle, self.moves_seen = 0, len(self.c.moves)
             self.idle += 1
-            if self._endless(index):
-                raise BlockFault(column, ENDLESS)
+            if self._endless(index) and self.c.states.left(self.c, column):
+                return
             if self.idle > IDLE_JUMPS and self.fragment:
                 raise Unfinished("the loop that ends here runs for ever without its arguments")
             if self.idle > IDLE_JUMPS:
@@ -103,7 +102,7 @@ class IsoRunner:
         def whole() -> object:
             return (values(), self.calls, table, self.modal_macro, c.moves[-LATEST:])
 
-        return self.states.again((id(self.text), index, c.p, c.q, c.rotary), values, whole)
+        return c.states.again((id(self.text), index, c.p, c.q, c.rotary), values, whole)
 
     def executed(self, first: int, last: int) -> None:
         """Count the runs of lines first to last - 1. Raises BlockFault where too many are repeated."""

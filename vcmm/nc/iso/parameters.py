@@ -18,6 +18,7 @@ from vcmm.nc.iso.offsets import OFFSETS, further
 from vcmm.nc.moves import ORIGIN
 
 PLANE_CODES = {"XY": 17, "ZX": 18, "YZ": 19}
+CLOCKS = (3001, 3002)  # of Fanuc: ms, hours; they go on by themselves
 
 
 class ParameterTable:
@@ -37,10 +38,14 @@ class ParameterTable:
         if 1 <= index <= self.most_local:
             return self.locals[-1].get(index, None if self.macro else 0.0)
         if index in self.common:
+            if self.macro and index in CLOCKS:
+                self.c.states.asked = f"the clock #{index}"
             return self.common[index]
         filled = _fanuc(self.c, index) if self.macro else _linuxcnc(self.c, index)
         if filled is not None:
             return filled
+        if index:
+            self.c.states.asked = f"#{index}"
         if self.macro and (index == 0 or index < 1000):
             return None
         if self.macro:
@@ -68,6 +73,7 @@ class ParameterTable:
         if self.c.setup.strict:
             raise BlockFault(0, refusal)
         self.c.assume(f"the value of #<{name}>", "0")
+        self.c.states.asked = f"#<{name}>"
         return 0.0
 
     def exists(self, name: str) -> bool:

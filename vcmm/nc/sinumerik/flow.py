@@ -14,7 +14,7 @@ from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.moves import Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
-from vcmm.nc.repeating import ENDLESS, LATEST, RepeatedStates
+from vcmm.nc.repeating import LATEST, own_states
 from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.heads import SinumerikFlow
@@ -108,7 +108,11 @@ class SinumerikRunner:
 
     def part(self, section: Section, first: int, last: int) -> bool:
         """Blocks first to last; True where the section has ended by M17, RET or the end of the program."""
-        at, self.current, states = first, section, RepeatedStates()
+        with own_states(self.recorder):
+            return self._part(section, first, last)
+
+    def _part(self, section: Section, first: int, last: int) -> bool:
+        at, self.current = first, section
         while first <= at <= last:
             block = section.blocks[at]
             self.recorder.source = Source(block.line, block.first, block.last)
@@ -116,8 +120,8 @@ class SinumerikRunner:
             before = at
             try:
                 at, over = self._step(section, at, block)
-                if at <= before and not over and self._endless(states, at):
-                    self.recorder.fault(ENDLESS)
+                if at <= before and not over and self._endless(at):
+                    at = before + 1
             except BlockFault as fault:
                 if not self.passed(fault):
                     raise ProgramFault(
@@ -134,8 +138,8 @@ class SinumerikRunner:
             self.recorder.fault("a jump leads out of a repeated part of the program; jump inside it only")
         return False
 
-    def _endless(self, states: RepeatedStates, at: int) -> bool:
-        """Whether a jump back to a block finds everything as an earlier one found it; loops on values not known end otherwise."""
+    def _endless(self, at: int) -> bool:
+        """Whether a jump back to a block finds everything as an earlier one found it, and what it waits for is taken as reached."""
         r, memory = self.recorder, self.memory
 
         def values() -> object:
@@ -144,7 +148,8 @@ class SinumerikRunner:
         def whole() -> object:
             return (values(), self, getattr(self.work, "__self__", None), r.moves[-LATEST:])
 
-        return memory.sure and states.again((at, r.p, r.q, r.rotary), values, whole)
+        repeats = r.states.again((at, r.p, r.q, r.rotary), values, whole)
+        return repeats and r.states.left(r, r.source.first, memory.sure)
 
     def passed(self, fault: BlockFault | ProgramFault) -> bool:
         """Whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""

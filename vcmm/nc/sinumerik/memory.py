@@ -115,6 +115,7 @@ class SinumerikMemory:
         """A value that only the machine or the caller knows."""
         self.recorder.assume(what, value, otherwise, column=column or None)
         self.sure = False
+        self.recorder.states.asked = what
 
     # -- reading --
     def parameter(self, index: int) -> float:

@@ -17,7 +17,7 @@ from vcmm.nc.tracer import plain, word_at, written_out
 
 _HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
-    r"(?:[A-Za-z_$][A-Za-z0-9_$]*[ \t]*=[ \t]*(?:(?P<mode>AC|IC)[ \t]*\((?P<inside>.*)\)|(?P<value>.*))|[A-Za-z][ \t]*(?P<number>.*))\Z",
+    r"(?:[A-Za-z_$][A-Za-z0-9_$]*[ \t]*=[ \t]*(?:(?P<mode>AC|IC|DC|ACP|ACN)[ \t]*\((?P<inside>.*)\)|(?P<value>.*))|[A-Za-z][ \t]*(?P<number>.*))\Z",
     re.IGNORECASE,
 )
 ARGUMENTS = ("RTP", "RFP", "SDIS", "DP", "DPR")
@@ -42,7 +42,7 @@ class Running(Protocol):
 
 
 def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
-    """Columns of the value of a word, and AC or IC."""
+    """Columns of the value of a word, and AC, IC, or how a rotary axis goes there: DC, ACP, ACN."""
     match = _WORD.match(line[item.first - 1 : item.last - 1])
     if match is None:
         return None
