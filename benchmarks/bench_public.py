@@ -149,7 +149,7 @@ print(json.dumps(out))
 '''
 
 
-def timed(work: Callable[[], object], rounds: int = 5) -> float:
+def timed(work: Callable[[], object], rounds: int = 25) -> float:
     found = []
     for _ in range(rounds):
         start = time.process_time()

@@ -1,8 +1,11 @@
-"""Rows of a recording against time, memory and what is found: python benchmarks/bench_rows.py [--rows 500,1000,...] [--names N]
+"""Rows of a recording against time, memory and what is found:
+
+    python benchmarks/bench_rows.py [--rows 500,1000,...] [--names N] [--log 100000,1000000]
 
 Each size is a process of its own: processor seconds of all threads, wall seconds and the largest memory, imports included. The
 exponent is the slope of ln seconds over ln rows. --names N puts N concealed effects to the search of all rows at once and to the
-screened one, and to one of half the rows, and compares the answers.
+screened one, and to one of half the rows, and compares the answers. --log: `vcmm diagnose` of an axis that goes to and fro for a day,
+so many rows in a CSV file (ten columns), with a backlash and a screw of 10 mm concealed; reading included.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ import argparse
 import json
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -50,6 +54,59 @@ def measured(rows: int) -> dict[str, float]:
     )
     done = subprocess.run([sys.executable, "-c", code, str(ROOT)], capture_output=True, text=True, check=True)
     return dict(json.loads(done.stdout))
+
+
+LOG = (
+    'vcmm = "recording/1"\nname = "day"\nmachine = "machine.toml"\ndata = "data.csv"\nkind = "displacement"\n'
+    '[noise]\nu = "0.5 um"\n[nuisance]\nzero = "setup"\n'
+)
+DAY = 86_400.0  # s
+CYCLES = 201.7  # no whole number of rows each, so that places do not repeat
+
+
+def write_log(folder: Path, rows: int) -> None:
+    """CYCLES times 800 mm to and fro; 0.6 um lost at every reversal, 0.4 um of the screw, 0.5 um of noise."""
+    from benchmarks.bench_tables import MACHINE
+
+    (folder / "machine.toml").write_text(MACHINE)
+    (folder / "recording.toml").write_text(LOG)
+    rng, names = np.random.default_rng(1), "time_s,X_mm,Y_mm,Z_mm,nx,ny,nz,temp_scale_x_C,d_um,setup"
+    with (folder / "data.csv").open("w") as file:
+        file.write(names + "\n")
+        for at in range(0, rows, 100_000):
+            time_s = np.arange(at, min(at + 100_000, rows)) * (DAY / rows)
+            phase = (time_s * (CYCLES / DAY)) % 1.0
+            there = phase < 0.5
+            x = np.where(there, -400 + 1600 * phase, 1200 - 1600 * phase)
+            air = 20 + 1.5 * np.sin(2 * np.pi * time_s / DAY) + 0.05 * rng.standard_normal(len(x))
+            d = (
+                np.where(there, 0.3, -0.3)
+                + 0.4 * np.sin(2 * np.pi * x / 10)
+                + 0.5 * rng.standard_normal(len(x))
+            )
+            word = np.where(time_s < DAY / 2, "a", "b")
+            file.writelines(
+                f"{t:.4f},{q:.4f},100,-50,1,0,0,{w:.2f},{e:.3f},{s}\n"
+                for t, q, w, e, s in zip(time_s, x, air, d, word)
+            )
+
+
+def logged(rows: int) -> None:
+    """A row of the table: `vcmm diagnose` in a process of its own."""
+    code = (
+        "import os, resource, sys; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1'); sys.path.insert(0, sys.argv[1]); sys.argv = ['vcmm', 'diagnose', sys.argv[2], '--json']; from vcmm.cli import run;"
+        " code = run(sys.argv[1:]); use = resource.getrusage(resource.RUSAGE_SELF);"
+        " print(code, use.ru_utime + use.ru_stime, use.ru_maxrss / 1e3, file=sys.stderr)"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        write_log(Path(folder), rows)
+        size = (Path(folder) / "data.csv").stat().st_size / 1e6
+        words = [sys.executable, "-c", code, str(ROOT), f"{folder}/recording.toml"]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+    code, seconds, memory = done.stderr.strip().splitlines()[-1].split()
+    said = json.loads(done.stdout) if code == "0" else {"answer": [], "searched": {"of": 0}}
+    names = ", ".join(f"{a['effect']} {' '.join(a['where'].values())}" for a in said["answer"])
+    print(f"| {rows:,} | {size:.0f} | {said['searched']['of']:,} | {float(seconds):.1f} | {float(memory):.0f} | {names or done.stderr} |", flush=True)  # fmt: skip
 
 
 def exponent(rows: list[int], seconds: list[float]) -> float:
@@ -97,9 +154,14 @@ def main() -> None:
     )
     parser.add_argument("--rows", default=",".join(map(str, ROWS)))
     parser.add_argument("--names", type=int, default=0, help="concealed effects whose answers are compared")
+    parser.add_argument("--log", default="", help="rows of a day of an axis, diagnosed by the command")
     args = parser.parse_args()
     start = time.perf_counter()
-    if args.names:
+    if args.log:
+        print("| rows | file MB | taken | processor s | memory MB | found |\n|---|---|---|---|---|---|")
+        for rows in map(int, args.log.split(",")):
+            logged(rows)
+    elif args.names:
         agreement(args.names)
     else:
         growth([int(n) for n in args.rows.split(",")])

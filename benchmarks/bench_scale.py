@@ -8,7 +8,7 @@
     python -m benchmarks.bench_scale --only parameters [--sizes 100,1000,10000]  a machine of so many parameters
 
 Every command is a process of its own. Told are seconds to wait, seconds of the processor (caller, busiest worker: where every process
-has a core their sum is the wait), the memory of the largest process, and that of its own, without the pages of libraries that
+has a core their sum is the wait), the memory of the largest process, and that without the files of libraries, which
 processes share. What a size adds is the difference to the first rows, where imports are the same. The load of the computer and the date are printed: other work makes every wait longer.
 """
 
@@ -94,7 +94,9 @@ WORDS: dict[str, Callable[[int, Path, int], tuple[str, ...]]] = {
 def grown(name: str, sizes: list[int], workers: int) -> None:
     """Print a row of every size, after one of a small job; of trials also one of a small job with compiled kernels loaded."""
     small = SMALL if name != "parameters" else 12
-    print(f"| {name} | s to wait | caller, s | busiest worker, s | MB, largest process | MB of its own |")
+    print(
+        f"| {name} | s to wait | caller, s | busiest worker, s | MB, largest process | MB without files of libraries |"
+    )
     print("|---|---|---|---|---|---|")
     rows = [(f"{size:,}", size, workers, VCMM) for size in (small, *sizes)]
     if name == "trials":

@@ -1,6 +1,6 @@
 """What sharing a job out gains: one process, two workers, one and two Dask workers, in one run, rounds interleaved.
 
-    python -m benchmarks.bench_sharing [--trials 100000000] [--parts 250000] [--rounds 3] [--only trials,audit]
+    python -m benchmarks.bench_sharing [--trials 100000000] [--parts 500000] [--rounds 3] [--only trials,audit]
 
 Commands as a user types them; every document must be the same to the last byte. Told are seconds to wait and seconds of the
 processor of the caller and of the busiest worker: their sum is what two free cores would let wait, which other work on the
@@ -30,7 +30,7 @@ LOOK = 0.1  # s between two looks at the workers
 @dataclass(frozen=True)
 class Run:
     """One command: seconds to wait, seconds of the processor of the caller and of the busiest worker, MB of the largest process,
-    MB of its own (no pages of libraries, which processes share), what it printed.
+    MB without files of libraries (which processes share), what it printed.
     """
 
     wait: float
@@ -47,12 +47,12 @@ class Run:
 
 
 def used(process: psutil.Process) -> tuple[float, float, float]:
-    """(seconds of the processor, MB, MB of its own); of one that has ended nothing."""
+    """(seconds of the processor, MB, MB without files of libraries where the system tells); of one that has ended nothing."""
     try:
-        times, memory = process.cpu_times(), process.memory_full_info()
+        times, memory = process.cpu_times(), process.memory_info()
     except psutil.Error:
         return 0.0, 0.0, 0.0
-    return times.user + times.system, memory.rss / 1e6, memory.uss / 1e6
+    return times.user + times.system, memory.rss / 1e6, (memory.rss - getattr(memory, "shared", 0)) / 1e6
 
 
 def watched(
@@ -153,7 +153,7 @@ def compared(title: str, job: tuple[str, ...], rounds: int, clusters: bool) -> b
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--trials", type=int, default=100_000_000)
-    parser.add_argument("--parts", type=int, default=250_000)
+    parser.add_argument("--parts", type=int, default=500_000)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--only", default="trials,audit")
     given = parser.parse_args()

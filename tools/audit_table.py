@@ -18,7 +18,7 @@ from vcmm.evaluation.inversion import inversion_of
 from vcmm.evaluation.pairs import both
 from vcmm.files.scenario import load_scenario
 from vcmm.inference.audit import Audited, audit, beside_oracle
-from vcmm.inference.oracle import Lengths
+from vcmm.inference.oracle import IntervalLengths
 from vcmm.measuring.scenario import Scenario
 from vcmm.tables.audited import verdict
 
@@ -118,8 +118,8 @@ def rows_of(name: str, density: str, parts: int, folder: Path) -> tuple[Audited,
     return audit(scenario, parts=parts, settings=replace(scenario.settings, seed=SEED))
 
 
-def oracle_of(name: str, density: str, parts: int) -> Lengths | None:
-    """Lengths beside an oracle's of the one characteristic of a task, over the prior."""
+def oracle_of(name: str, density: str, parts: int) -> IntervalLengths | None:
+    """IntervalLengths beside an oracle's of the one characteristic of a task, over the prior."""
     with tempfile.TemporaryDirectory() as folder:
         scenario = scenario_of(name, density, Path(folder))
     inversion = inversion_of(scenario.task(), replace(scenario.settings, seed=SEED), [0])
@@ -136,7 +136,7 @@ class Counted:
     attained: tuple[float, ...]
     verdicts: tuple[str, ...]
     why: str = ""  # it is not claimed
-    lengths: Lengths | None = None
+    lengths: IntervalLengths | None = None
 
 
 def counted(name: str, density: str, parts: int) -> Counted:
@@ -187,7 +187,7 @@ def read_counts() -> dict[str, Counted]:
                 **r,
                 "attained": tuple(r["attained"]),
                 "verdicts": tuple(r["verdicts"]),
-                "lengths": Lengths(**r["lengths"]) if r.get("lengths") else None,
+                "lengths": IntervalLengths(**r["lengths"]) if r.get("lengths") else None,
             }
         )
         for r in json.loads(COUNTS.read_text())

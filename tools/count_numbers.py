@@ -32,7 +32,7 @@ KINDS = {  # what the numbers of a file are for
     ),
     "how finely scanned values are searched": "marginal refine sharpen select evidence outlying",
     "how many recordings are simulated, and of how many rows": (
-        "engine estimates comparison neighbours noise shortfall thinning screening problem pulls several"
+        "engine estimates comparison neighbours noise shortfall thinning very_long null screening problem pulls several"
     ),
     "which measurements are proposed, and how long they take": "nextstep foretold",
 }

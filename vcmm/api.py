@@ -53,6 +53,20 @@ def uncertainty(
     return replace(found, warnings=(*remarks(scenario), *found.warnings))
 
 
+def check_measured(
+    points: str | Path | None, values: str | Path | None, frame: str = "part", tip_centres: bool = False
+) -> None:
+    """UsageError: not one of points and values, an unknown frame, or words about points beside values."""
+    from vcmm.inference.points import FRAMES
+
+    if (points is None) == (values is None):
+        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
+    if frame not in FRAMES:
+        raise UsageError(f'frame = "{frame}".{choose_from(frame, FRAMES)}')
+    if points is None and (frame != "part" or tip_centres):
+        raise UsageError("--frame and --tip-centres are about points; values have neither")
+
+
 def evaluate(
     scenario: Scenario,
     *,
@@ -68,15 +82,9 @@ def evaluate(
     from vcmm.exchange.cmm_exports import exported_values
     from vcmm.files.measured import read_measured_values
     from vcmm.inference.job import evaluate_points, evaluate_values
-    from vcmm.inference.points import FRAMES
 
+    check_measured(points, values, frame, tip_centres)
     _measuring(scenario)
-    if (points is None) == (values is None):
-        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
-    if frame not in FRAMES:
-        raise UsageError(f'frame = "{frame}".{choose_from(frame, FRAMES)}')
-    if points is None and (frame != "part" or tip_centres):
-        raise UsageError("--frame and --tip-centres are about points; values have neither")
     changes = {"seed": seed, "trials": trials}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
     if points is None:

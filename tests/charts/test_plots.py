@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import matplotlib as mpl
@@ -121,6 +122,21 @@ def test_heights_have_symmetric_colours_and_no_point_where_no_tool_came():
     made = ax.collections[0]
     assert (made.norm.boundaries[0], made.norm.boundaries[-1]) == (-5.0, 5.0)
     assert sorted(made.get_array().tolist()) == [-5.0, 2.0]
+
+
+@pytest.mark.parametrize("size", [(30, 30, 200), (1200, 300, 20)])
+def test_names_of_a_long_box_stay_in_the_picture_and_its_numbers_apart(size):
+    corners = np.array(np.meshgrid(*[(0.0, s) for s in size])).reshape(3, -1).T
+    ax = charts.motions(corners, np.zeros_like(corners), "t", charts.ChartSheet())
+    figure = ax.figure
+    figure.draw_without_rendering()
+    words = [ax.xaxis, ax.yaxis, ax.zaxis]
+    boxes = [a.label.get_window_extent() for a in words]
+    numbers = [[t.label1.get_window_extent() for t in a.get_major_ticks()] for a in words]
+    assert all(figure.bbox.x0 <= b.x0 and b.x1 <= figure.bbox.x1 for b in boxes)
+    assert all(figure.bbox.y0 <= b.y0 and b.y1 <= figure.bbox.y1 for b in boxes)
+    for several in numbers:
+        assert not [1 for one, other in pairwise(several) if one.overlaps(other)]
 
 
 def test_pictures_in_space_of_nothing_are_empty():

@@ -55,3 +55,17 @@ def test_no_result_is_said_and_wrong_limits_are_refused():
     for lower, upper, guard in ((None, None, 0.1), (2.0, 1.0, 0.1), (0.0, 1.0, -1.0), (0.0, 1.0, NAN)):
         with pytest.raises(UsageError):
             zones(lower, upper, 0.5, 0.1, guard, unit="mm", title="t", ax=ChartSheet())
+
+
+@pytest.mark.parametrize(
+    ("span", "where"),
+    [((7.4, 15.7), "within the limits"), ((15.0, 21.0), "on both sides of a limit"), ((20.5, 24.0), "beyond the limit")],
+)  # fmt: skip
+def test_the_interval_of_the_true_value_is_drawn_where_it_lies(span, where):
+    """Indicated 13.5 with U = 4.2 would be drawn from 9.3 to 17.7; the true value lies from 7.4 to 15.7."""
+    ax = zones(None, 20.0, 13.5, 4.2, 0.0, unit="um", title="t", decision="x", span=span, ax=ChartSheet())
+    assert ax.get_title(loc="left") == f"t\nDecision: x. The interval of the true value lies {where}."
+    (bar,) = next(c for c in ax.collections if len(c.get_segments()) == 1).get_segments()
+    assert bar[:, 0].tolist() == pytest.approx(list(span))
+    assert [t.get_text() for t in ax.texts] == [f"true value {span[0]:.3g} to {span[1]:.3g} um"]
+    assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_marker() == "D"] == [13.5]

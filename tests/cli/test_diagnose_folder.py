@@ -11,6 +11,7 @@ import pytest
 
 from vcmm.cli import run
 from vcmm.diagnosis import fleet
+from vcmm.tables.fleet import trend_text
 
 MACHINE = """vcmm = "machine/1"
 name = "mill {number}"
@@ -91,6 +92,14 @@ def test_every_recording_has_its_row_and_changes_are_told(shop, tmp_path, capsys
     assert (change["machine"], change["name"], change["found_in"]) == ("mill 1", "backlash X", "2 of 2")
     assert change["change"] == pytest.approx(1.5, abs=0.05)
     assert change["deviations"] > 20
+    assert change["first"] == "2026-03-02 (c_first/recording.toml)"
+    assert (change["trend"], change["trend_from"], change["trend_to"]) == (
+        "step",
+        "2026-03-02",
+        "2026-10-05",
+    )
+    assert change["trend_amount"] == pytest.approx(change["change"])
+    assert change["presence"] == "always"
     with (tmp_path / "out" / "recordings.csv").open() as file:
         table = list(csv.DictReader(file))
     assert [t["problem"] != "" for t in table] == [True, False, False, False]
@@ -158,6 +167,32 @@ def test_workers_give_the_same_document(shop, capsys):
     assert {k: v for k, v in one.items() if k != "created"} == {
         k: v for k, v in two.items() if k != "created"
     }
+
+
+def test_what_drifts_and_what_appears_is_said():
+    """A year of three machines: one as it was, one that drifts, one that is hit in summer."""
+
+    def record(machine, month, name, value, u):
+        found = [{"effect": name, "where": {}, "doubtful": False, "alias_of": None, "parameters": {"k": {"value": value, "u": u, "unit": "um"}}}]  # fmt: skip
+        date = f"2026-{month:02d}-15"
+        return {
+            "machine": machine,
+            "date": date,
+            "file": date,
+            "problem": None,
+            "answer": found if value else [],
+        }
+
+    months = range(1, 13)
+    records = [record("old", m, "play", 2.0 + 0.01 * (-1) ** m, 0.1) for m in months]
+    records += [record("worn", m, "play", 0.1 * m, 0.1) for m in months]
+    records += [record("hit", m, "scale", 4.0 if m > 7 else None, 0.1) for m in months]
+    found = {c.machine: c for c in fleet.changes(records)}
+    assert {m: c.steady for m, c in found.items()} == {"old": True, "worn": False, "hit": False}
+    said = {m: trend_text(c) for m, c in found.items()}
+    assert said["old"] == "steady"
+    assert said["worn"] == "drifts by +1.098 ± 0.092 um"  # 0.1 sqrt(12 / 143) / month, 11 of them: 0.092
+    assert said["hit"] == "appears between 2026-07-15 and 2026-08-15; steady"
 
 
 def test_a_change_by_hand():

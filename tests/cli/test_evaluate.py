@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vcmm.cli import run
 from vcmm.cli.evaluate import _sheet_name
 
 
@@ -10,3 +11,12 @@ def test_parts_with_names_that_look_alike_keep_their_sheets() -> None:
     for part in ("a", "a/b", "a?b", "A_B", ""):
         names.append(_sheet_name(part, names))
     assert names == ["sheet-a.html", "sheet-a_b.html", "sheet-a_b-2.html", "sheet-A_B-3.html", "sheet.html"]
+
+
+def test_what_is_asked_wrongly_is_no_fault_of_a_line_of_the_scenario(capsys) -> None:
+    """Nothing was measured, or two things: said before the scenario is read, without a line of it."""
+    for words in ([], ["--points", "p.csv", "--values", "v.csv"]):
+        assert run(["evaluate", "plate.toml", *words]) == 2
+        assert capsys.readouterr().err.startswith("vcmm: give what was measured")
+    assert run(["evaluate", "plate.toml", "--values", "v.csv", "--tip-centres"]) == 2
+    assert capsys.readouterr().err.startswith("vcmm: --frame and --tip-centres are about points")

@@ -9,6 +9,7 @@ import pytest
 from tests.hostile.judge import ask, inside
 from tests.machining import shop
 from tests.plate import PLATE
+from vcmm.console.documents import fingerprint
 from vcmm.evaluation import sampling
 
 TRIALS = "20000"
@@ -73,9 +74,21 @@ def test_what_merge_refuses(folder, files, words):
     assert words in answer.err
 
 
+@pytest.mark.parametrize(
+    "change", [{"blocks": None}, {"blocks": []}, {"shard": "a"}, {"key": 5}, {"verb": "rm"}], ids=str
+)
+def test_a_shard_that_was_changed_is_refused(folder, change):
+    one = json.loads((folder / FILES[1]).read_text()) | change
+    (folder / "changed.json").write_text(json.dumps(one))
+    answer = merged(FILES[0], "changed.json")
+    assert answer.code == 2
+    assert "changed.json:1: this shard is not as it was written (SHA-256 differs)" in answer.err
+
+
 def test_a_shard_of_another_job_is_refused(folder):
     other = json.loads((folder / FILES[1]).read_text())
     other["options"]["trials"] = 30000
+    other["sha256"] = fingerprint(other)
     (folder / "other.json").write_text(json.dumps(other))
     answer = merged(FILES[0], "other.json")
     assert answer.code == 2

@@ -21,10 +21,17 @@ def test_what_new_writes_passes_its_check_and_names_the_next_step(tmp_path, caps
         assert run(["check", str(tmp_path / f"{name}.toml")]) == 0
 
 
-def test_an_argument_too_many_is_named(capsys):
+def test_an_argument_too_many_is_named_with_what_was_meant(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert run(["new", "ring_gauge", "my_ring.toml"]) == 2
     told = capsys.readouterr().err
-    assert '"my_ring.toml" is one argument too many; vcmm new --help says what it takes' in told
+    meant = "vcmm new my_ring.toml --from ring_gauge"
+    assert f'"my_ring.toml" is one argument too many; {meant} copies ring_gauge under that name' in told
+    assert "vcmm new --help says what it takes" in told
+    assert run(meant.split()[1:]) == 0
+    assert (tmp_path / "my_ring.toml").is_file()
+    assert run(["check", "plate", "part1"]) == 2
+    assert '"part1" is one argument too many; vcmm check --help' in capsys.readouterr().err
 
 
 def test_a_ring_gauge_by_hand(tmp_path, capsys):

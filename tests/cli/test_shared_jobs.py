@@ -67,10 +67,20 @@ def test_audit_of_a_folder_has_a_row_of_every_task(folder):
 @pytest.mark.thorough
 def test_a_shop_is_shared_out(folder):
     fast = ("--evaluations", "60", "--scan", "40", "--trials", "2000")
+    (folder / "shop" / "bad.toml").write_text('vcmm = "machine/1"\nname = "bad"\n')
+    alone = ask(("place", "ring.toml", "--machines", "shop/bad.toml", *fast))
+    assert (alone.code, "bad.toml:1" in alone.err) == (2, True)  # where none can be read that is the answer
     words = ("place", "ring.toml", "--machines", "shop", *fast)
     whole = ask((*words, "--json"))
     assert whole.code == 0, whole.err
-    assert json.loads(whole.out)["machine"] == "shop/fine.toml"
+    found = json.loads(whole.out)
+    assert found["machine"] == "shop/fine.toml"
+    assert [m["machine"] for m in found["machines"]] == [
+        "shop/fine.toml",
+        "shop/coarse.toml",
+        "shop/bad.toml",
+    ]
+    assert "bad.toml:1" in found["machines"][2]["why"]
     for k in (1, 2):
         assert ask((*words, "--shard", f"{k}/2")).code == 0
     assert ask(("merge", "ring.shard-1-of-2.json", "ring.shard-2-of-2.json", "--json")).out == whole.out

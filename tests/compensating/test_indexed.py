@@ -13,7 +13,7 @@ from tests.compensating.mill import SETUP, run
 from tests.compensating.test_surface import off_drawing
 from vcmm.compensating.job import compensate
 from vcmm.core.effect import Effect
-from vcmm.core.errors import ModelLimit
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.effects.rotary import RotaryCyclic
@@ -44,6 +44,12 @@ def test_an_offset_that_was_set_where_it_cuts_holds_the_table_there(tmp_path):
     found = run(tmp_path, f"{HEAD}G0 B180.\n{CUT}", pallet(OFF), replace(SETUP, set_as_cut=True))
     assert "G0 X100. Y0." in found.text
     assert found.before.largest < 1e-9
+
+
+def test_an_offset_that_was_set_in_one_place_cuts_in_no_other(tmp_path):
+    text = f"{HEAD}G0 B180.\n{CUT}".replace("M30", "G0 B90.\nG1 X10.\nM30")
+    with pytest.raises(UsageError, match=r"part.nc:12:1: .*G54 cuts with the rotary axes in several places"):
+        run(tmp_path, text, pallet(OFF), replace(SETUP, set_as_cut=True))
 
 
 def test_a_scale_stays_along_its_axis_whichever_way_the_table_stands(tmp_path):

@@ -112,8 +112,8 @@ def test_what_needs_the_state_of_the_axes_is_left_and_said(tmp_path):
     assert any("backlash" in w and "not corrected" in w for w in found.warnings)
 
 
-def test_a_rotary_axis_off_zero_without_control_of_the_tip_is_refused(tmp_path):
+def test_a_rotary_axis_that_turns_along_a_cut_without_control_of_the_tip_is_refused(tmp_path):
     file = tmp_path / "part.nc"
-    file.write_text("%\nO1\nG21 G90 G54 G94\nT1 M6\nG43 H1 G0 X0 Y0 Z20. B30.\nG1 X40. F800\nM30\n%\n")
-    with pytest.raises(ModelLimit, match=r"part.nc:5:.*Post the program with tool centre point control"):
+    file.write_text("%\nO1\nG21 G90 G54 G94\nT1 M6\nG43 H1 G0 X0 Y0 Z20.\nG1 X40. B30. F800\nM30\n%\n")
+    with pytest.raises(ModelLimit, match=r"part.nc:6:.*Post it with tool centre point control"):
         compensate(file, replace(READY, dialect="fanuc"), machine(TABLES))

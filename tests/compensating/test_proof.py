@@ -23,7 +23,7 @@ from vcmm.compensating.proof import (
 from vcmm.core.errors import ModelLimit
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
-from vcmm.nc.setup import Setup
+from vcmm.nc.setup import Setup, Tool
 
 SETUP = Setup(dialect="fanuc", offsets={"G54": (0.0, 0.0, 0.0)})
 
@@ -97,3 +97,13 @@ def test_blocks_per_second() -> None:
     m = program("G1 X11. F600\nX21.\n").moves
     assert block_rate(m) == (pytest.approx(10.0), 5)
     assert move("G1 X20.").feed == 100.0
+
+
+def test_a_corner_that_radius_compensation_adds_is_no_block_of_its_own() -> None:
+    """40 mm at 300 mm/min and a corner that turns by 0.5 mrad: 0.1 blocks/s, not the thousands of an arc of 4 um."""
+    text = "G17 G71 G90 G94\nT1 M6\nG54 G0 X0 Y-20 S100 M3\nG1 G41 X10 Y0 F300\nX50 Y0.01\nX90 Y0\nG40 Y-20\nM30\n"
+    found = interpret(
+        text, "sinumerik", Setup(offsets={"G54": (0.0, 0.0, 0.0)}, tools={1: Tool(1, 0.0, 16.0)})
+    )
+    assert any(m.kind == "arc" and m.source.line == 6 for m in found.moves)
+    assert block_rate(found.moves)[0] < 0.4

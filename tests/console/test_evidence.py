@@ -76,6 +76,9 @@ def test_a_number_that_was_changed_is_found(pack: Path, capsys: pytest.CaptureFi
         ("evidence.json", ('"--trials"', '"--out"'), "", "no job that --evidence writes"),
         ("evidence.json", ("vcmm.evidence/1", "vcmm.evidence/9"), "", "this version reads vcmm.evidence/1"),
         ("document.json", ("{", ""), "", "document.json is no JSON"),
+        ("document.json", ("{", "[" * 100_000), "", "document.json is no JSON"),
+        ("evidence.json", ('"libraries"', '"other"'), "", "evidence.json lacks libraries"),
+        ("evidence.json", ('"status"', '"other"'), "", "lists influences without name and status"),
     ],
 )  # fmt: skip
 def test_packs_that_are_not_to_be_trusted(

@@ -58,7 +58,9 @@ def test_the_settings_of_others_stay(tmp_path, monkeypatch):
 def test_every_kernel_file_compiles_through_this_one():
     for file in compiling.PACKAGE.rglob("_*_kernels.py"):
         text = file.read_text()
-        assert file.name == "_compile_kernels.py" or "from vcmm.core._compile_kernels import njit" in text, (
+        ours = "from vcmm.core._compile_kernels import njit" in text
+        # a file of intrinsics alone compiles nothing: it is part of the kernels that call it
+        assert file.name == "_compile_kernels.py" or ours or ("njit" not in text and "intrinsic(" in text), (
             file
         )
         assert file.name == "_compile_kernels.py" or "import numba" not in text, file

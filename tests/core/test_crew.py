@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import time
+from concurrent.futures import CancelledError
 from pathlib import Path
 from types import MappingProxyType
 
@@ -33,6 +34,11 @@ def killed_once(marker: str, item: int) -> int:
 
 def always_killed(payload, item):
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def slow(payload, item):
+    time.sleep(0.05)
+    return item
 
 
 def process_number(payload, item):
@@ -79,12 +85,31 @@ def test_portions_are_a_second_of_work_and_smaller_towards_the_end():
     portions, sizes = Portions(dict.fromkeys(range(100)), hands=2), []
     while portion := portions.next():
         sizes.append(len(portion))
-        assert [*portions.results([i for i, _ in portion], (0.125 * len(portion), portion))] == [
+        assert [*portions.results(portion, (0.125 * len(portion), portion))] == [
             (i, (i, None)) for i, _ in portion
         ]
     # one to see how long it takes; then 1 s / 0.125 s = 8, or a quarter of what is left where that is less: 99 - 9 x 8 = 27 // 4 = 6 ...
     assert sizes == [1, *[8] * 9, 6, 5, 4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
     assert len(Portions({0: None, 1: None}, hands=1).next()) == 1  # of unknown length: one
+
+
+def test_what_a_portion_did_not_reach_is_sent_again():
+    portions = Portions(dict.fromkeys("abcdefgh", 0), hands=1)
+    first = portions.next()
+    assert [*portions.results(first, (0.01, ["A"]))] == [("a", "A")]
+    second = portions.next()  # by the first it would be a hundred, of seven the half
+    assert [i for i, _ in second] == ["b", "c", "d"]
+    assert [*portions.results(second, (9.0, ["B"]))] == [("b", "B")]  # 4.5 s each by now: one at a time
+    assert [[i for i, _ in portions.next()] for _ in range(3)] == [["c"], ["d"], ["e"]]
+
+
+def test_a_worker_ends_a_portion_that_takes_too_long(monkeypatch):
+    """What was quick at first and slow later, a folder that begins with files that cannot be read, is not sent as one portion."""
+    monkeypatch.setattr(crews, "SPAN", 0.02)  # s
+    assert len(crews._done(slow, None, [1, 2, 3, 4])[1]) == 1
+    assert crews._done(slow, None, [])[1] == []
+    found = dict(crews.processes(2)(tripled, {"factor": 2}, range(40)))
+    assert found == {i: 2 * i for i in range(40)}
 
 
 def test_one_worker_is_this_process():
@@ -119,6 +144,14 @@ def test_other_versions_on_the_workers_are_named(cluster, monkeypatch):
         list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
 
 
+def test_a_scheduler_that_goes_in_the_middle_is_said(cluster, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    for gone in (CancelledError(), distributed.comm.CommClosedError()):
+        monkeypatch.setattr(crews, "_by_client", lambda *_, error=gone: (_ for _ in ()).throw(error))
+        with pytest.raises(Environment, match=r"scheduler at tcp.* has gone; .* it goes on where it was"):
+            list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
+
+
 @pytest.mark.parametrize(
     ("address", "words", "error"),
     [
@@ -149,3 +182,9 @@ def test_what_listens_there_is_no_scheduler(monkeypatch):
         crew = crew_of(cluster=f"127.0.0.1:{silent.getsockname()[1]}")
         with pytest.raises(Environment, match="no Dask scheduler answers at"):
             list(crew(tripled, {"factor": 1}, [1]))
+
+
+@pytest.mark.thorough
+def test_work_that_kills_every_dask_worker_ends(cluster):
+    with pytest.raises(Environment, match="ended in the middle of the same work"):
+        list(crew_of(cluster=cluster.scheduler_address)(always_killed, None, [1, 2]))

@@ -8,6 +8,7 @@ import pytest
 from tests.core.test_machine import run_at
 from vcmm.core.effect import along, basis, motion, parameter, projected_basis, stepped_basis, with_parameter
 from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.scale import ScaleFactor
 
@@ -39,3 +40,12 @@ def test_motions_are_put_together():
     run = run_at(0.0)
     assert motion(run, Y=np.array([2.0]), C=np.array([3.0])).tolist() == [[0, 2, 0, 0, 0, 3]]
     assert along(run, np.array([0.0, 0.6, 0.8]), np.array([10.0])).tolist() == [[0, 6, 8, 0, 0, 0]]
+
+
+def test_unit_steps_are_kept_apart_for_every_effect():
+    # the same law on two axes: 250 mm along X and 40 mm along Y per unit of k, asked in turns
+    run = Run({a: np.array([q]) for a, q in (("X", 250.0), ("Y", 40.0), ("Z", 0.0))}, np.zeros((1, 3)))
+    x, y = ScaleFactor("X", 5e-6), ScaleFactor("Y", 5e-6)
+    for _ in range(2):
+        assert stepped_basis(x, "k", run)[0, :3, 0].tolist() == [250.0, 0.0, 0.0]
+        assert stepped_basis(y, "k", run)[0, :3, 0].tolist() == [0.0, 40.0, 0.0]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.run import Run, Series, first_order_lag
+from vcmm.core.run import Run, Series, coded, first_order_lag
 
 
 def _run(n: int = 4, **columns: object) -> Run:
@@ -81,3 +81,20 @@ def test_lag_before_and_after_the_log():
 def test_lag_of_zero_is_the_log():
     log = Series(np.array([0.0, 100.0]), np.array([20.0, 21.0]))
     assert first_order_lag(log, 0.0, np.array([25.0]))[0] == pytest.approx(20.25)
+
+
+def test_an_added_column_is_looked_at():
+    run = _run()
+    with pytest.raises(UsageError, match="column time_s has shape"):
+        run.with_columns({"time_s": np.zeros(3)})
+    with pytest.raises(ModelLimit, match="time_s is not a finite number in row 2"):
+        run.with_columns({"time_s": np.array([0.0, np.nan, 0.0, 0.0])})
+    assert "time_s" not in run.columns
+
+
+@pytest.mark.parametrize("labels", [[], ["b"], ["b", "b", "a", "b", "c", "c", ""], list("abcabc")])
+def test_codes_of_labels_are_those_of_unique(labels):
+    values, codes = coded(np.array(labels, dtype=np.str_))
+    due, own = np.unique(np.array(labels, dtype=np.str_), return_inverse=True)
+    assert values.tolist() == due.tolist()
+    assert codes.tolist() == own.tolist()

@@ -13,6 +13,7 @@ from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.result import diagnosis_json
 from vcmm.diagnosis.very_long import averaged, few_enough, few_together, told
+from vcmm.pages.diagnosis import diagnosis_page
 from vcmm.response.joining import joined
 from vcmm.response.recording import Recording
 
@@ -99,6 +100,9 @@ def test_the_diagnosis_of_the_taken_is_that_of_a_recording_of_these(monkeypatch)
     same = diagnose_recording(some, make.machine(), seed=1)
     assert [a.id for a in found.found] == [a.id for a in same.found] == [f"backlash[{case.where[0]}]"]
     assert found.fit == same.fit
+    monkeypatch.setattr("vcmm.pages.diagnosis.DRAWN", 100)
+    page = diagnosis_page(some, make.machine(), found)
+    assert f"of {some.m} observations, evenly over the rows" in page
     told_of = diagnosis_json(found)["searched"]
     assert told_of["recorded"] == 900
     assert told_of["of"] == some.m

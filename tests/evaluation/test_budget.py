@@ -13,8 +13,9 @@ from vcmm.core.laws import Normal
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.expansion import ScaleExpansion
 from vcmm.effects.scale import ScaleFactor
-from vcmm.evaluation.budget import budget_line, estimate, unit_of, words
+from vcmm.evaluation.budget import budget_line, estimate, form_line, unit_of, words
 from vcmm.evaluation.linear import build
+from vcmm.part.part import Characteristic, Feature
 
 K = Input("scale_factor", "X", "k", Normal(2e-6), evidence="laser")
 WARM = Input("channel", "", "temp_scale_x_C", Normal(0.1))
@@ -68,3 +69,15 @@ def test_what_qualification_leaves_by_its_causes():
     together, names = common_causes(found.budget)["repeatability"]
     assert together == pytest.approx(1 - 0.25 / u2, rel=2e-3)
     assert len(names) == 2
+
+
+def test_forms_between_points_are_those_of_sampled_surfaces():
+    """A surface of nominal points is what these points are: between them lies the form of the datums alone."""
+    top = Feature("top", "plane", np.zeros(3), np.array([0.0, 0, 1]), np.zeros(0), extent=(80.0, 80.0))
+    blade = Feature("blade", "mesh", np.zeros(3), np.zeros(3), np.zeros(0))
+    c = Characteristic("c", "surface_profile", of=("blade",), datums=("top",))
+    line = form_line(c, {"top": top, "blade": blade}, 0.3e-3, 1e-3)
+    assert (line.input, line.what) == ("form[top].between points", "form of top between the points")
+    assert line.share == pytest.approx(0.09)
+    flat = Characteristic("f", "surface_profile", of=("top",))
+    assert form_line(flat, {"top": top}, 0.3e-3, 1e-3).input == "form[top].between points"

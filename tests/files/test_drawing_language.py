@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from vcmm.api import measure
+from vcmm.core.errors import DataError
 from vcmm.files.scenario import load_scenario
 
 HEAD = """vcmm = "scenario/1"
@@ -108,3 +109,12 @@ def test_a_general_tolerance_holds_where_nothing_is_stated(name: str, tmp_path: 
         "ISO 22081": (c.zone, 0.3),
     }[name]
     assert stated[0] == pytest.approx(stated[1])
+
+
+def test_a_material_requirement_of_a_face_says_what_is_wrong(tmp_path: Path) -> None:
+    """A plane has no size, so there is none to be added."""
+    lines = 'type = "perpendicularity"\nof = "side"\ndatums = ["top"]\nmaterial = "M"\nzone = "0.1 mm"'
+    with pytest.raises(DataError) as told:
+        load_scenario(scenario(tmp_path, lines))
+    assert '"side" is a plane; leave it out' in str(told.value)
+    assert "add its size" not in str(told.value)

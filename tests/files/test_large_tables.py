@@ -139,3 +139,24 @@ def test_parquet_holds_the_same(tmp_path):
     (tmp_path / "touches.parquet").write_text("no")
     with pytest.raises(DataError, match="no Parquet file"):
         read_table(tmp_path / "touches.parquet")
+
+
+ODD = ("nan", "-inf", "1_0", "\u0664", "'", '"', "#", "\n", "\r", " ", ",,", "1e400", "-1e13", "0x1", "1.", "+.5e-3", "\0", "=1", "1d3", "--1", "\u2003", "\x1c", "")  # fmt: skip
+
+
+def test_two_hundred_mutations_are_read_or_refused_alike(tmp_path, pieces, monkeypatch):
+    """What numpy's reader takes is what the slow way takes, with the same numbers; what either refuses, in the same words."""
+    rng, quick = np.random.default_rng(5), large_tables._quick
+
+    def outcome(path, reader):
+        monkeypatch.setattr(large_tables, "_quick", reader)
+        try:
+            run = positions_of(read_table(path), ("X", "Y", "Z"))
+        except DataError as error:
+            return error.problems
+        return [v.tobytes() for v in (*run.position.values(), *run.columns.values(), *run.labels.values())]
+
+    for _ in range(200):
+        at, gone = int(rng.integers(len(TOUCHES_CSV))), int(rng.integers(4))
+        path = put(tmp_path, TOUCHES_CSV[:at] + str(rng.choice(ODD)) + TOUCHES_CSV[at + gone :])
+        assert outcome(path, quick) == outcome(path, lambda *given: None)

@@ -180,7 +180,7 @@ def test_straightness_counts_along_the_surface_normal_of_the_line() -> None:
 
 
 def test_form_of_the_wrong_feature_and_other_criteria_are_refused() -> None:
-    with pytest.raises(UsageError, match="roundness is for a circle or sphere, not for a plane"):
+    with pytest.raises(UsageError, match="roundness is for a circle or a sphere, not for a plane"):
         value("roundness", of="top")
     with pytest.raises(UsageError, match='criterion "N" of "bore" needs its measured points'):
         value("size", of="bore", criterion="GN")

@@ -290,6 +290,11 @@ def test_words_of_a_drawing_that_contradict_are_refused() -> None:
         Characteristic("c", "position", of=("hole",), zone=0.2, material="M")
     with pytest.raises(DataError, match="material requirement goes with"):
         Characteristic("c", "roundness", of=("hole",), zone=0.2, material="M", size_limits=(1.0, 2.0))
+    for kind in ({"type": "surface_profile", "of": ("blade",)}, {"type": "distance", "between": ("a", "b")}):
+        with pytest.raises(DataError) as told:  # and nothing of limits of a size, which these have not
+            Characteristic("c", **kind, material="M")
+        assert len(told.value.problems) == 1
+        assert "goes with position" in str(told.value)
     with pytest.raises(DataError, match='between "hole" and itself'):
         Characteristic("c", "distance", between=("hole", "hole"))
     with pytest.raises(DataError, match="combined, one pattern"):

@@ -9,13 +9,16 @@ import pytest
 
 from tests.build import scenario
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.measuring.explicit import on_surface
 from vcmm.measuring.plan import Plan, Step
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.strategies import Grid, plan_points
 from vcmm.measuring.task import evaluate_all, fit_features, measured_points
+from vcmm.pages.sheet import in_words
 from vcmm.part.mesh import Mesh
 from vcmm.part.part import Characteristic, Feature, Part
+from vcmm.tables.inferred import shown, values_csv
 
 CORNERS = np.array([[-30.0, -30, 20], [30, -30, 20], [30, 30, 26], [-30, 30, 26]])  # rises by a tenth along y
 SLOPE = Mesh(CORNERS, np.array([[0, 1, 2], [0, 2, 3]]))
@@ -64,3 +67,10 @@ def test_no_forms_are_drawn_on_a_mesh_so_nothing_is_claimed():
     assert c.u > 0.3e-3
     assert (c.coverage_shown, c.decision.text) == (False, "undecided")
     assert "no forms are drawn on a mesh" in c.why_not_shown
+    # and the words say so: how the indicated value scatters is no interval of the true one
+    told = EvaluatedPart("", (Evaluated(c, c.value),), found, ())
+    table = shown(told)
+    assert "interval from nominal" in {str(column.head) for column in table.columns}
+    assert "true value" not in table.title
+    assert values_csv([told]).splitlines()[1].split(",")[4:6] == ["", ""]
+    assert "nothing is claimed of the true value" in in_words(told.characteristics[0])

@@ -256,12 +256,12 @@ def _recording(name: str, head: str, data: str, text: str, **more: str) -> Case:
     return Case(name, files, ("check", "recording.toml"), ("recording.toml", data, *more))
 
 
-def _ring() -> str:
+def ring() -> str:
     """A task that is quickly evaluated."""
     return shipped("ring_gauge").read_text().replace("trials = 100000", "trials = 2000")
 
 
-def _ring_points() -> str:
+def ring_points() -> str:
     turns = [2 * math.pi * k / 16 for k in range(16)]
     rows = [f"bore,{25.0004 * math.cos(a):.5f},{25.0004 * math.sin(a):.5f},0" for a in turns]
     return "\n".join(["feature,x_mm,y_mm,z_mm", *rows]) + "\n"
@@ -313,8 +313,8 @@ CASES = (
         ("field", "machine.toml", "--at", "at.csv"),
         ("at.csv",),
     ),
-    Case("measured points", {"ring.toml": _ring(), "p.csv": _ring_points()}, ("evaluate", "ring.toml", "--points", "p.csv"), ("p.csv",)),
-    Case("measured values", {"ring.toml": _ring(), "v.csv": "characteristic,value_mm\ndiameter,50.0008\n"}, ("evaluate", "ring.toml", "--values", "v.csv"), ("v.csv",)),
+    Case("measured points", {"ring.toml": ring(), "p.csv": ring_points()}, ("evaluate", "ring.toml", "--points", "p.csv"), ("p.csv",)),
+    Case("measured values", {"ring.toml": ring(), "v.csv": "characteristic,value_mm\ndiameter,50.0008\n"}, ("evaluate", "ring.toml", "--values", "v.csv"), ("v.csv",)),
     _other_system("qif", "part.qif", QIF),
     _other_system("dmis", "part.dmi", DMIS),
     _other_system("dcc", "ring.xml", DCC),

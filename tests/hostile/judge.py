@@ -15,10 +15,13 @@ from pathlib import Path
 from random import Random
 from types import FrameType
 
-from tests.hostile.corpus import CASES, Case
+from tests.hostile.corpus import CASES as FIRST
+from tests.hostile.corpus import Case
+from tests.hostile.corpus_newest import NEWEST
 from tests.hostile.mutations import Mutation, mutated
 from vcmm.cli import run
 
+CASES = (*FIRST, *NEWEST)
 LONGEST = 4096  # bytes of all messages together
 SLOWEST = 10.0  # s of the processor
 LOCATED = re.compile(r"[\w./-]+:\d+")

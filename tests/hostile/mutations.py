@@ -29,6 +29,7 @@ def mutated(rng: Random, name: str, text: str, survey: bool = False) -> Mutation
     """One mutation of a file."""
     kinds: list[tuple[Callable[..., tuple[str, str, bool] | None], int]] = list(ANY)
     kinds += TOML if name.endswith(".toml") else [] if survey else CELLS
+    kinds += [(_other_dialect, 8)] if name.endswith(PROGRAMS) else []
     if rng.random() < 0.15:
         return _bytes(rng, text)
     while True:
@@ -130,6 +131,72 @@ def _header(rng: Random, text: str) -> tuple[str, str, bool] | None:
     return "".join(words) + "\n" + rest, what, False
 
 
+def _unit(rng: Random, text: str) -> tuple[str, str, bool] | None:
+    """A column of the header in another unit, or two columns with their units exchanged."""
+    head, newline, rest = text.partition("\n")
+    found = list(re.finditer(r"_(mm|um|deg|rad|C|s|hPa|arcsec)(?=[,;\t ]|$)", head))
+    if not found:
+        return None
+    one, two = rng.choice(found), rng.choice(found)
+    new = rng.choice(["m", "um", "mm", "K", "kg", "deg", "nonsense", "", two[1]])
+    return (
+        _put(head, one, f"_{new}") + newline + rest,
+        f"unit {one[1]} of the column at {one.start()} -> {new}",
+        new == "kg",
+    )
+
+
+def _columns(rng: Random, text: str) -> tuple[str, str, bool] | None:
+    """The columns in another order, with their cells or without."""
+    rows = [line.split(",") for line in text.split("\n")]
+    if len(rows[0]) < 2:
+        return None
+    order = rng.sample(range(len(rows[0])), len(rows[0]))
+    last = rng.choice([1, len(rows)])
+    moved = [[row[k] for k in order] if len(row) == len(order) else row for row in rows[:last]]
+    return (
+        "\n".join(",".join(row) for row in [*moved, *rows[last:]]),
+        f"columns in the order {order}, {last} lines",
+        False,
+    )
+
+
+def _rows(rng: Random, text: str) -> tuple[str, str, bool] | None:
+    """A row twice, every row twice, the header once more in the middle, the rows backwards."""
+    head, *rows = text.rstrip("\n").split("\n")
+    if not rows:
+        return None
+    i = rng.randrange(len(rows))
+    new = rng.choice(
+        [
+            [*rows[:i], rows[i], *rows[i:]],
+            [r for r in rows for _ in range(2)],
+            [*rows[:i], head, *rows[i:]],
+            rows[::-1],
+        ]
+    )
+    return "\n".join([head, *new]) + "\n", "rows doubled or turned round", False
+
+
+# ---------------------------------------------------------------- programs
+OTHER_WORDS = (
+    "L X+10 R0 FMAX", "CYCL DEF 200 DRILLING", "CYCL CALL", "MCALL CYCLE81(5,0,2,-5)", "o100 while [#1 LT 5]", "o100 endwhile", "CALL OO88", "G54.1 P500",
+    "TRAORI", "DIAMON", "M128", "G05.1 Q1", "WHILE R1>0", "ENDWHILE", "CALL LBL 1 REP999999999", "GOTO 1", "GOTOB L1", "G65 P9810 X1", "VC1=SIN[45", "NLAP",
+    "G68.2 X0 Y0 Z0 I10 J10 K10", "G43.4 H1", "G12.1", "G96 S200", "G76 P010060 Q100 R50", "M98 P1000 L99999", "#1=#1+1", "R1=R1/0", "Q1 = SQRT -1",
+    "G51 X0 Y0 P0", "G10 L2 P1 X1e9", "SETMS(7)", "FN 14: ERROR = 1", "G31 X1", "G38.2 Z-1", "TCH PROBE 412", "CYCLE977(1)", "G0 X#[#[1]]", "G2 X1 Y1 R0", "G91 G28 Z0",
+)  # fmt: skip
+
+
+def _other_dialect(rng: Random, text: str) -> tuple[str, str, bool] | None:
+    """A block as another control writes it."""
+    lines = text.split("\n")
+    if len(lines) < 3:
+        return None
+    new = rng.choice(OTHER_WORDS)
+    i = rng.randrange(1, len(lines) - 1)
+    return "\n".join([*lines[:i], new, *lines[i:]]), f"line {i + 1}: {new}", False
+
+
 # ---------------------------------------------------------------- any text
 def _line(rng: Random, text: str) -> tuple[str, str, bool] | None:
     lines = text.split("\n")
@@ -181,4 +248,5 @@ def _bytes(rng: Random, text: str) -> Mutation:
 
 ANY = [(_line, 3), (_character, 4), (_digits, 4), (_shuffled, 1), (_much, 1)]
 TOML = [(_quantity, 10), (_number, 4), (_word, 4), (_key, 3), (_nested, 1)]
-CELLS = [(_cell, 10), (_separator, 2), (_header, 3)]
+CELLS = [(_cell, 10), (_separator, 2), (_header, 3), (_unit, 3), (_columns, 2), (_rows, 2)]
+PROGRAMS = (".nc", ".mpf", ".h", ".min", ".ngc")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.hostile.corpus import CASES
-from tests.hostile.judge import Answer, ask, fault, inside, trial
+from tests.hostile.judge import CASES, Answer, ask, fault, inside, trial
 from tests.hostile.mutations import Mutation
 
 SLICES, TOGETHER = 6, 300

@@ -6,7 +6,8 @@ import os
 
 import pytest
 
-from tests.hostile.corpus import BARE, CASES, ERRORS, MACHINE, SETUP, Case
+from tests.hostile.corpus import BARE, CASES, ERRORS, MACHINE, POSITIONS, PROGRAM, SETUP, Case, ring
+from tests.hostile.corpus_newest import CUT_SETUP, NEWEST, WRONG_MILL
 from tests.hostile.judge import LONGEST, SLOWEST, ask, inside
 from tests.plate import PLATE, line_of
 
@@ -81,6 +82,43 @@ def test_programs(block, words, tmp_path):
     assert "p.nc:6:" in answer.err
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("evaluate", "ring.toml", "--values", "values.csv", "--out", "."),  # writes a values.csv of its own
+        ("compensate", "mill.toml", "--points", "p.csv", "--out", "p.csv"),
+        ("compensate", "slot.nc", "--setup", "setup.toml", "--out", "setup.toml"),
+        ("compensate", "slot.nc", "--setup", "setup.toml", "--out", "mill.toml"),
+    ],
+)
+def test_a_command_does_not_replace_what_it_reads(command, tmp_path):
+    files = {
+        "ring.toml": ring(), "values.csv": "characteristic,value_mm\ndiameter,50.0008\n", "p.csv": POSITIONS, "mill.toml": WRONG_MILL,
+        "setup.toml": CUT_SETUP.replace("machine.toml", "mill.toml"), "slot.nc": PROGRAM,
+    }  # fmt: skip
+    answer = answer_to(tmp_path, files, *command)
+    assert answer.code == 2
+    assert "is one of the files that this command reads and would be lost" in answer.err
+    assert {p.name: p.read_text() for p in tmp_path.iterdir()} == files
+
+
+def test_a_normal_that_is_no_unit_vector_is_refused_in_a_plan(tmp_path):
+    case = next(c for c in CASES if c.name == "points of a plan")
+    answer = answer_to(
+        tmp_path, case.files | {"top.csv": case.files["top.csv"].replace("0,0,1", "0,0,5", 1)}, *case.command
+    )
+    assert answer.code == 2
+    assert "top.csv:2: nx ny nz has the length 5" in answer.err
+
+
+def test_a_wrong_instrument_is_found_by_check(tmp_path):
+    case = next(c for c in NEWEST if c.name == "lengths")
+    head = case.files["recording.toml"].replace('"0.2 um/m"', '"0.2 kg"')
+    answer = answer_to(tmp_path, case.files | {"recording.toml": head}, *case.command)
+    assert answer.code == 2
+    assert "recording.toml:14: [instrument" in answer.err
+
+
 def test_a_negative_tool_length_is_told_how_to_become_a_length(tmp_path):
     files = {"setup.toml": SETUP.replace('length = "150 mm"', 'length = "-212.4 mm"'), "machine.toml": BARE}
     answer = answer_to(tmp_path, files, "check", "setup.toml")
@@ -101,7 +139,7 @@ def test_a_negative_tool_length_is_told_how_to_become_a_length(tmp_path):
         (("x" * 50_000,), "unknown command"),
         (("nc", "/dev/zero"), "this is a device"),
         (("check", "/dev/full"), "this is a device"),
-        (("uncertainty", "plate.toml", "--workers", "1000000"), "use 1 to 1024"),
+        (("uncertainty", "plate.toml", "--workers", "1000000"), "usually one per core"),
         (("uncertainty", "plate.toml", "--trials", "1_000"), "--trials 1_000 is no number"),
         (("uncertainty", "plate.toml", "--trials", "١٢٣٤"), "is no number"),
         (("field", "machine.toml", "--nodes", "0x10"), "--nodes 0x10 is no number"),

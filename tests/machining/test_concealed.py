@@ -86,7 +86,15 @@ def test_the_points_of_the_example_are_those_of_the_tool(job, tool):
     assert made == pytest.approx(kept, abs=2e-5)  # mm: rounding of the last digit
 
 
-@pytest.mark.parametrize(("word", "names"), [("wrong tool radius", ("tool_radius", "tool_runout")), ("", ())])
+@pytest.mark.parametrize(
+    ("word", "names"),
+    [
+        ("wrong tool radius", ("tool_radius", "tool_runout")),
+        pytest.param(
+            "", (), marks=pytest.mark.thorough
+        ),  # no false alarms: test_mismatch.py, test_measured.py
+    ],
+)
 def test_a_concealed_effect_is_named_and_nothing_where_nothing_is(job, tool, tmp_path, word, names):
     """The whole count is tools/concealed_cuts.py, 64 and 60 cases; here one of each."""
     rng = np.random.default_rng([17, 1])

@@ -9,7 +9,6 @@ import pytest
 
 import vcmm
 from tests.machining import rotary_shop as rs
-from vcmm.cli import run as command
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.effects.residual import CorrelatedField
 from vcmm.machining.blank import notes
@@ -228,25 +227,6 @@ def test_placing_is_refused_with_the_line(tmp_path):
     path = rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER, 'work_offset = { u = "1 um" }', ONE)
     with pytest.raises(ModelLimit, match=r"line 6 .*turns a rotary axis"):
         place_cut(vcmm.load_cut(path), trials=500)
-
-
-def test_compensating_is_refused_with_the_line(tmp_path, capsys):
-    rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER)
-    setup = (tmp_path / "setup.toml").read_text()
-    setup = setup.replace("[offsets]", 'machine = "mill.toml"\n[control]\ncompensation = []\n[offsets]')
-    (tmp_path / "setup.toml").write_text(setup)
-    words = [
-        "compensate",
-        str(tmp_path / "part.nc"),
-        "--setup",
-        str(tmp_path / "setup.toml"),
-        "--out",
-        str(tmp_path / "out"),
-    ]
-    assert command(words) == 2
-    said = capsys.readouterr().err
-    assert "part.nc:6:" in said
-    assert "rotary axis stands off zero" in said
 
 
 def test_a_field_over_workpiece_axes_is_refused(tmp_path):

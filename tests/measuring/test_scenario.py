@@ -55,3 +55,11 @@ def test_a_part_elsewhere_moves_the_axes():
     assert second.touches.run.q("X") - first.touches.run.q("X") == pytest.approx(np.full(24, 7.0))
     with pytest.raises(ModelLimit, match=r"the plan leaves the machine \(a point on bore\): row 1: axis X"):
         scenario(shift=(2000.0, 0.0, 0.0)).task()
+
+
+def test_a_scenario_is_placed_once_and_a_changed_one_anew():
+    one = scenario(ScaleFactor("X"))
+    moved = one.at(Pose(np.eye(3), one.pose.shift + [1.0, 0.0, 0.0]))
+    assert one.task() is one.task()
+    q, other = one.task().touches.run.q("X"), moved.task().touches.run.q("X")
+    np.testing.assert_allclose(other - q, 1.0, atol=1e-9)

@@ -6,9 +6,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tests.tables.test_evaluated import LINE, result
 from vcmm.charts.distribution import filled
+from vcmm.evaluation.uncertainty import warnings_of
 from vcmm.gps.decision import undecided
 from vcmm.pages.uncertainty import budget_table, characteristic_blocks
 
@@ -52,3 +54,8 @@ def test_where_nothing_is_decided_the_picture_says_why_and_claims_no_zone_withou
     page = "".join(characteristic_blocks(endless))
     assert "The result is not available." in page
     assert "conformance zone." not in page
+
+
+@pytest.mark.parametrize(("bias", "told"), [(1e-3, "here 1 um of what is indicated are taken off"), (-1e-3, "here 1 um are added to it")])  # fmt: skip
+def test_what_an_interval_takes_off_or_adds_is_said_without_a_sign(bias: float, told: str):
+    assert told in "".join(warnings_of(replace(result(), extreme=True, bias=bias, why_not_shown="")))

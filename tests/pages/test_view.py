@@ -37,3 +37,10 @@ def test_ellipsoids_are_about_a_fifteenth_of_the_part():
     for u, factor in ((1e-3, 1e4), (3e-3, 2e3)):
         assert magnification(points, np.tile(np.diag([u**2, 0, 0]), (2, 1, 1))) == pytest.approx(factor)
     assert magnification(points, np.zeros((2, 3, 3))) == 1.0
+
+
+def test_a_magnification_whose_logarithm_rounds_up():
+    """Exact factor a hair below 1000: log10 gives 3, and no round number is as small; the next is taken."""
+    u = 150.0 / 15 / 999.9999999999999
+    points = np.array([[0.0, 0.0, 0.0], [150.0, 0.0, 0.0]])
+    assert magnification(points, np.tile(np.diag([u**2, 0, 0]), (2, 1, 1))) == pytest.approx(1000.0)

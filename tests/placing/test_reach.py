@@ -194,3 +194,17 @@ def test_no_violation_against_an_independent_test(both):
     assert wrong == 0
     assert feasible > 10
     assert infeasible > 30
+
+
+def test_poses_together_are_judged_as_each_by_itself():
+    # tilted and turned: several sides of the part, several poses of each; with a clamp on the table every pose by itself
+    rng = np.random.default_rng(5)
+    six = HERE + np.hstack([rng.uniform(-60.0, 60.0, (12, 2)), np.zeros((12, 4))])
+    six[4:8, 5], six[8:, 3] = rng.uniform(-3.0, 3.0, 4), 0.2
+    clamp = Clamp("stop", (20.0, 20.0, 40.0), Pose(np.eye(3), np.array([130.0, 0.0, 10.0])))
+    for around in (Surroundings(), Surroundings(clamps=(clamp,))):
+        check = Feasibility.of(replace(job(), surroundings=around))
+        together = check.amounts(six)
+        assert (together == np.concatenate([check.amounts(one) for one in six])).all()
+        assert (check.feasible(six) == (together.sum(axis=1) == 0.0)).all()
+        assert 0 < check.feasible(six).sum() < len(six)

@@ -121,6 +121,18 @@ def test_camera_stands_where_the_view_says() -> None:
     )
 
 
+def test_a_long_scene_fits_as_a_cube_does_and_is_true_to_scale() -> None:
+    """1200 x 300 x 24 mm beside its axes: 48 mm more at either end; from corner to corner the root of 3, as a cube of 1."""
+    points = report.Points([[0.0, 0.0, 0.0], [1200.0, 300.0, 24.0]])
+    scene = figure_of([points], (-60.0, 22.0))[0]["layout"]["scene"]
+    ranges = [scene[f"{c}axis"]["range"] for c in "xyz"]
+    assert ranges == [[-48.0, 1248.0], [-48.0, 348.0], [-48.0, 72.0]]
+    edges = np.array([scene["aspectratio"][c] for c in "xyz"])
+    assert edges / edges[0] == pytest.approx([1.0, 396 / 1296, 120 / 1296])
+    assert np.linalg.norm(edges) == pytest.approx(math.sqrt(3.0))
+    assert [scene[f"{c}axis"]["nticks"] for c in "xyz"] == [7, 2, 2]
+
+
 def test_the_block_holds_figure_poster_and_words() -> None:
     block = report.scene(everything(), title="a <b> scene", caption="seen from the front")
     figure = figure_in(block)
@@ -152,7 +164,7 @@ def test_a_browser_draws_turns_and_clips_the_scene(tmp_path: Path) -> None:
       setTimeout(() => {
         const s = live.layout.scene, mark = document.createElement("pre");
         mark.id = "found";
-        mark.textContent = JSON.stringify({traces: live.data.length, eye: s.camera.eye, z: s.zaxis.range, ink: live.layout.font.color, canvas: document.querySelectorAll("canvas").length});
+        mark.textContent = JSON.stringify({traces: live.data.length, eye: s.camera.eye, z: s.zaxis.range, edge: s.aspectratio.z, ink: live.layout.font.color, canvas: document.querySelectorAll("canvas").length});
         document.body.append(mark);
       }, 300);
     };
@@ -168,6 +180,7 @@ def test_a_browser_draws_turns_and_clips_the_scene(tmp_path: Path) -> None:
     )
     low, high = given["layout"]["scene"]["zaxis"]["range"]
     assert found["z"] == pytest.approx([low, (low + high) / 2])
+    assert found["edge"] == pytest.approx(given["layout"]["scene"]["aspectratio"]["z"] / 2)  # true to scale
     assert found["ink"].startswith("#")
 
 

@@ -131,3 +131,12 @@ def test_a_profile_leaves_the_reversal():
     assert rest == pytest.approx([1.0, 1, 1, -1, -1, -1])
     with pytest.raises(ModelLimit, match="visited twice"):
         nuisance(recording([[0, 0, 0], [50, 0, 0]], [X, X]), profile="")
+
+
+def test_more_groups_than_memory_holds_are_refused_beforehand(monkeypatch):
+    rec = recording([[k, 0, 0] for k in range(6)], [X] * 6)
+    rec = replace(rec, run=replace(rec.run, labels={"pose": np.array(list("abcdef"))}))
+    assert len(nuisance(rec, zero="pose")) == 6
+    monkeypatch.setattr("vcmm.response.nuisance.TABLE", 35)  # 6 values in 6 observations are 36 numbers
+    with pytest.raises(ModelLimit, match='zero = "pose" has 6 values in 6 observations'):
+        nuisance(rec, zero="pose")

@@ -38,6 +38,7 @@ def test_very_small_differences():
 
 def test_intervals():
     assert q.span_text([-1.2e-4, 3.1e-4], "mm") == "[-0.12, +0.31] um"
+    assert q.span_text([-6e-17, math.inf], "mm") == "[+0.00, +inf] um"  # a nominal of 6e-17 mm is none
     assert q.span([-1.2e-4, 3.1e-4], "mm") == "−0.120 … 0.310"
     assert q.span(None, "mm") == "–"
 

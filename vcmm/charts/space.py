@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LONGEST = 0.12  # of the extent: the length of the largest arrow
+FLAT = 0.2  # of the longest edge: the shortest that is drawn
+TICKS = 6  # intervals of the longest edge
+ROOM = 0.76  # size of the box within the picture, so that labels are not cut
+NAME, NUMBER = 26.0, 9.0  # points from an edge to its name and its numbers, where the box is widest across
+TO_NAME, TO_NUMBER = 21.0, 8.0  # what matplotlib adds by itself
 LABELS = ("X / mm", "Y / mm", "Z / mm")
 
 
@@ -73,9 +78,15 @@ def _longest(places: Array) -> float:
 
 
 def _space(drawn: Any, title: str, places: Array) -> Any:
-    for axis, name in zip("xyz", LABELS):
-        getattr(drawn, f"set_{axis}label")(name, fontsize=8)
-    drawn.tick_params(labelsize=7)
+    """Axes true to scale, edges shorter than FLAT of the longest drawn longer; as many ticks as an edge has room for."""
+    from matplotlib.ticker import MaxNLocator
+
     extent = np.ptp(places, axis=0) if len(places) else np.ones(3)
-    drawn.set_box_aspect(np.maximum(extent, 0.15 * extent.max() or 1.0))
+    shown = np.maximum(extent / _longest(places), FLAT) if len(places) else extent
+    for i, (axis, name) in enumerate(zip("xyz", LABELS)):
+        across = float(np.delete(shown, i).max())  # of which matplotlib takes a share for every point
+        getattr(drawn, f"set_{axis}label")(name, fontsize=8, labelpad=NAME / across - TO_NAME)
+        getattr(drawn, f"{axis}axis").set_major_locator(MaxNLocator(max(1, round(TICKS * shown[i]))))
+        drawn.tick_params(axis, labelsize=7, pad=NUMBER / across - TO_NUMBER)
+    drawn.set_box_aspect(shown, zoom=ROOM)
     return titled(drawn, title)

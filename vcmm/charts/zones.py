@@ -67,18 +67,21 @@ def zones(
     unit: str,
     title: str,
     decision: str = "",
+    span: tuple[float, float] | None = None,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
 
     decision: what was decided, said beside the zone (a bias that is known and not corrected leaves a result in the
-    conformance zone undecided). A value or an uncertainty that is not finite draws the zones alone and says so.
+    conformance zone undecided). span: the interval of the true value, drawn in place of value +- expanded where what is indicated
+    does not lie in its middle. A value or an uncertainty that is not finite draws the zones alone and says so.
     """
+    bar = span or (value - expanded, value + expanded)
     parts, drawn = zone_list(lower, upper, guard), canvas(ax, 190)
     limits = [v for v in (lower, upper) if v is not None]
     known = math.isfinite(value) and math.isfinite(expanded)
     reach = [e for v in limits for e in (v - guard, v + guard)]
-    reach += [value - expanded, value + expanded] if known else [value] if math.isfinite(value) else []
+    reach += [value, *bar] if known else [value] if math.isfinite(value) else []
     room = ROOM * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
     ends = min(reach) - room, max(reach) + room
     drawn.set_xlim(*ends)
@@ -86,9 +89,10 @@ def zones(
     _stripes(drawn, parts, ends, limits)
     verdict = "The result is not available."
     if known:
-        _result(drawn, value, expanded, unit)
+        words = f"true value {span[0]:.3g} to {span[1]:.3g}" if span else with_uncertainty(value, expanded)
+        _result(drawn, value, bar, f"{words} {unit}".strip())
         said = f"Decision: {decision}. " if decision else ""
-        verdict = f"{said}The result lies in the {NAMES[zone_of(value, parts).kind]}."
+        verdict = f"{said}{_where(span, limits) if span else _in_zone(value, parts)}"
     near = len(limits) == 2 and limits[1] - limits[0] < 0.25 * (ends[1] - ends[0])
     drawn.set_xticks(
         [sum(limits) / 2] if near else limits,
@@ -106,6 +110,19 @@ def zones(
     return drawn
 
 
+def _in_zone(value: float, parts: list[Zone]) -> str:
+    return f"The result lies in the {NAMES[zone_of(value, parts).kind]}."
+
+
+def _where(span: tuple[float, float], limits: list[float]) -> str:
+    """Where the interval of the true value lies. Several limits: the lower first; one alone is the upper."""
+    low, high = limits[0] if len(limits) == 2 else -math.inf, limits[-1]
+    where = "beyond the limit" if span[0] > high or span[1] < low else "on both sides of a limit"
+    if low <= span[0] and span[1] <= high:
+        where = "within the limits"
+    return f"The interval of the true value lies {where}."
+
+
 def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: list[float]) -> None:
     """Zones in their colours, each kind named once; a line at every limit, a thin one where a guard band begins."""
     seen: set[str] = set()
@@ -121,11 +138,12 @@ def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: l
         drawn.axvline(limit, 0.0, 0.66, color=INK, linewidth=1.2)
 
 
-def _result(drawn: Any, value: float, expanded: float, unit: str) -> None:
-    drawn.errorbar(
-        [value], [0.3], xerr=[expanded], fmt="D", color=INK, markersize=6, capsize=4, elinewidth=1.3
-    )
-    words = named(f"{with_uncertainty(value, expanded)} {unit}".strip())
+def _result(drawn: Any, value: float, bar: tuple[float, float], told: str) -> None:
+    """A diamond at the value, a bar over its interval, which need not hold it in the middle, or at all."""
+    middle, half = sum(bar) / 2, (bar[1] - bar[0]) / 2
+    drawn.plot([value], [0.3], "D", color=INK, markersize=6)
+    drawn.errorbar([middle], [0.3], xerr=[half], fmt="none", ecolor=INK, capsize=4, elinewidth=1.3)
+    words = named(told)
     low, high = drawn.get_xlim()
     share = (value - low) / (high - low)
     side = "left" if share < 0.2 else "right" if share > 0.8 else "center"

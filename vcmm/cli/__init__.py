@@ -8,6 +8,7 @@ papers.xcz_lathe, cases.
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import sys
@@ -135,13 +136,22 @@ def main(arguments: list[str] | None = None) -> None:
     logging.getLogger("matplotlib").setLevel(
         logging.ERROR
     )  # where its folder cannot be written it uses another
-    sys.exit(run(words))
+    if arguments is not None:  # called by a program, which has a memory of its own
+        sys.exit(run(words))
+    # imports make 10^5 objects that all stay: to look for rings among them, then and at the end, is a seventh of a short command
+    gc.set_threshold(100_000, 20, 10)
+    code = run(words)
+    gc.freeze()
+    sys.exit(code)
 
 
 def run(words: list[str]) -> int:
     """Run one command line and return its exit code; messages of errors go to stderr."""
+    from vcmm.core.own_files import command_files
+
     try:
-        code = _dispatch(words)
+        with command_files():
+            code = _dispatch(words)
         sys.stdout.flush()
         return code
     except VcmmError as error:
@@ -209,7 +219,14 @@ def _dispatch(words: list[str]) -> int:
 def _refusal(error: Exception, words: list[str]) -> str:
     """What the parser of the command line does not take, and what to do."""
     if unused := getattr(error, "unused_tokens", None):
-        return f'"{" ".join(unused)}" is one argument too many; vcmm {words[0]} --help says what it takes'
+        known = (
+            f"; vcmm new {unused[0]} --from {words[1]} copies {words[1]} under that name"
+            if words[0] == "new"
+            else ""
+        )
+        return (
+            f'"{" ".join(unused)}" is one argument too many{known}; vcmm {words[0]} --help says what it takes'
+        )
     if str(error).endswith("into int."):
         return str(error).removesuffix(".") + "; write it out, for example 1000000"
     return str(error)

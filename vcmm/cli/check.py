@@ -73,12 +73,13 @@ def _machine_rows(file: Path) -> list[list[str]]:
 
 def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
     """How often a machine as this file describes it passes the test of the certificate that it states."""
-    from vcmm.calibrating.acceptance import predicted
     from vcmm.files.certificate import stated_certificate
 
     certificate = stated_certificate(file)
     if certificate is None:
         return []
+    from vcmm.calibrating.acceptance import predicted
+
     if any(i.evidence == certificate.words() for i in machine.inputs):
         return [["certificate", f"{certificate.words()}; the errors are drawn from it"]]
     rows = []
@@ -178,6 +179,7 @@ def _reversal_rows(file: Path) -> list[list[str]]:
 
 def _recording_rows(file: Path) -> list[list[str]]:
     """What was observed on what, and what a diagnosis cannot ask of it."""
+    from vcmm.files.instruments import load_certificate
     from vcmm.files.recording import load_recording
     from vcmm.files.reversal import is_reversal
     from vcmm.response.observe import left_out
@@ -185,6 +187,7 @@ def _recording_rows(file: Path) -> list[list[str]]:
     if is_reversal(file):
         return _reversal_rows(file)
     recording, machine = load_recording(file)
+    load_certificate(file, recording)
     counted = {name: len(set(words)) for name, words in recording.run.labels.items()}
     rows = [
         [
@@ -280,7 +283,7 @@ def _measuring_rows(file: Path) -> list[list[str]]:
 
 def _evaluate(task: Any) -> list[str]:
     """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
-    from vcmm.evaluation.uncertainty import prepared
+    from vcmm.evaluation.linear import prepared
     from vcmm.measuring.task import evaluate_all, fit_features, measured_points
 
     errors = task.machine.indication_error(task.touches.run)

@@ -8,9 +8,11 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Decimals
+
 
 def compensate_command(
-    program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
+    program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: Decimals = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
     inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
     points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Annotated[bool, Parameter(name="--json")] = False,

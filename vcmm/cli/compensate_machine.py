@@ -16,12 +16,12 @@ def machine_form(machine: Path, points: Path | None, table: str | None, out: Pat
 
 def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> int:
     """MACHINE --points measured.csv: indicated to corrected points."""
+    from vcmm.cli.field import rows_of
     from vcmm.compensating.points import corrected_points
     from vcmm.compensating.tables import without_scatter
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.files import write_text
     from vcmm.console.terminal import say
-    from vcmm.core.errors import ModelLimit
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
     from vcmm.response.logs import with_logs
@@ -29,10 +29,8 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
 
     loaded = without_scatter(load_machine(machine))
     run = with_logs(read_positions(points, loaded.chain.letters))
-    try:
+    with rows_of(machine, points):
         found = corrected_points(loaded, run)
-    except ModelLimit as error:
-        raise ModelLimit(f"{points}: {error}") from None
     target = out or Path(f"{points.stem}-corrected.csv")
     write_text(target, points_csv(found))
     say(f"wrote {target}")

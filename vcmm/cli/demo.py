@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
-
-from vcmm.cli.options import Counted
+from cyclopts.validators import Number
 
 
 def demo_command(
@@ -16,8 +15,8 @@ def demo_command(
     twin: Literal[
         "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm", "xcz_lathe"
     ] = "gaska2014",
-    draws: Counted = None,
-    trials: int = 20_000,
+    draws: Annotated[int | None, Parameter(validator=Number(gte=1, lte=10**6))] = None,
+    trials: Annotated[int, Parameter(validator=Number(gte=1000, lte=10**9))] = 20_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Virtually measure a ring gauge, then a compressor body at five places of a CMM and say how well (Gaska et al. 2014).

@@ -59,6 +59,12 @@ def evaluate_command(
     cut
         With --compare, of a scenario of the measurement: the scenario with the table [cut].
     """
+    from vcmm.api import check_measured
+
+    if not (compare or cut):
+        check_measured(
+            points, values, frame, tip_centres
+        )  # before the scenario is read: no line of it is wrong
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,

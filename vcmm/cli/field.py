@@ -50,7 +50,7 @@ def field_command(
     loaded = load_machine(machine)
     run = with_logs(read_positions(at, loaded.chain.letters)) if at else None
     absent = not_mapped(loaded, run or grid(loaded, 2))
-    with _rows_of(machine, at):
+    with rows_of(machine, at):
         error_map = field(loaded, run, exact, nodes)
     files = sources(machine) + ([at] if at else [])
     body = {**field_json(error_map), "not_mapped": {name: list(columns) for name, columns in absent}}
@@ -70,7 +70,7 @@ def field_command(
 
 
 @contextmanager
-def _rows_of(machine: Path, at: Path | None) -> Iterator[None]:
+def rows_of(machine: Path, at: Path | None) -> Iterator[None]:
     """A complaint about a row gets the line of the positions file; without one, the way to choose the positions."""
     from vcmm.core.errors import ModelLimit
 

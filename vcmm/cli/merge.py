@@ -67,6 +67,8 @@ def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path
 
 def _read(file: Path) -> dict[str, Any]:
     """The document of a shard. Raises DataError."""
+    from vcmm import __version__
+    from vcmm.console.documents import fingerprint
     from vcmm.core.errors import DataError
     from vcmm.core.text import read_text
 
@@ -79,6 +81,8 @@ def _read(file: Path) -> dict[str, Any]:
     due = {*COMMON, "shard", "blocks"}
     if not isinstance(found, dict) or found.get("schema") != "vcmm.shard/1" or not due <= set(found):
         raise DataError(f'{file}:1: no shard: "schema" must be "vcmm.shard/1", as --shard writes it')
+    if found["version"] == __version__ and found.get("sha256") != fingerprint(found):
+        raise DataError(f"{file}:1: this shard is not as it was written (SHA-256 differs); run it again")
     return found
 
 

@@ -13,6 +13,7 @@ from cyclopts.validators import Number
 
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lt=2**63))]  # the streams take 64 bits
 Counted = Annotated[int | None, Parameter(validator=Number(gte=1))]  # 0 would be taken for "not given"
+Decimals = Annotated[int | None, Parameter(validator=Number(gte=0, lte=9))]  # a control reads no more
 Workers = Annotated[int | None, Parameter(name="--workers")]
 Cluster = Annotated[str | None, Parameter(name="--cluster")]
 Shard = Annotated[str | None, Parameter(name="--shard")]
@@ -72,7 +73,7 @@ def write_shard(
 
     A job in which nothing is sampled has no blocks: its shards are empty, and merging them does the job.
     """
-    from vcmm.console.documents import document
+    from vcmm.console.documents import document, fingerprint
     from vcmm.core.blocks import ShardDone
 
     key, blocks = "", []
@@ -82,7 +83,8 @@ def write_shard(
         key = done.key
         blocks = [{"first": b[0], "trials": b[1], "tallies": t} for b, t in sorted(done.blocks.items())]
     body = {"verb": verb, "options": options, "shard": [share.number, share.of], "key": key, "blocks": blocks}
-    return document("vcmm.shard/1", body, files=files)
+    content = document("vcmm.shard/1", body, files=files)
+    return content | {"sha256": fingerprint(content)}
 
 
 def put_shard(content: dict[str, Any], stem: str, json: bool, out: Path | None) -> int:

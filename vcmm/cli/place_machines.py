@@ -84,9 +84,8 @@ def placed_on_all(
     from vcmm.console.terminal import progress
     from vcmm.core.blocks import key_of
     from vcmm.core.errors import UsageError
-    from vcmm.files.scenario import load_scenario
 
-    loaded = [load_scenario(scenario, m) for m in machines]
+    loaded = _loaded(scenario, machines)
     key = key_of("place", options, _read(scenario, machines))
     with progress(shown) as bar:
         count = len(machines)
@@ -101,14 +100,32 @@ def placed_on_all(
     return found
 
 
+def _loaded(scenario: Path, machines: list[Path]) -> list[Any]:
+    """The task on every machine, or what is wrong with a machine file as text. Raises what the last raises where none can be read."""
+    from vcmm.core.errors import VcmmError, first_of
+    from vcmm.files.scenario import load_scenario
+
+    out: list[Any] = []
+    for number, machine in enumerate(machines, 1):
+        try:
+            out.append(load_scenario(scenario, machine))
+        except VcmmError as error:
+            out.append(first_of(error))
+            if number == len(machines) and all(isinstance(one, str) for one in out):
+                raise
+    return out
+
+
 def placed_on(options: dict[str, Any], scenario: Any) -> dict[str, Any]:
-    """The part at its best pose on one machine, by any worker; `refused`: why the machine cannot take it."""
+    """The part at its best pose on one machine, by any worker; `refused`: why the machine cannot take it, or its file not be read."""
     from vcmm.core.errors import ModelLimit
     from vcmm.pages.place import place_page
     from vcmm.placing.placement import place
     from vcmm.placing.result import place_json
     from vcmm.placing.words import amount, pose_text
 
+    if isinstance(scenario, str):
+        return {"name": "", "refused": scenario}
     try:
         placed = place(scenario, **{k: v for k, v in options.items() if v is not None})
     except ModelLimit as error:

@@ -44,7 +44,7 @@ def rerun_command(pack: Path, *, json: Annotated[bool, Parameter(name="--json")]
         "differences": [{"key": c.key, "was": c.was, "found": c.found} for c in changed[:100]],
     }  # fmt: skip
     if json:
-        print_json(document("vcmm.rerun/1", body, seed=said["seed"], files=[pack]))
+        print_json(document("vcmm.rerun/1", body, seed=said.get("seed"), files=[pack]))
     else:
         _show(said, body, __version__)
     return int(not same)

@@ -50,7 +50,7 @@ def _items(file: Path, close: bool) -> tuple[Any, str]:
         return volume_scene(machine), machine.name or file.stem
     if kind != "scenario":
         raise UsageError(f"{file}: a scenario/1 or machine/1 is shown, this is {kind or 'neither'}")
-    from vcmm.evaluation.uncertainty import prepared
+    from vcmm.evaluation.linear import prepared
     from vcmm.files.scenario import load_scenario
     from vcmm.measuring.scenario import Scenario
     from vcmm.pages.view import task_in_machine, touches_of

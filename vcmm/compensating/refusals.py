@@ -204,6 +204,19 @@ def check_moves(moves: Sequence[Move], machine: Machine, setup: Setup, name: str
     for m in moves:
         if m.rewritable and m.kind != "dwell":
             _check_known(m, machine, setup, f"{name}:{m.source.line}:{m.source.first}")
+    if setup.set_as_cut:
+        _check_set_as_cut(moves, name)
+
+
+def _check_set_as_cut(moves: Sequence[Move], name: str) -> None:
+    """An offset that was set with the rotary axes as they cut is used in one position of them."""
+    at: dict[str, tuple[float, ...]] = {}
+    for m in (m for m in moves if m.kind != "rapid" and m.rewritable and not m.led):
+        if max(abs(a - b) for a, b in zip(at.setdefault(m.offset, m.rotary_end), m.rotary_end)) > TRAVEL:
+            raise UsageError(
+                f'{name}:{m.source.line}:{m.source.first}: work_offset.rotary = "as cut": {m.offset} cuts with the rotary axes in several places, but it '
+                'was set in one of them; write rotary = "zero", or give each place a work offset of its own'
+            )
 
 
 def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from vcmm.core.errors import DataError, Environment, ModelLimit, VcmmError
+from vcmm.core.own_files import check_replaced
 from vcmm.nc.reading import read_bytes
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
@@ -64,6 +65,7 @@ def read_source(path: Path) -> SourceText:
 def write_source(path: Path, content: bytes) -> None:
     """Write a whole program or nothing. Raises Environment."""
     draft = path.with_name(f".{path.name}.part")
+    check_replaced([path])
     try:
         draft.write_bytes(content)
         draft.replace(path)

@@ -52,6 +52,12 @@ def _named(value: Any, number: int) -> str:
     return name if isinstance(name, str) and name else str(number)
 
 
+def fingerprint(content: dict[str, Any]) -> str:
+    """SHA-256 of a document without its own key "sha256": whether a file is as it was written."""
+    plain = {key: value for key, value in content.items() if key != "sha256"}
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
 def _hashed(path: Path) -> dict[str, str]:
     return {"file": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
 

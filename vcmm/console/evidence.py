@@ -156,7 +156,7 @@ def _check_members(pack: Path, held: zipfile.ZipFile) -> None:
 def _read(pack: Path, name: str, data: dict[str, bytes]) -> dict[str, Any]:
     try:
         found = json.loads(data[name])
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise DataError(f"{pack}: {name} is no JSON ({error})") from None
     if not isinstance(found, dict):
         raise DataError(f"{pack}: {name} holds no document")
@@ -178,6 +178,13 @@ def _check_hashes(pack: Path, said: dict[str, Any], data: dict[str, bytes]) -> N
     ]
     if not isinstance(said.get("command"), list) or not all(isinstance(w, str) for w in said["command"]):
         problems.append(f"{pack}: {EVIDENCE} states no command")
+    due = {"version": str, "libraries": dict, "influences": list}
+    problems += [
+        f"{pack}: {EVIDENCE} lacks {k}" for k, kind in due.items() if not isinstance(said.get(k), kind)
+    ]
+    named = {"influence", "status"}
+    if not problems and not all(isinstance(i, dict) and named <= set(i) for i in said["influences"]):
+        problems.append(f"{pack}: {EVIDENCE} lists influences without name and status")
     if problems:
         raise DataError(problems)
 

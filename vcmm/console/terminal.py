@@ -5,9 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vcmm.console.widths import Laid
     from vcmm.tables.table import ResultTable
 
 
@@ -37,36 +40,43 @@ def say(text: str) -> None:
 
 
 def show_table(table: ResultTable[Any]) -> None:
-    """A table on stdout; wide enough for a file when stdout is no terminal."""
-    from rich import box
+    """A table on stdout; wide enough for a file when stdout is no terminal. Where it is wider than the terminal see `widths`."""
     from rich.console import Console
-    from rich.table import Table
 
+    from vcmm.console.widths import laid_out
     from vcmm.tables.table import in_terminal
-
-    width = None if sys.stdout.isatty() else 160
-    shown = Table(
-        title=_plain(table.title),
-        caption=_plain(table.caption) or None,
-        box=box.SIMPLE_HEAD,
-        title_justify="left",
-        caption_justify="left",
-        title_style="bold",
-        caption_style="",
-    )
-    cells = in_terminal(table)
-    for i, name in enumerate(cells.heads):
-        words = i in cells.words
-        shown.add_column(_plain(name), justify="left" if words else "right", no_wrap=words and i == 0)
-    for row in cells.rows:
-        shown.add_row(*[_plain(cell) for cell in row])
 
     class Told(Console):
         def on_broken_pipe(self) -> None:
             """The reader has gone (| head): that is for the command to say, not for rich to end the process with 1."""
             raise BrokenPipeError
 
-    Told(width=width, highlight=False).print(shown)
+    console = Told(width=None if sys.stdout.isatty() else 160, highlight=False)
+    parts = laid_out(in_terminal(table), console.width)
+    for i, part in enumerate(parts):
+        title = table.title if i == 0 else "(continued)"
+        console.print(_drawn(part, title, table.caption if part is parts[-1] else ""))
+
+
+def _drawn(part: Laid, title: str, caption: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    shown = Table(
+        title=_plain(title),
+        caption=_plain(caption) or None,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+        title_style="bold",
+        caption_style="",
+    )
+    for i, (name, width) in enumerate(zip(part.cells.heads, part.widths)):
+        side: Literal["left", "right"] = "left" if i in part.cells.words else "right"
+        shown.add_column(_plain(name), justify=side, width=width, overflow="fold")
+    for row in part.cells.rows:
+        shown.add_row(*[_plain(cell) for cell in row])
+    return shown
 
 
 def _plain(text: str) -> str:

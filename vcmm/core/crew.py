@@ -22,6 +22,7 @@ from typing import Any
 from vcmm import __version__
 from vcmm.core.errors import Environment, UsageError
 
+Portion = list[tuple[int, Any]]  # number and item
 Done = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
@@ -89,9 +90,12 @@ def _held_portion(items: Sequence[Any]) -> Done:
 
 
 def _done(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Done:
-    """A portion, by a worker: how long it took in s, and the results."""
-    began = perf_counter()
-    results = [work(payload, item) for item in items]
+    """A portion, by a worker: how long it took in s, and the results of the items that were begun within 2 SPAN, at least of the first."""
+    began, results = perf_counter(), list[Any]()
+    for item in items:
+        if results and perf_counter() - began > 2 * SPAN:
+            break
+        results.append(work(payload, item))
     return perf_counter() - began, results
 
 
@@ -105,15 +109,18 @@ class Portions:
         self.left, self.hands = [*items.items()][::-1], hands
         self.seconds, self.counted = 0.0, 0
 
-    def next(self) -> list[tuple[int, Any]]:
-        """(number, item) of the next portion, empty at the end."""
+    def next(self) -> Portion:
+        """Empty at the end."""
         each = self.seconds / self.counted if self.counted else SPAN
         most = min(SPAN / max(each, 1e-9), len(self.left) / (2 * self.hands))
         return [self.left.pop() for _ in range(min(max(1, int(most)), len(self.left)))]
 
-    def results(self, numbers: Sequence[int], done: Done) -> Iterator[tuple[int, Any]]:
-        self.seconds, self.counted = self.seconds + done[0], self.counted + len(numbers)
-        return zip(numbers, done[1])
+    def results(self, portion: Portion, done: Done) -> Iterator[tuple[int, Any]]:
+        """(number, result) of what was done; the rest of a portion that took too long waits again."""
+        seconds, found = done
+        self.seconds, self.counted = self.seconds + seconds, self.counted + len(found)
+        self.left += portion[len(found) :][::-1]
+        return zip([i for i, _ in portion], found)
 
 
 def processes(workers: int) -> Crew:
@@ -145,14 +152,12 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
     from multiprocessing import get_context
 
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed,))
-    portions, running = Portions(left, workers), dict[Future[Done], list[int]]()
+    portions, running = Portions(left, workers), dict[Future[Done], Portion]()
     try:
         with suppress(BrokenProcessPool):
             while True:
                 while len(running) < AHEAD * workers and (portion := portions.next()):
-                    running[pool.submit(_held_portion, [item for _, item in portion])] = [
-                        i for i, _ in portion
-                    ]
+                    running[pool.submit(_held_portion, [item for _, item in portion])] = portion
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -227,7 +232,7 @@ def _by_client(
 
     # the result of a task, which the scheduler makes again where the workers that held it are gone; scattered data would be lost
     shared = client.submit(_shared, versions(), work, payload, retries=DEATHS, pure=False)
-    portions, running = Portions(items, 1), dict[Any, list[int]]()
+    portions, running = Portions(items, 1), dict[Any, Portion]()
     finished, looked = as_completed(loop=client.loop), -LOOK
 
     def hand_out() -> None:
@@ -237,7 +242,7 @@ def _by_client(
         while len(running) < AHEAD * portions.hands and (portion := portions.next()):
             some = [item for _, item in portion]
             future = client.submit(_on_worker, shared, some, retries=DEATHS, pure=False)
-            running[future] = [i for i, _ in portion]
+            running[future] = portion
             finished.add(future)
 
     hand_out()

@@ -106,7 +106,7 @@ class Run:
         if label not in self.labels:
             known = ["machine", "setup", "run", "touch", *self.labels]
             raise UsageError(f'redraw = "{label}" names no label of this run.{choose_from(label, known)}')
-        values, codes = np.unique(self.labels[label], return_inverse=True)
+        values, codes = coded(self.labels[label])
         return [str(v) for v in values], codes
 
     def used(self, label: str, value: str) -> Array:
@@ -155,6 +155,13 @@ class Run:
             {k: v[rows] for k, v in self.labels.items()},
             self.series,
         )
+
+
+def coded(labels: npt.NDArray[np.str_]) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:
+    """Values of labels (n,), sorted, and the code (n,) of each: np.unique of the first of every stretch of equal ones."""
+    first = np.flatnonzero(np.concatenate([[True] * min(len(labels), 1), labels[1:] != labels[:-1]]))
+    values, codes = np.unique(labels[first], return_inverse=True)
+    return values, np.repeat(codes, np.diff(np.append(first, len(labels))))
 
 
 def _check_rows(kind: str, table: Mapping[str, npt.NDArray[Any]], n: int) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from vcmm.core.errors import DataError, did_you_mean
+from vcmm.core.own_files import note_read
 
 LARGEST_FILE = 2_000_000_000  # bytes; what is read from a pipe counts the same
 LARGEST = 1e12  # of any number in a table, and of a quantity in usual values: no machine has anything near it
@@ -138,6 +139,7 @@ def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
         raise DataError(f"{brief(str(path))!r} cannot be the name of a file; correct it") from None
     if len(raw) > LARGEST_FILE:
         raise DataError(_too_large(path, f"more than {LARGEST_FILE:,} bytes"))
+    note_read(path)
     return raw
 
 

@@ -10,16 +10,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vcmm.core.errors import Environment
+from vcmm.core.own_files import check_replaced
 
 
 def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write several files (name, with folders below `folder` -> text), all or none. Raises Environment.
+    """Write several files (name, with folders below `folder` -> text), all or none. Raises Environment, and UsageError where
+    one would replace what the command under way has read.
 
     Drafts beside them first, then renames; where one rename fails, or is interrupted, the files that had been replaced
     are put back. Drafts have names of their own, so two processes do not write into one another's.
     """
     token = f"{os.getpid()}-{secrets.token_hex(3)}"
     paths = [folder / name for name in texts]
+    check_replaced(paths)
     drafts = {path.with_name(f".{path.name}.{token}.part"): path for path in paths}
     before: dict[Path, Path | None] = {}  # file -> what it was, None where it was not there
     try:

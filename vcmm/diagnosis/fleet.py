@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,13 @@ from vcmm.core.blocks import Sharing
 from vcmm.core.errors import DataError, UsageError, VcmmError, first_of
 from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.result import diagnosis_json
+from vcmm.diagnosis.trend import ALWAYS, STEADY, Trend, presence, trend
 from vcmm.files.machine import load_machine
 from vcmm.files.recording import load_recording
 from vcmm.files.toml import read_toml
 
 KEPT = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
+NOT_JUDGED = Trend("")
 Record = dict[str, Any]
 
 
@@ -37,7 +40,8 @@ class FolderJob:
 class Change:
     """A number of a name that was found on a machine at least twice, or found once and once not.
 
-    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`.
+    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`. went, there: how
+    the number went in time, and when it was found; their ends are numbers of `when`, file and date of all recordings of the machine.
     """
 
     machine: str
@@ -50,6 +54,18 @@ class Change:
     after: tuple[float, float] | None
     found: int
     of: int
+    went: Trend = NOT_JUDGED
+    there: tuple[str, int | None, int | None] = (ALWAYS, None, None)
+    when: tuple[tuple[str, str], ...] = ()
+
+    def at(self, number: int | None) -> str | None:
+        """Date of a recording, its file where it has none."""
+        return None if number is None else self.when[number][1] or self.when[number][0]
+
+    @property
+    def steady(self) -> bool:
+        """Found in all recordings, and as good as one number in them."""
+        return self.went.kind in ("", STEADY) and self.there[0] == ALWAYS
 
     @property
     def change(self) -> float | None:
@@ -128,11 +144,27 @@ def changes(records: Sequence[Record]) -> list[Change]:
         own = [r for r in good if r["machine"] == machine]
         numbers = [_numbers(r) for r in own]
         for key in dict.fromkeys(k for n in numbers for k in n) if len(own) > 1 else ():
-            ends = [(own[i]["file"], own[i]["date"]) for i in (0, -1)]
-            seen = sum(key in n for n in numbers)
-            values = [numbers[i].get(key) for i in (0, -1)]
-            out.append(Change(machine, *key, ends[0], ends[1], values[0], values[1], seen, len(own)))
+            out.append(_change(machine, key, own, [n.get(key) for n in numbers]))
     return out
+
+
+def _change(
+    machine: str, key: tuple[str, str, str], own: Sequence[Record], seen: Sequence[tuple[float, float] | None]
+) -> Change:
+    name, parameter, unit = key
+    when = tuple((r["file"], r["date"]) for r in own)
+    return Change(
+        machine, name, parameter, unit, when[0], when[-1], seen[0], seen[-1], sum(s is not None for s in seen), len(own),
+        went=trend([_moment(date) for _, date in when], seen), there=presence(seen), when=when,
+    )  # fmt: skip
+
+
+def _moment(date: str) -> float | None:
+    """In s, since some time; None of what is no date."""
+    try:
+        return datetime.fromisoformat(date).replace(tzinfo=None).timestamp()
+    except ValueError:
+        return None
 
 
 def _numbers(record: Mapping[str, Any]) -> dict[tuple[str, str, str], tuple[float, float]]:

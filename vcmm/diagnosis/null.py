@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.kinematics import CHUNK
 from vcmm.core.run import Array
 from vcmm.diagnosis.constants import FALSE_ALARM, FAR, MAD, SECURE
 from vcmm.diagnosis.problem import generator
 from vcmm.evaluation.gaussian import Whitener
 
-ROWS = 1 << 15
 NUMBERS = 1 << 22  # of simulated residuals that are copied at a time: 32 MB
 
 
@@ -44,9 +44,9 @@ def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Ar
 
 
 def _add(raw: Array, columns: Array, sizes: Array) -> None:
-    """raw (m, count) += columns (m, k) @ sizes (k, count), ROWS rows at a time: null recordings are the largest table there is."""
-    for i in range(0, len(raw), ROWS):
-        raw[i : i + ROWS] += columns[i : i + ROWS] @ sizes
+    """raw (m, count) += columns (m, k) @ sizes (k, count), CHUNK rows at a time: null recordings are the largest table there is."""
+    for i in range(0, len(raw), CHUNK):
+        raw[i : i + CHUNK] += columns[i : i + CHUNK] @ sizes
 
 
 def clipped(r: Array, white: Whitener, limit: float) -> Array:
@@ -67,7 +67,7 @@ def by_columns(of: Callable[..., Array], r: Array, *numbers: Array) -> Array:
     """of(r, *numbers) (M,) of recordings r (m, M) and numbers (M,) of each, so many recordings at a time that copies stay small."""
     if r.ndim < 2 or r.size <= NUMBERS:
         return of(r, *numbers)
-    wide = max(NUMBERS // len(r), 8)
+    wide = max(NUMBERS // len(r), 1)
     blocks = [slice(i, i + wide) for i in range(0, r.shape[1], wide)]
     return np.concatenate([of(r[:, b], *(n[b] for n in numbers)) for b in blocks])
 

@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Array, Run, coded
 from vcmm.diagnosis.constants import FEWEST, NOTHING
 from vcmm.diagnosis.problem import Problem, generator, make_problem
 from vcmm.evaluation.gaussian import Ints
@@ -62,7 +62,7 @@ def chosen(run: Run, share: float) -> Mask:
 def _factors(run: Run) -> Iterator[Ints]:
     """Codes (n,) of every label, and of the sense of every axis."""
     for name in sorted(run.labels):
-        yield by_first_row(np.unique(run.labels[name], return_inverse=True)[1])
+        yield by_first_row(coded(run.labels[name])[1])
     for name in sorted(c for c in run.columns if c.startswith("sense_")):
         yield by_first_row(run.columns[name].astype(np.intp) + 1)
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.core.run import Run, Series
+from vcmm.core.run import Series
 from vcmm.diagnosis.order import rows_in_order
 from vcmm.diagnosis.thinning import Mask, chosen, loss, of_rows
 from vcmm.response.recording import Recording
@@ -55,10 +55,9 @@ def _taken(recording: Recording, share: float) -> Mask:
     observed[recording.row] = True
     rows = rows_in_order(run, recording)
     rows = rows[observed[rows]]
-    past = {c: v[rows] for c, v in run.columns.items() if c.startswith(("sense_", "since_reversal_"))}
-    labels = {name: v[rows] for name, v in run.labels.items()}
+    as_it_is = np.array_equal(rows, np.arange(run.n))
     out = np.zeros(run.n, dtype=bool)
-    out[rows[chosen(Run({}, np.zeros((len(rows), 3)), past, labels), share)]] = True
+    out[rows[chosen(run if as_it_is else run.take(rows), share)]] = True
     return out
 
 

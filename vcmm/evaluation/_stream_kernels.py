@@ -27,11 +27,8 @@ SHIFT, BASE, LOW, REST = (
     np.float32(2.0**-15),
 )
 COUNTERS, TILE = 128, 512  # a tile: so many counters of a block, four trials each
-QUARTER, BLOCK, TILES = (
-    512,
-    2048,
-    4,
-)  # trials between the words of a counter; a block of counters: its trials, its tiles
+# trials between the words of a counter; trials and tiles of a block of counters
+QUARTER, BLOCK, TILES = 512, 2048, 4
 GROUP = 32  # lanes drawn at a time: 32 x 512 numbers stay in the second cache, beside those of another thread
 
 
@@ -98,9 +95,8 @@ def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: 
     that the lanes of each group act on.
     """
     word, work = np.empty(TILE, np.uint32), np.empty((3, TILE), np.uint64)
-    z = np.empty(
-        (GROUP, TILE + 8)
-    )  # lanes a little apart: 4096 bytes apart they would share places of the cache
+    # lanes a little apart: 4096 bytes apart they would share places of the cache
+    z = np.empty((GROUP, TILE + 8))
     lanes, count = ids.shape[0], y.shape[1]
     for tile in range(first // BLOCK * TILES, ((first + count - 1) // BLOCK + 1) * TILES):
         block, counter = tile // TILES, tile % TILES * COUNTERS

@@ -16,9 +16,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 ROWS = 8  # outputs at a time
-WIDTH = (
-    8 if binding.get_host_cpu_features().get("avx512f") else 4
-)  # trials at a time: 8 sums and more fit the registers
+# trials at a time: 8 sums and more fit the registers
+WIDTH = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 _INDEX, _NUMBER = ir.IntType(64), ir.DoubleType()
 _VECTOR = ir.VectorType(_NUMBER, WIDTH)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from vcmm.core.effect import parameter, unit_at
@@ -14,7 +16,7 @@ from vcmm.evaluation.part_forms import FORM
 from vcmm.evaluation.result import BudgetLine
 from vcmm.evaluation.world import World
 from vcmm.measuring.qualification import REPEATABILITY
-from vcmm.part.part import Characteristic
+from vcmm.part.part import Characteristic, Feature
 from vcmm.response.influence import Influence
 
 
@@ -38,9 +40,11 @@ def budget_line(
     )  # fmt: skip
 
 
-def form_line(c: Characteristic, u_i: float, u: float) -> BudgetLine:
-    """What the points do not meet of the form: from part to part of a family of forms."""
-    name = ", ".join(c.of)
+def form_line(c: Characteristic, features: Mapping[str, Feature], u_i: float, u: float) -> BudgetLine:
+    """What the points do not meet of the form: from part to part of a family of forms. A surface of nominal points has none between
+    them: there it is the form of the datums.
+    """
+    name = ", ".join(n for n in c.of if not features[n].free) or ", ".join(c.features[len(c.of) :])
     return BudgetLine(
         input=f"form[{name}].between points", what=f"form of {name} between the points", distribution="family of forms",
         dof=float("inf"), redraw="part", estimate=None, u_input=None, unit="", sensitivity=None, u=u_i,

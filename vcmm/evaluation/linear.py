@@ -16,15 +16,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from vcmm.core.errors import ModelLimit
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
 from vcmm.evaluation.montecarlo import Term
+from vcmm.evaluation.part_forms import without_unknown
 from vcmm.evaluation.streams import copy_code
 from vcmm.evaluation.world import Measuring, World
 from vcmm.fit import Fitted, sensitivity
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import wanted, with_criteria
-from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points, per_normal
+from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_features, measured_points, per_normal
 from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
 
@@ -174,6 +175,22 @@ def term_of(influence: Influence, change: Array, operator: Array, keep: bool = F
     )
     used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
     return Term(one.id, law, gain[:, used], lane[used])
+
+
+def prepared(task: Task, world: World | None = None) -> LinearModel:
+    """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
+    if not task.part.characteristics:
+        raise UsageError(
+            "the part has no characteristics; add [[part.characteristics]] with name, type and of"
+        )
+    if not task.inputs and not (world is not None and world.predicts):
+        raise UsageError(
+            "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
+        )
+    check_densities(task)
+    model = build(without_unknown(task) if task.forms else task, world)
+    assert model.at_estimates is not None  # raises what the characteristics refuse
+    return model
 
 
 def build(task: Task, world: World | None = None) -> LinearModel:

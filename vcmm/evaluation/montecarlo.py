@@ -23,6 +23,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import Array, Joint, Law, MultivariateNormal, MultivariateSamples, Normal, row_factor
+from vcmm.core.memory import keep_in_hand
 from vcmm.evaluation import streams
 from vcmm.evaluation.interval import Linear, check_interval
 from vcmm.evaluation.summary import KINDS, Accumulator, Summary, summarise, tolerance
@@ -180,8 +181,8 @@ def simulate(
 ) -> Iterator[Array]:
     """Trials first .. first + trials - 1 of y = start + sum of gain z, in blocks (m <= block, K).
 
-    `start` (K,) is y where every deviation is zero. Each block is a new array (Fortran order: one quantity is
-    contiguous). To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
+    `start` (K,) is y where every deviation is zero. Each block is a new array in which every quantity is
+    contiguous. To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
     the whole job, which say whether compiled kernels are worth loading.
     Raises UsageError when shapes do not fit, ModelLimit when trials leave 0..2^43.
     """
@@ -198,18 +199,9 @@ def simulate(
     groups = _groups(_fold(active) if fold else active, seed)
     lanes = sum(len(g.lanes) for g in groups)
     fast = streams.kernels(max(trials, of) * lanes * (8 + len(start)) // 8)
-    _keep_memory()
+    keep_in_hand()  # blocks take turns on the same memory: else clearing its pages stops other threads, up to two thirds of the time
     steps, end = _steps(groups, fast), first + trials
     return (_block(start, steps, at, min(block, end - at)).T for at in range(first, end, block))
-
-
-def _keep_memory(numbers: int = 2**20) -> None:
-    """Let the blocks of a job take turns on the same memory.
-
-    glibc gives every array above 128 kB back to the system, which clears each page of the next one and stops other threads for
-    it: up to two thirds of the time. From memory that was taken once and given back it learns to keep so much.
-    """
-    np.empty(numbers)
 
 
 def _block(start: Array, steps: Sequence[_Step], at: int, count: int) -> Array:

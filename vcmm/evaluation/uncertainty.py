@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.blocks import Sharing
-from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
 from vcmm.evaluation.budget import budget_line, form_line
@@ -25,10 +24,10 @@ from vcmm.evaluation.certify import Check, check
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.interval import Linear
 from vcmm.evaluation.inversion import Inversion, Inverted, inversion_of
-from vcmm.evaluation.linear import LinearModel, build
+from vcmm.evaluation.linear import LinearModel, prepared
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
-from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
+from vcmm.evaluation.part_forms import FORM, true_values
 from vcmm.evaluation.result import (
     BIAS_LEFT_IN,
     BudgetLine,
@@ -43,7 +42,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import chosen, notes
 from vcmm.gps.filters import words
 from vcmm.measuring.settings import CORRECTED, Settings
-from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_features, measured_points
+from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.part.part import Characteristic
 from vcmm.response.influence import Influence
 
@@ -73,7 +72,7 @@ def evaluate(
     results wait for `at_indication`, and no warnings are given (`warnings_of`).
 
     Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
-    certain); see `linear.build` for the rest.
+    certain); see `linear.prepared` for the rest.
     """
     settings = settings or Settings()
     report = progress or (lambda text, share: None)
@@ -82,22 +81,6 @@ def evaluate(
     base = fit_features(task, measured_points(task, model.world.errors())) if task.forms else model.base
     indicated = evaluate_all(task, base)
     return _Evaluation(model, settings, report, indicated, sharing).result(read)
-
-
-def prepared(task: Task, world: World | None = None) -> LinearModel:
-    """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
-    if not task.part.characteristics:
-        raise UsageError(
-            "the part has no characteristics; add [[part.characteristics]] with name, type and of"
-        )
-    if not task.inputs and not (world is not None and world.predicts):
-        raise UsageError(
-            "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
-        )
-    check_densities(task)
-    model = build(without_unknown(task) if task.forms else task, world)
-    assert model.at_estimates is not None  # raises what the characteristics refuse
-    return model
 
 
 @dataclass(frozen=True)
@@ -249,7 +232,7 @@ class _Evaluation:
         if any(np.isinf(np.max(t.law.u)) for t, share in zip(terms, u_i) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
         lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in known])
-        between = [form_line(c, form, u)] if form > 1e-3 * added.u else []
+        between = [form_line(c, self.features, form, u)] if form > 1e-3 * added.u else []
         return _Outcome(
             tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),
             tangent=False, half=added.half, inverse=inversion,
@@ -359,7 +342,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         elif abs(r.bias) <= NOTHING * r.expanded:
             told += "here nothing of what is indicated is taken off"
         else:
-            told += f"here {r.bias * scale:+.3g} {unit} of what is indicated are taken off"
+            size = f"{abs(r.bias) * scale:.3g} {unit}"
+            told += (
+                f"here {size} of what is indicated are taken off"
+                if r.bias > 0
+                else f"here {size} are added to it"
+            )
         out.append(told)
     if not np.isfinite(r.u):
         out.append(

@@ -120,7 +120,7 @@ def exported_values(
     if not rows:
         hint = did_you_mean(others[0], list(wanted)) if others else ""
         raise DataError(
-            f"{path}: it holds none of the characteristics of the part ({', '.join(wanted)}); it has {_some(others)}.{hint} Name "
+            f"{path}:1: it holds none of the characteristics of the part ({', '.join(wanted)}); it has {_some(others) or 'no value at all'}.{hint} Name "
             "the characteristics as the export does"
         )
     _check_once(rows)

@@ -14,8 +14,8 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.contradictions import contradictions
 from vcmm.gps.general import classes, general_limits, general_zone
 from vcmm.gps.iso286 import is_code, limits_of_code
-from vcmm.part.characteristic import Filter
-from vcmm.part.part import Characteristic, Feature
+from vcmm.part.characteristic import OF_SIZE, SIZED, Filter
+from vcmm.part.part import Characteristic, Feature, named
 
 Pair = tuple[float, float]
 
@@ -137,10 +137,16 @@ def _diameter_tolerance(feature: Feature, standard: str) -> float | None:
 def size_limits(
     t: Any, tables: Sequence[Any], features: Mapping[str, Feature], limits: Callable[[Any], Pair | None]
 ) -> Pair | None:
-    """Absolute limits in mm of the size of a feature with a material requirement, from its size characteristic."""
+    """Absolute limits in mm of the size of a feature with a material requirement, from its size characteristic. UsageError: of a
+    feature that has no size.
+    """
     if not t.material:
         return None
     name = _first(t.of)
+    if name in features and t.type in SIZED and features[name].kind not in OF_SIZE:
+        raise UsageError(
+            f'a material requirement is of a feature of size ({", ".join(OF_SIZE)}), and "{name}" is {named(features[name].kind)}; leave it out'
+        )
     for other in tables if name in features else ():
         if other.type == "size" and _first(other.of) == name and (found := limits(other)) is not None:
             nominal = _nominal(other, features)

@@ -18,7 +18,7 @@ PLACES, NORMALS = ["x_mm", "y_mm", "z_mm"], ["nx", "ny", "nz"]
 def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, Array | None]:
     """The sheet, points (n, 3) mm and normals (n, 3) as they stand there, None without. with_normals: they must be there.
 
-    DataError: columns that are missing or unknown, cells that are no numbers.
+    DataError: columns that are missing or unknown, cells that are no numbers, normals that are no unit vectors.
     """
     sheet = read_csv(path)
     normals = with_normals or any(column in sheet.header for column in NORMALS)
@@ -35,7 +35,19 @@ def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, A
     ]
     if problems:
         raise DataError(problems)
-    return sheet, _columns(sheet, PLACES), _columns(sheet, NORMALS) if normals else None
+    return sheet, _columns(sheet, PLACES), _unit(sheet, _columns(sheet, NORMALS)) if normals else None
+
+
+def _unit(sheet: Sheet, normals: Array) -> Array:
+    """The normals (n, 3), after all were found to be as long as 1 within a hundredth, as in every other file."""
+    size = np.linalg.norm(normals, axis=1)
+    problems = [
+        f"{sheet.at(int(i))}: nx ny nz has the length {size[i]:.4g}; give a unit vector"
+        for i in np.flatnonzero(~(np.abs(size - 1.0) <= 0.01))
+    ]
+    if problems:
+        raise DataError(problems)
+    return normals
 
 
 def row_of(sheet: Sheet, message: str) -> str:

@@ -37,6 +37,7 @@ from vcmm.routes.positions import STANDARDS, StandardReadings
 
 TEMPERATURE = "temp_part_C"
 LEAST_K, MOST_K = 1.0, 5.0
+LEAST_U = 1e-9  # mm or rad: 1 pm, a hundredth of an atom
 
 
 def read_route_data(
@@ -174,6 +175,10 @@ def _standard_u(sheet: Sheet, column: str) -> np.ndarray:
     problems += [
         f"{sheet.at(i)}: {column} = {sheet.rows[i][sheet.header.index(column)]}; an uncertainty is above zero"
         for i in map(int, np.flatnonzero(expanded <= 0))
+    ]
+    problems += [
+        f"{sheet.at(i)}: {column} = {sheet.rows[i][sheet.header.index(column)]} is smaller than anything that can be measured; check its unit"
+        for i in map(int, np.flatnonzero((expanded > 0) & (expanded < LEAST_U)))
     ]
     if problems:
         raise DataError(problems)

@@ -45,7 +45,7 @@ from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
 from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout
 from vcmm.part.alignment import datum_system
-from vcmm.part.part import Characteristic, Feature, frame
+from vcmm.part.part import Characteristic, Feature, frame, named
 
 FORM = {
     "straightness": ("line",),
@@ -176,7 +176,7 @@ def _size(c: Characteristic, e: MeasuredElement) -> Array:
             "circle at the section you need."
         )
     if e.feature.kind not in SIZES:
-        raise UsageError(f'"{c.name}": a {e.feature.kind} has no size; size is for {", ".join(SIZES)}.')
+        raise UsageError(f'"{c.name}": {named(e.feature.kind)} has no size; size is for {", ".join(SIZES)}.')
     which = SIZES[e.feature.kind]
     if criteria.chosen(c).of[0] in criteria.LOCAL:
         return criteria.local_size(c, 2.0 * e.sizes, 2.0 * float(e.feature.sizes[which]))
@@ -206,7 +206,7 @@ def _angle(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
     for e in (a, b):
         if e.feature.kind not in directed:
             raise UsageError(
-                f'"{c.name}": a {e.feature.kind} has no direction; angle is for {", ".join(directed)}.'
+                f'"{c.name}": {named(e.feature.kind)} has no direction; angle is for {", ".join(directed)}.'
             )
     turned = (
         -1.0 if a.feature.axis @ b.feature.axis < -1e-9 else 1.0
@@ -219,8 +219,8 @@ def _angle(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
 
 def _form(c: Characteristic, e: MeasuredElement) -> Array:
     if e.feature.kind not in FORM[c.type]:
-        suits = " or ".join(FORM[c.type])
-        raise UsageError(f'"{c.name}": {c.type} is for a {suits}, not for a {e.feature.kind}.')
+        suits = " or ".join(named(kind) for kind in FORM[c.type])
+        raise UsageError(f'"{c.name}": {c.type} is for {suits}, not for {named(e.feature.kind)}.')
     # a line lies on a surface: its deviation counts along the outward normal of that surface
     signed = e.offsets @ frame(e.feature)[0] if e.feature.kind == "line" else e.residuals
     if c.filter is not None:

@@ -20,7 +20,8 @@ from vcmm.core.pose import Array
 from vcmm.gps import criteria
 from vcmm.gps.elements import AXES, CENTRES, MeasuredElement, axis_ends
 from vcmm.gps.freedom import free_motions, largest_left, rows_for
-from vcmm.part.part import Characteristic, Feature, ends, frame
+from vcmm.part.characteristic import OF_SIZE
+from vcmm.part.part import Characteristic, Feature, ends, frame, named
 
 
 def projected(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
@@ -28,7 +29,7 @@ def projected(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
     if c.projected is None:
         return e
     if e.feature.kind not in AXES:
-        raise UsageError(f'"{c.name}": a projected zone is of an axis, not of a {e.feature.kind}.')
+        raise UsageError(f'"{c.name}": a projected zone is of an axis, not of {named(e.feature.kind)}.')
     first, last = ends(e.feature)
     start = last if c.projected > 0 else first + c.projected * e.feature.axis
     return replace(e, feature=replace(e.feature, point=start, extent=(abs(c.projected),)))
@@ -70,7 +71,7 @@ def _places(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]
         return ends(e.feature), axis_ends(e), across
     if e.feature.kind not in CENTRES:
         raise UsageError(
-            f'"{c.name}": a pattern is of holes, pins or centres; a {e.feature.kind} has no place in it.'
+            f'"{c.name}": a pattern is of holes, pins or centres; {named(e.feature.kind)} has no place in it.'
         )
     drawn, found = e.feature.point[None], e.point[..., None, :]
     return drawn, found, across if e.feature.kind == "circle" else np.eye(3)
@@ -78,9 +79,9 @@ def _places(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]
 
 def with_material(c: Characteristic, e: MeasuredElement, value: Array) -> Array:
     """The value (...) mm less what the size of the feature pays for. UsageError: a feature without size."""
-    if e.feature.kind not in ("circle", "cylinder", "sphere") or c.size_limits is None:
+    if e.feature.kind not in OF_SIZE or c.size_limits is None:
         raise UsageError(
-            f'"{c.name}": a material requirement is of a feature of size, not of a {e.feature.kind}.'
+            f'"{c.name}": a material requirement is of a feature of size, not of {named(e.feature.kind)}.'
         )
     low, high = c.size_limits
     bore, most = e.feature.inside, c.material == "M"

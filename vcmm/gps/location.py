@@ -18,7 +18,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length, unit
 from vcmm.gps.elements import AXES, CENTRES, MeasuredElement, anchor, axis_ends, from_axis
 from vcmm.gps.orientation import DATUMS
-from vcmm.part.part import Characteristic, Feature, ends, frame
+from vcmm.part.part import Characteristic, Feature, ends, frame, named
 
 DRAWN = 1e-6  # mm by which the drawing itself may be off coaxial or symmetrical
 
@@ -52,7 +52,7 @@ def coaxiality(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) ->
         )
     if e.feature.kind not in ("circle", "sphere", "torus", *AXES):
         raise UsageError(
-            f'"{c.name}": a {e.feature.kind} has no axis or centre; name a cylinder, circle or sphere.'
+            f'"{c.name}": {named(e.feature.kind)} has no axis or centre; name a cylinder, circle or sphere.'
         )
     if e.feature.kind in AXES:
         drawn, points = ends(e.feature), axis_ends(e)

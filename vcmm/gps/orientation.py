@@ -18,7 +18,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length
 from vcmm.gps.elements import AXES, MeasuredElement
-from vcmm.part.part import Characteristic, Feature, frame
+from vcmm.part.part import Characteristic, Feature, frame, named
 
 DATUMS = ("plane", "circle", "torus", *AXES)
 
@@ -39,7 +39,9 @@ def orientation(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -
 def check_directions(c: Characteristic, feature: Feature, datum: Feature) -> None:
     """UsageError unless the feature is a plane or an axis with a length, and the datum has a direction."""
     if feature.kind not in ("plane", *AXES):
-        raise UsageError(f'"{c.name}": {c.type} is for a plane, {", ".join(AXES)}, not for a {feature.kind}.')
+        raise UsageError(
+            f'"{c.name}": {c.type} is for a plane, {", ".join(AXES)}, not for {named(feature.kind)}.'
+        )
     if datum.kind not in DATUMS:
         raise UsageError(f'"{c.name}": a {datum.kind} gives no datum direction; use {", ".join(DATUMS)}.')
 

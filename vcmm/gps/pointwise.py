@@ -19,7 +19,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array, dot, length
 from vcmm.gps.elements import AXES, MeasuredElement
 from vcmm.gps.freedom import free_motions, largest_left, rows_for
-from vcmm.part.part import Characteristic, Feature, centre, normal, signed_distance
+from vcmm.part.part import Characteristic, Feature, centre, named, normal, signed_distance
 
 Ints = npt.NDArray[np.intp]
 RUNOUT, PROFILE = ("circular_runout", "total_runout"), ("line_profile", "surface_profile")
@@ -40,7 +40,9 @@ def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Featur
     if datum.kind not in AXES:
         raise UsageError(f'"{c.name}": {c.type} turns about a datum axis; a {datum.kind} gives none.')
     if feature.kind not in ("circle", "cylinder", "cone", "sphere", "plane", "torus"):
-        raise UsageError(f'"{c.name}": {c.type} is not for a {feature.kind}; name a round feature or a face.')
+        raise UsageError(
+            f'"{c.name}": {c.type} is not for {named(feature.kind)}; name a round feature or a face.'
+        )
     if feature.kind == "plane":
         off = length(np.cross(feature.axis, datum.axis)) * max(feature.extent)
     else:

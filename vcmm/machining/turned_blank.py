@@ -128,7 +128,7 @@ def _stretch(setup: Setup, move: Move, turning: Turning, i: int) -> NoseStretch:
     beside = max((setup.tools[move.tool].width or 0.0) - 2.0 * r, 0.0)
     low = -0.5 * beside * (1.0 + float(tip[1]))  # tip at the lower end, at the upper one, or in the middle
     dx, dz = end - start
-    faces = move.kind != "rapid" and not beside and dx * tip[0] > 0 and abs(dz) <= CLEARANCE * abs(dx)
+    faces = move.kind == "line" and not beside and dx * tip[0] > 0 and abs(dz) <= CLEARANCE * abs(dx)
     return NoseStretch(
         i, start, end, r, edge=(low, low + beside), bore=bool(tip[0] > 0), faces=-float(tip[1]) * faces
     )

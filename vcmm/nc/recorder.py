@@ -20,7 +20,7 @@ from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
 from vcmm.nc.rounding import RoundedCorner, round_corners
-from vcmm.nc.setup import Setup, Tool
+from vcmm.nc.setup import Setup, Tool, imaginary_nose
 from vcmm.nc.state import ModalState
 from vcmm.nc.touching import ProbeContact
 from vcmm.nc.trace import Tracing
@@ -196,7 +196,8 @@ class Recorder(ModalState):
                 blank=SetupEntry(f"tools.{self.tool}", "diameter", '"10 mm"'),
             )
             radius, extra = 0.0, 0.0
-        self.compensation = RadiusCompensation(side, radius + extra, style)
+        nose = imaginary_nose(self.tool_data.orientation, radius, self.plane)
+        self.compensation = RadiusCompensation(side, radius + extra, style, nose)
 
     # -- speed and feed --
     def spindle(self, start: Point, end: Point) -> float:

@@ -23,6 +23,14 @@ LINUXCNC_TIPS: dict[int, tuple[int, int]] = {
 }  # fmt: skip
 
 
+def imaginary_nose(
+    orientation: int, radius: float, plane: str, tips: Mapping[int, tuple[int, int]] = FANUC_TIPS
+) -> Point:
+    """From the centre of a nose of `radius` mm to the imaginary tip at which the offsets of a turning tool are measured; none beside G18."""
+    x, z = tips.get(orientation, (0, 0)) if plane == "ZX" else (0, 0)
+    return x * abs(radius), 0.0, z * abs(radius)
+
+
 DIRECTIONS: dict[str, Point] = {
     "x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0), "-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0),
     "-z": (0.0, 0.0, -1.0),

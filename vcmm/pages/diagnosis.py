@@ -17,6 +17,7 @@ from vcmm.diagnosis.constants import LEAST_TOLD
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.several import Several
+from vcmm.diagnosis.very_long import few_enough
 from vcmm.diagnosis.written_fit import handed_over
 from vcmm.effects import BY_NAME
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
@@ -41,6 +42,7 @@ VERDICT = {
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
 CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word
+DRAWN = 10_000  # observations in pictures: some MB of a page
 NOT_SHOWN = "Something does not fit, and neither a name nor a place for it is found."
 
 
@@ -123,7 +125,11 @@ def diagnosis_page(
         blocks += [r.heading("Each recording by itself"), html(by_itself(several))]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
-    blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
+    drawn = few_enough(recording, DRAWN)
+    blocks += [r.heading("Residual before and after")]
+    if drawn is not recording:
+        blocks += [r.paragraph(f"Drawn are {drawn.m} of {recording.m} observations, evenly over the rows.")]
+    blocks += _residuals(drawn, machine, d)
     blocks += [r.heading("On rows never fitted"), html(folds(d))]
     if d.location:
         blocks += [r.heading("Where the residual departs"), html(places(d))]

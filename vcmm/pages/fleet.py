@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.diagnosis.constants import FAR
 from vcmm.diagnosis.fleet import Change
 from vcmm.tables import fleet as tables
 from vcmm.tables.table import html
@@ -14,7 +13,7 @@ from vcmm.tables.table import html
 
 def fleet_page(folder: str, records: Sequence[tables.Record], found: Sequence[Change]) -> str:
     """One self-contained HTML file."""
-    far = [i for i, c in enumerate(found) if c.deviations is not None and abs(c.deviations) > FAR]
+    far = [i for i, c in enumerate(found) if not c.steady]
     blocks = [r.heading("What changed"), html(tables.changes(found), emphasise=far)] if found else []
     blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]
     return r.page(f"Recordings of {folder}", blocks, footer=f"vcmm {__version__}")

@@ -67,6 +67,11 @@ def in_words(e: Evaluated) -> str:
         if not math.isfinite(c.interval[1]):
             return f"{c.name}: indicated {e.measured * 1e3:.2f} µm. These points do not bound the true value: {c.why_not_shown}."
         low, high = (f"{x * 1e3:.2f}" for x in c.interval)
+        if c.true_value.counted is None:  # no inverse: what a mesh indicates, and nothing more
+            return (
+                f"{c.name}: indicated {e.measured * 1e3:.2f} µm. Measured again it lies between {low} µm and {high} µm with a probability "
+                f"of {c.p:.0%}; nothing is claimed of the true value: {c.why_not_shown}."
+            )
         stated = f" Stated with {c.filtered}." if c.filtered else ""
         claim = "" if c.true_value.claimed else " Its coverage was counted and is not claimed."
         return (

@@ -11,6 +11,7 @@ from vcmm.charts.distribution import filled
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
+from vcmm.pages.deviations import deviations_block
 from vcmm.pages.view import Item, task_in_machine, touches_of
 from vcmm.tables.evaluated import (
     BUDGET,
@@ -40,11 +41,15 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
         [
             r.heading("Where it was measured"),
             *pictures(result),
+            *deviations_block(result.model.task),
             r.heading("How it was computed"),
             html(computed(result)),
         ],
     ]
-    leaves += [[r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)] for c in result.characteristics]
+    part = "a part with this form" if result.model.task.form.any() else "the nominal part"
+    leaves += [
+        [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c, part)] for c in result.characteristics
+    ]
     blocks = [r.leaf(*leaf) for leaf in leaves]
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
     return r.page(
@@ -77,10 +82,20 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
         ["temperatures", ", ".join(warm) or "20 °C throughout"],
         [
             "decision",
-            f"{rule}, ISO 14253-1:2017; limits are compared with {'the corrected' if scenario.settings.known_bias == 'corrected' else 'the indicated'} value",
+            f"{rule}, ISO 14253-1:2017; limits are compared with {_compared(scenario, result)}",
         ],
     ]
     return r.table(["", ""], rows)
+
+
+def _compared(scenario: Scenario, result: UncertaintyResult) -> str:
+    """What a limit is compared with: extreme values are read by the interval of the true value, whatever is done about a bias."""
+    by_belts = [c.true_value is not None and c.true_value.counted is not None for c in result.characteristics]
+    other = f"the {'corrected' if scenario.settings.known_bias == 'corrected' else 'indicated'} value"
+    if not any(by_belts):
+        return other
+    true = "the interval of the true value"
+    return true if all(by_belts) else f"{other} of sizes, distances and angles, with {true} of all else"
 
 
 def pictures(result: UncertaintyResult) -> list[str]:
@@ -106,15 +121,15 @@ def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
     return task_in_machine(task), touches_of(task, result.model.influences)
 
 
-def characteristic_blocks(c: CharacteristicResult) -> list[str]:
-    """Decision zones, distribution, budget bars and table."""
-    return [*characteristic_charts(c), budget_table(c)]
+def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
+    """Decision zones, distribution, budget bars and table. part: whose indicated values the trials are."""
+    return [*characteristic_charts(c, part), budget_table(c)]
 
 
-def characteristic_charts(c: CharacteristicResult) -> list[str]:
+def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
     """Decision zones, distribution and budget bars side by side; nothing where there is none of them."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
-    charts = [_zones(c, word, scale), _histogram(c, word, scale)]
+    charts = [_zones(c, word, scale), _histogram(c, part)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
         charts.append(
@@ -136,6 +151,13 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
     low, high = ((t - c.nominal) * scale if math.isfinite(t) else None for t in c.tolerance)
     guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
     lower = None if c.type not in ("size", "distance", "angle") else low
+    span = None
+    if c.true_value is not None and c.true_value.counted and math.isfinite(c.interval[1]):
+        # decided by the interval of the true value, about which what is indicated may lie anywhere
+        span, guard = (
+            ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale),
+            c.decision.guard or 0.0,
+        )
     title = f"Deviation from nominal, {c.decision.rule} (ISO 14253-1)"
     title += f"; undecided: {c.decision.reason}" if c.decision.reason else ""
     return draw.on_page(
@@ -148,12 +170,14 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
         unit=word,
         title=title,
         decision=c.decision.text,
+        span=span,
     )
 
 
-def _histogram(c: CharacteristicResult, word: str, scale: float) -> str:
+def _histogram(c: CharacteristicResult, part: str) -> str:
     if c.summary is None:
         return ""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     edges, counts = c.summary.histogram
     edges, counts = filled((edges - c.nominal) * scale, counts)
     interval: tuple[float, float] | None = (
@@ -161,7 +185,7 @@ def _histogram(c: CharacteristicResult, word: str, scale: float) -> str:
         (c.interval[1] - c.nominal) * scale,
     )
     marks = {"y": (c.value - c.nominal) * scale, "mean": (c.summary.mean - c.nominal) * scale}
-    title = f"Distribution of the {_what(c)}, {c.trials:,} trials"
+    title = f"Distribution of the {_what(c, part)}, {c.trials:,} trials"
     if c.true_value is not None:
         interval = None
     return draw.on_page(
@@ -169,10 +193,10 @@ def _histogram(c: CharacteristicResult, word: str, scale: float) -> str:
         marks=marks)  # fmt: skip
 
 
-def _what(c: CharacteristicResult) -> str:
+def _what(c: CharacteristicResult, part: str) -> str:
     if isinstance(c.truth, Predicted):
         return "finished part"
-    return "true value when y is indicated" if c.true_value is None else "indicated value of the nominal part"
+    return "true value when y is indicated" if c.true_value is None else f"indicated value of {part}"
 
 
 def budget_table(c: CharacteristicResult) -> str:

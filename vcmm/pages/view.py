@@ -12,6 +12,7 @@ from vcmm.core.run import Array
 from vcmm.measuring.plan import Stylus, Touches
 from vcmm.measuring.task import Task
 from vcmm.part.mesh import Mesh
+from vcmm.part.nominal import NominalPoints
 from vcmm.part.part import Feature, frame
 from vcmm.report import (
     Ellipsoids,
@@ -81,7 +82,9 @@ def reach(machine: Machine, offset: Array) -> tuple[Array, Array]:
 
 
 def feature_mesh(feature: Feature) -> SceneMesh | None:
-    """The nominal surface of a feature, drawing frame; None for points, lines and meshes."""
+    """The nominal surface of a feature, drawing frame; None for points, lines and meshes, and nominal points that go round."""
+    if feature.nominal is not None:
+        return _through(feature.nominal)
     point, axis = feature.point, feature.axis
     if feature.kind == "plane":
         u, v, _ = frame(feature)
@@ -113,6 +116,22 @@ def feature_mesh(feature: Feature) -> SceneMesh | None:
     return None
 
 
+def _through(nominal: NominalPoints) -> SceneMesh | None:
+    """Triangles between nominal points as they lie beside one another seen along their mean normal; None where some turn away."""
+    from scipy.spatial import Delaunay, QhullError
+
+    middle = nominal.normals.mean(axis=0)
+    if float((nominal.normals @ middle).min()) <= SEEN * float(np.linalg.norm(middle)):
+        return None
+    across = np.linalg.svd(middle[None])[2][1:]
+    try:
+        faces = Delaunay((nominal.points - nominal.points.mean(axis=0)) @ across.T).simplices
+    except QhullError:
+        return None  # all on one line
+    return SceneMesh(nominal.points, faces, STEEL, 0.85, edges=False, cull=False)
+
+
+SEEN = 0.2  # cosine between a normal and the mean one from which on a surface is drawn: steeper triangles would be slivers
 SOURCES = 4  # Inputs that a touch names
 MOST_FACES = 20_000  # a larger mesh makes the picture slow; its features are drawn instead
 
@@ -213,9 +232,14 @@ def magnification(points: Array, covariances: Array) -> float:
     size = float(np.ptp(points, axis=0).max(initial=1.0))
     if largest <= 0:
         return 1.0
-    exact = size / 15 / largest
-    power = 10.0 ** np.floor(np.log10(exact))
-    return float(power * max(m for m in (1, 2, 5) if m * power <= exact))
+    return rounded_down(size / 15 / largest)
+
+
+def rounded_down(factor: float) -> float:
+    """The largest of 1, 2, 5, 10 ... that is not above a factor."""
+    power = 10.0 ** np.floor(np.log10(factor))
+    # 1 where the logarithm rounds up: 10^3 of 999.9999999999999
+    return float(power * max((m for m in (1, 2, 5) if m * power <= factor), default=1))
 
 
 def touch_covariances(task: Task, influences: Sequence[Influence]) -> Array:

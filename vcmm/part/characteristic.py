@@ -117,6 +117,7 @@ def _characteristic_problems(c: Characteristic) -> Iterable[str]:
         yield "give zone for form, orientation and location, limits for size, distance and angle; never both."
 
 
+OF_SIZE = ("circle", "cylinder", "sphere")  # kinds of features that a material requirement may be of
 SIZED = (
     "position",
     "coaxiality",
@@ -135,10 +136,10 @@ def _drawing_problems(c: Characteristic) -> Iterable[str]:
     if c.projected is not None and (c.type != "position" or c.projected == 0.0):
         yield "projected is a length other than 0, of a position."
     if c.material not in ("", "M", "L"):
-        yield f'material = "{c.material}" is "M" (maximum) or "L" (least material requirement).'
-    if c.material and c.type not in SIZED:
-        yield f"a material requirement goes with {', '.join(SIZED)}, not with {c.type}."
-    if c.material and c.size_limits is None:
+        yield f'material = "{c.material}": write "M" (maximum) or "L" (least material requirement).'
+    elif c.material and c.type not in SIZED:
+        yield f"a material requirement goes with {', '.join(SIZED)}, not with {c.type}; leave it out."
+    elif c.material and c.size_limits is None:
         yield "a material requirement needs the limits of the size of the feature; add its size characteristic with limits."
     named = [n for n in c.datums if n in c.of]
     if named:

@@ -56,6 +56,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 
 
 FREE = ("mesh", "points")
+WORDS_OF_KIND = {"points": "a surface of nominal points", "mesh": "a surface of a mesh"}
 
 
 class Shape(Protocol):
@@ -192,6 +193,11 @@ def moved(feature: Feature, b_from_a: Pose) -> Feature:
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
     nominal = feature.nominal and feature.nominal.moved(b_from_a)
     return replace(feature, point=point, axis=axis, u=u, nominal=nominal)
+
+
+def named(kind: str) -> str:
+    """A kind of feature as a sentence names it: a plane, a surface of nominal points."""
+    return WORDS_OF_KIND.get(kind, f"a {kind}")
 
 
 def ends(feature: Feature) -> Array:

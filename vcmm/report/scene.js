@@ -15,7 +15,7 @@
   const style = getComputedStyle(document.documentElement);
   const coloured = value => {
     if (typeof value === "string") return value.startsWith("role:") ? style.getPropertyValue("--" + value.slice(5)).trim() : value;
-    if (Array.isArray(value)) return value.length && typeof value[0] === "number" ? value : value.map(coloured);
+    if (Array.isArray(value)) return value.length && typeof value[0] === "number" && typeof value.at(-1) === "number" ? value : value.map(coloured);
     if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, coloured(v)]));
     return value;
   };
@@ -73,9 +73,9 @@
     const clip = figure.querySelector(".clip");
     clip.hidden = false;
     for (const axis of "xyz") {
-      const [low, high] = given.layout.scene[axis + "axis"].range, label = document.createElement("label"), slider = document.createElement("input");
+      const [low, high] = given.layout.scene[axis + "axis"].range, edge = given.layout.scene.aspectratio[axis], label = document.createElement("label"), slider = document.createElement("input");
       Object.assign(slider, {type: "range", min: 1, max: 100, value: 100, ariaLabel: "clip along " + axis});
-      slider.oninput = () => window.Plotly && drawn && window.Plotly.relayout(live, {[`scene.${axis}axis.range`]: [low, low + (high - low) * slider.value / 100], "scene.camera": live.layout.scene.camera});
+      slider.oninput = () => window.Plotly && drawn && window.Plotly.relayout(live, {[`scene.${axis}axis.range`]: [low, low + (high - low) * slider.value / 100], [`scene.aspectratio.${axis}`]: edge * slider.value / 100, "scene.camera": live.layout.scene.camera});
       label.append("clip " + axis.toUpperCase() + " ", slider);
       clip.append(label);
     }

@@ -22,6 +22,8 @@ from vcmm.report.text import escape, number
 
 HINT = "Drag or use the arrow keys to turn the picture, the wheel to come nearer, Home to reset it; point at anything to read it."
 MOST_FACES = 30_000  # a page of more triangles opens slowly (about 3 MB)
+PAD = 0.04  # of the longest edge: what the axes go beyond the items
+TICKS = 7  # of the longest edge
 CAMERA = 1.6  # distance of the eye in sizes of the scene: what leaves room for the labels
 
 
@@ -75,16 +77,20 @@ def eye(view: tuple[float, float]) -> dict[str, float]:
 
 
 def _layout(view: tuple[float, float], axes: bool, box: tuple[Any, Any]) -> dict[str, Any]:
+    size = float((box[1] - box[0]).max()) or 1.0
+    edges = (box[1] - box[0]) / size + 2 * PAD
+    whole = edges * math.sqrt(3.0) / float(np.linalg.norm(edges))  # as long from corner to corner as a cube
+
     def axis(letter: str, k: int) -> dict[str, Any]:
-        pad = 0.04 * (float((box[1] - box[0]).max()) or 1.0)
+        pad, share = PAD * size, float(box[1][k] - box[0][k]) / size
         shown = {"title": {"text": f"{letter} / mm"}, "color": "role:muted", "gridcolor": "role:grid"}
         return {
             "visible": axes, "showbackground": False, "showspikes": False, "range": [float(box[0][k] - pad), float(box[1][k] + pad)],
-            "zeroline": False, **shown,
+            "zeroline": False, "nticks": max(2, round(TICKS * share)), "tickfont": {"size": 11}, **shown,
         }  # fmt: skip
 
     scene = {
-        "aspectmode": "data", "xaxis": axis("X", 0), "yaxis": axis("Y", 1), "zaxis": axis("Z", 2), "dragmode": "orbit",
+        "aspectmode": "manual", "aspectratio": dict(zip("xyz", whole.tolist())), "xaxis": axis("X", 0), "yaxis": axis("Y", 1), "zaxis": axis("Z", 2), "dragmode": "orbit",
         "camera": {"eye": eye(view), "up": {"x": 0, "y": 0, "z": 1}, "projection": {"type": "orthographic"}},
     }  # fmt: skip
     return {

@@ -37,6 +37,10 @@ from vcmm.response.recording import Ints, Recording
 INDEX_PER = {"temp_air_C": -0.93e-6, "pressure_hPa": 0.27e-6, "humidity_pct": -0.0085e-6}
 NO_COPY = "-"  # value of a label in whose rows there is no such nuisance
 SAME_PLACE = 1e-2  # mm: targets are repeated to a few um
+TABLE, ROWS = (
+    250_000_000,
+    100_000,
+)  # numbers that the columns of one nuisance may be; rows that a diagnosis takes
 NOTHING = 1e-10  # a column below this, in units of its arm, changes nothing
 
 
@@ -87,6 +91,12 @@ def named_nuisance(recording: Recording, machine: Machine) -> Iterator[tuple[str
     run = machine.prepare(recording.run)
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
+        if len(values) * min(recording.m, ROWS) > TABLE:
+            raise ModelLimit(
+                f'{word} = "{label}" has {len(values)} values in {recording.m} observations, a table of at least '
+                f"{len(values) * min(recording.m, ROWS) * 8e-9:.1f} GB, and at most {TABLE * 8e-9:.0f} GB are held; name a label with "
+                f"fewer values, or diagnose a part of the rows"
+            )
         for code, value in enumerate(values):
             if value == NO_COPY:
                 continue

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Array, Run, coded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -159,7 +159,7 @@ class Recording:
         """
         if label not in self.run.labels:
             return ("",), np.zeros(self.m, dtype=np.intp)
-        values, codes = np.unique(self.run.labels[label][self.row], return_inverse=True)
+        values, codes = coded(self.run.labels[label][self.row])
         return tuple(str(v) for v in values), codes.astype(np.intp)
 
     def places(self, observations: Ints | npt.NDArray[np.bool_], most: int = 6) -> str:

@@ -8,13 +8,15 @@ from typing import Any
 
 from vcmm.core.units import plain
 from vcmm.diagnosis.fleet import Change, name_of
+from vcmm.diagnosis.trend import ALWAYS, DRIFT, IRREGULAR, STEADY, STEP
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable
 
 Record = Mapping[str, Any]
 CHANGED = (
-    "first and last recording of every machine; the change over its standard uncertainty, both taken as independent: beyond 3 it"
-    " is no chance (1 of 370)"
+    "first and last recording of every machine, their difference over its standard uncertainty (independent; beyond 3 it is no chance, 1 of"
+    " 370), and how the number went through all of them: a drift is that of the whole time, a step lies between the two named"
 )
+WORDS = {DRIFT: "drifts", STEP: "steps", STEADY: "steady", IRREGULAR: "up and down", "": ""}
 
 
 def _found(record: Record) -> list[Any]:
@@ -127,11 +129,14 @@ CHANGES: tuple[Column[Change], ...] = (
     Column("", lambda c: c.parameter, key="parameter", csv="parameter"),
     Column("found in", lambda c: f"{c.found} of {c.of}", key="found_in", csv="found_in"),
     Column("first", lambda c: value_text(c.before, c.unit)),
-    Column("in", lambda c: _when(c.first), key="first", csv="first"),
+    Column("in", lambda c: c.first[1] or c.first[0]),
+    Column(None, lambda c: _when(c.first), key="first", csv="first"),
     Column("last", lambda c: value_text(c.after, c.unit)),
-    Column("in", lambda c: _when(c.last), key="last", csv="last"),
-    Column("change", lambda c: "–" if c.change is None else f"{c.change:+.3g} {c.unit}", NUMBER_TEXT),
+    Column("in", lambda c: c.last[1] or c.last[0]),
+    Column(None, lambda c: _when(c.last), key="last", csv="last"),
+    Column("difference", lambda c: "–" if c.change is None else f"{c.change:+.3g} {c.unit}", NUMBER_TEXT),
     Column("over its u", lambda c: "–" if c.deviations is None else f"{c.deviations:+.1f}", NUMBER_TEXT),
+    Column("trend", lambda c: trend_text(c)),
     Column(None, lambda c: c.before and c.before[0], key="first_value", csv="first_value"),
     Column(None, lambda c: c.before and c.before[1], key="first_u", csv="first_u"),
     Column(None, lambda c: c.after and c.after[0], key="last_value", csv="last_value"),
@@ -139,7 +144,30 @@ CHANGES: tuple[Column[Change], ...] = (
     Column(None, lambda c: c.unit, key="unit", csv="unit"),
     Column(None, lambda c: c.change, key="change", csv="change"),
     Column(None, lambda c: c.deviations, key="deviations", csv="deviations"),
+    Column(None, lambda c: c.went.kind or None, key="trend", csv="trend"),
+    Column(None, lambda c: c.went.amount, key="trend_amount", csv="trend_amount"),
+    Column(None, lambda c: c.went.u, key="trend_u", csv="trend_u"),
+    Column(None, lambda c: c.at(c.went.first), key="trend_from", csv="trend_from"),
+    Column(None, lambda c: c.at(c.went.last), key="trend_to", csv="trend_to"),
+    Column(None, lambda c: c.there[0], key="presence", csv="presence"),
+    Column(None, lambda c: c.at(c.there[1]), key="presence_from", csv="presence_from"),
+    Column(None, lambda c: c.at(c.there[2]), key="presence_to", csv="presence_to"),
 )
+
+
+def trend_text(c: Change) -> str:
+    """'drifts by +1.62 ± 0.05 um', 'appears between 2026-07-15 and 2026-08-15; steady'."""
+    said = [c.there[0] + _between(c, *c.there[1:])] if c.there[0] != ALWAYS else []
+    went = WORDS[c.went.kind]
+    if c.went.amount is not None and c.went.u is not None:
+        size = value_text((c.went.amount, c.went.u), c.unit)
+        went += f" by {'' if size.startswith('-') else '+'}{size}"
+        went += _between(c, c.went.first, c.went.last) if c.went.kind == STEP else ""
+    return "; ".join(part for part in (*said, went) if part)
+
+
+def _between(c: Change, first: int | None, last: int | None) -> str:
+    return "" if first is None else f" between {c.at(first)} and {c.at(last)}"
 
 
 def _when(end: tuple[str, str]) -> str:

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from vcmm.evaluation.jointly import JointJudgement
 from vcmm.evaluation.result import BIAS_LEFT_IN
+from vcmm.evaluation.truth import Additive
 from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform
 from vcmm.tables.quantities import DEVIATION, LENGTH, SPAN, percent
@@ -43,17 +44,29 @@ SHOWN: tuple[Column[Evaluated], ...] = (
 
 def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[Evaluated], ...], str, str]:
     """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
-    if not any(_bias_left_in(e) for p in parts for e in p.characteristics):
+    found = [e for p in parts for e in p.characteristics]
+    if all(_of_true_value(e) for e in found):
         return SHOWN, "the {:.0%} interval of the true value", CAPTION
+    told = LEFT_IN * any(_bias_left_in(e) for e in found) + SPREAD * any(_spread_alone(e) for e in found)
     heads = {"true value from nominal": "interval from nominal"}
     columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in SHOWN)
-    return columns, "its {:.0%} interval", CAPTION + LEFT_IN
+    return columns, "its {:.0%} interval", CAPTION + told
 
 
 def _bias_left_in(e: Evaluated) -> bool:
     return e.result.why_not_shown == BIAS_LEFT_IN
 
 
+def _spread_alone(e: Evaluated) -> bool:
+    """Whether the interval of an extreme value is how the indicated one scatters: no parts can be drawn (on a mesh)."""
+    return e.result.extreme and isinstance(e.result.truth, Additive)
+
+
+def _of_true_value(e: Evaluated) -> bool:
+    return not (_bias_left_in(e) or _spread_alone(e))
+
+
+SPREAD = " Of a surface of a mesh the interval is how the indicated value scatters; nothing is known of the true one."
 LEFT_IN = " Where a known bias is not corrected (see the notes) the interval is about the indicated value, else it is that of the true value."
 CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
 
@@ -156,8 +169,8 @@ def values_csv(parts: Sequence[EvaluatedPart]) -> str:
 
 
 def _true_end(e: Evaluated, end: int) -> str:
-    """An end of the interval of the true value, mm or rad; empty where the interval is about the indicated value."""
-    return "" if _bias_left_in(e) else f"{e.result.interval[end]:.9f}"
+    """An end of the interval of the true value, mm or rad; empty where the interval is of the indicated value."""
+    return f"{e.result.interval[end]:.9f}" if _of_true_value(e) else ""
 
 
 FILE: tuple[Column[Any], ...] = (

@@ -77,7 +77,8 @@ def span_text(ends: Sequence[float] | None, unit: Unit) -> str:
     if ends is None:
         return DASH
     word = "um" if unit == "mm" else "urad"
-    return f"[{ends[0] * SMALL_SCALE[unit]:+.2f}, {ends[1] * SMALL_SCALE[unit]:+.2f}] {word}"
+    low, high = (round(x * SMALL_SCALE[unit], 2) + 0.0 for x in ends)  # no minus before a zero
+    return f"[{low:+.2f}, {high:+.2f}] {word}"
 
 
 def span(ends: Sequence[float] | None, unit: Unit) -> str:

@@ -135,7 +135,7 @@ class Handler(BaseHTTPRequestHandler):
     def _body(self) -> Mapping[str, Any] | None:
         """The JSON object of a request, or None after a refusal."""
         length = self.headers.get("Content-Length", "")
-        if not length.isdigit() or int(length) > LARGEST:
+        if not (length.isascii() and length.isdigit()) or int(length) > LARGEST:
             self.close_connection = True
             self._refuse(413, f"at most {LARGEST / 1e6:.0f} MB are taken")
             return None

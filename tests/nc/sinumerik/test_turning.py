@@ -9,7 +9,7 @@ import pytest
 from tests.nc.pencil import check
 from vcmm.core.errors import DataError
 from vcmm.nc.interpret import interpret
-from vcmm.nc.setup import Setup
+from vcmm.nc.setup import Setup, Tool
 
 SURVEY = Setup(strict=False)
 HEAD = "G18 G90 G71 G95 DIAMON\nG97 S800 M3\nG0 X60 Z10\n"
@@ -91,3 +91,15 @@ def test_a_contour_without_feed_takes_those_of_the_cycle():
     assert {round(m.feed, 9) for m in read.moves if m.kind == "line"} == {0.2 * 800, 0.05 * 800}
     with pytest.raises(DataError, match="no feed"):
         interpret(cycle.format(0.2, 0), "sinumerik")
+
+
+def test_radius_compensation_takes_the_nose_where_the_tool_is_measured():
+    """Nose 0.4 mm, tip at -X -Z: along a chamfer of 45 deg its imaginary tip leads by 0.4 (1 - sqrt(1/2)) = 0.11716 mm in X and Z, along
+    the cylinder X30 it stands at X 15.000 (radius) and not the nose outside of it."""
+    text = "G71 G18 G90 G40 DIAMON\nT1 D1\nG0 X20 Z2\nG42 G1 X24 Z0 F100\nX30 Z-3\nZ-30\nX50\nG40 G0 X60\nM30"
+    tool = Tool(1, shape="turning", nose_radius=0.4, orientation=3)
+    ends = [m.end for m in interpret(text, "sinumerik", Setup(tools={1: tool})).moves]
+    lead = 0.4 * (1.0 - math.sqrt(0.5))
+    assert ends[1] == pytest.approx((12.0 - lead, 0.0, -lead))
+    assert (15.0, 0.0, -30.0) in [tuple(round(v, 9) for v in p) for p in ends]
+    assert ends[-2] == pytest.approx((24.6, 0.0, -30.0))  # the nose beside X50, its tip 0.4 mm before

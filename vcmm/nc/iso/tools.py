@@ -8,7 +8,7 @@ from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.levels import SetupEntry, unknown_tool
 from vcmm.nc.moves import ORIGIN, Point, Remark
 from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
-from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
+from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool, imaginary_nose
 
 
 def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None:
@@ -96,11 +96,7 @@ def _compensation(c: IsoControl, side: str, tool: tuple[float, int], column: int
     radius, orientation = tool
     if orientation and orientation not in tips:
         raise BlockFault(column, f"{orientation} is no orientation of a turning tool; they are 0 to 9")
-    nose = ORIGIN
-    if orientation and c.plane == "ZX":
-        x, z = tips[orientation]
-        nose = (x * abs(radius), 0.0, z * abs(radius))
-    return RadiusCompensation(side, radius, style, nose)
+    return RadiusCompensation(side, radius, style, imaginary_nose(orientation, radius, c.plane, tips))
 
 
 def radius_of(c: IsoControl, number: int, column: int) -> tuple[float, int]:

@@ -1,0 +1,54 @@
+"""Files that the command under way has read: what it writes must not take their place, or the data of its user are lost."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vcmm.core.errors import UsageError
+
+
+@dataclass(frozen=True)
+class CommandFiles:
+    """Real paths. read: of others; written: by the command itself, which may read and replace them."""
+
+    read: set[str] = field(default_factory=set)
+    written: set[str] = field(default_factory=set)
+
+
+_UNDER_WAY: ContextVar[CommandFiles | None] = ContextVar("files of the command under way", default=None)
+
+
+@contextmanager
+def command_files() -> Iterator[None]:
+    """A command from its first file to its last; programs that call vcmm from Python have none and may replace what they like."""
+    token = _UNDER_WAY.set(CommandFiles())
+    try:
+        yield
+    finally:
+        _UNDER_WAY.reset(token)
+
+
+def note_read(path: Path) -> None:
+    """The command has read a file."""
+    files = _UNDER_WAY.get()
+    if files is not None and (real := os.path.realpath(path)) not in files.written:
+        files.read.add(real)
+
+
+def check_replaced(paths: Iterable[Path]) -> None:
+    """Raises UsageError, before anything is written, where one of them is a file that the command has read; else they are its own."""
+    files = _UNDER_WAY.get()
+    if files is None:
+        return
+    real = {os.path.realpath(path): path for path in paths}
+    lost = [path for name, path in real.items() if name in files.read]
+    if lost:
+        raise UsageError(
+            f"{lost[0]} is one of the files that this command reads and would be lost; name another place for what it writes"
+        )
+    files.written.update(real)
