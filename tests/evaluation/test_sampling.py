@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.effects.expansion import ScaleExpansion
 from vcmm.evaluation.linear import build
-from vcmm.evaluation.montecarlo import simulate
+from vcmm.evaluation.montecarlo import Term, simulate
 from vcmm.evaluation.sampling import Sampler, multiplying, with_products
 from vcmm.measuring.settings import Settings
 
@@ -77,3 +78,13 @@ def test_adaptive_trials_reach_their_digits():
     summary = Sampler(one, one.terms(), settings, lambda text, share: None).summaries([0])[0]
     assert summary.u == pytest.approx(1e-3 / np.sqrt(2), rel=0.05)
     assert summary.digits() >= 1
+
+
+def test_a_line_of_a_position_is_the_spread_of_its_input_alone():
+    # 2 hypot(x, y) about zero: alone a half-normal, 4 (1 - 2 / pi) = 1.4535; both a Rayleigh, 4 (2 - pi / 2) = 1.7168: 84.66 % each
+    place = SimpleNamespace(
+        q0=np.zeros(2), products=(), influences=(), values=lambda b: 2 * np.hypot(b[:, 0], b[:, 1])[:, None]
+    )
+    terms = [Term(n, Normal(1.0), np.eye(2)[:, [i]], [[0, 0]]) for i, n in enumerate("xy")]
+    alone = Sampler(place, terms, Settings(trials=20_000, seed=1), lambda text, share: None).alone()
+    assert (alone**2).ravel() == pytest.approx([0.8466, 0.8466], abs=0.02)

@@ -72,8 +72,8 @@ table = "-390 mm"
 safe = "2 mm"
 wall = "5 mm"
 """
-KLIPPER = "# step_dist=0.0025\nsample,time,mcu_pos_z,frame_t,bed_t\n" + "".join(
-    f"0,2021/06/13-05:42:{i:02d},{-1000 + 4 * i},21.{i},23.4\n" for i in range(10, 20)
+KLIPPER = "# step_dist=0.0025\ntime,mcu_pos_z,frame_t,bed_t\n" + "".join(
+    f"2021/06/13-05:42:{i:02d},{-1000 + 4 * i},21.{i},23.4\n" for i in range(10, 20)
 )
 FACE = "C_deg,instrument,setup,d_um\n" + "".join(
     f"{45 * i},{probe},{setup},{0.002 * math.cos(math.pi * i / 2) + 0.001 * (probe == 'outer'):.6f}\n"
@@ -84,7 +84,7 @@ FACE = "C_deg,instrument,setup,d_um\n" + "".join(
 REVERSAL = 'vcmm = "recording/1"\ndata = "face.csv"\nkind = "displacement"\n[noise]\nu = "1 nm"\n[reversal]\ntest = "face"\nprobes = { centre = "0 mm", outer = "25 mm" }\nharmonics = 3\n'
 KNOWN = "tool_radius[1].dr_um,scatter.value#2_um\n" + "0.5,0.1\n" * 12
 LENGTHS = "X_mm,Y_mm,Z_mm,offset_z_mm,from_x_mm,from_y_mm,from_z_mm,setup,d_um\n" + "".join(
-    f"{20 * i},{(37 * i) % 200},{-((53 * i) % 150)},-100,-200,-150,-{300 + 100 * (i % 2)},{1 + i % 2},{0.3 * (i % 5)}\n" for i in range(24)
+    f"{20 * i},{(37 * i) % 200},{-((53 * i) % 150)},-100,-200,-150,-{300 + 100 * (i % 2)},s{1 + i % 2},{0.3 * (i % 5)}\n" for i in range(24)
 )  # fmt: skip
 TRACED = RECORDING + (
     'data = "lengths.csv"\nkind = "length"\nobserved = "indicated - true"\n[nuisance]\nstation = "setup"\nzero = "setup"\n[noise]\nu = "0.3 um"\n'

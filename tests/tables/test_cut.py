@@ -91,3 +91,14 @@ def test_surface():
     read = list(csv.DictReader(io.StringIO(tables.surface_csv(found()))))
     assert [r["deviation_um"] for r in read] == ["1.5000", ""]
     assert (read[0]["x_mm"], read[0]["nz"], read[0]["feature"]) == ("1.000000", "1.000000", "top")
+
+
+def test_owners_whose_shares_exceed_the_whole_say_what_is_done_together():
+    given = found()
+    given.characteristics = (result(interaction_share=-0.358),)
+    given.shares = {"bore": {"machine": 1.358, "tool": 0.0, "setup": 0.0}}
+    owners = tables.owners(given)
+    assert in_terminal(owners).heads[-1] == "together"
+    assert in_terminal(owners).rows == [["bore", "135.8 %", "0.0 %", "0.0 %", "-35.8 %"]]
+    assert "-36%" in on_page(owners).rows[0]
+    assert "100 % less the others" in owners.page_caption

@@ -134,3 +134,19 @@ def test_without_an_end_of_the_interval_no_expanded_uncertainty_is_stated():
     assert endless.expanded == 2e-4
     assert evaluated.combined(endless).what.startswith("no U: the true value is not bounded; p = 0.95")
     assert result().stated == (result().expanded, result().k)
+
+
+def test_shares_of_a_position_add_to_more_than_the_whole():
+    # 2 hypot(x, y), both N(0, s): alone (2 s)^2 (1 - 2 / pi) = 0.36338, together (2 s)^2 (2 - pi / 2) = 0.42920 (Rayleigh):
+    # 84.66 % each, 169.3 % together, so -69.3 % is what they do only together
+    share = (1 - 2 / math.pi) / (2 - math.pi / 2)
+    lines = (replace(LINE, share=share), replace(LINE, input="work_offset[y].shift", share=share))
+    place = result(type="position", budget=lines, interaction_share=1 - 2 * share)
+    (said,) = evaluated.not_added_up([result(interaction_share=4e-4), place])
+    assert said.startswith(
+        "shares of u² that do not add to 100%: bore 169.3%; each line is the variance with that input alone"
+    )
+    assert "inputs together -0.6933 of u^2" in evaluated.combined(place).what
+    assert (
+        evaluated.not_added_up([replace(place, u=9e-7), result()]) == []
+    )  # of next to nothing, and of a linear one

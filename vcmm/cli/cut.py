@@ -168,10 +168,13 @@ def show(result: Any) -> None:
     """Deviations, who owns them, what a batch shares, the surface."""
     from vcmm.console.terminal import say, show_table
     from vcmm.tables import cut as tables
+    from vcmm.tables.evaluated import not_added_up
 
     show_table(tables.finished_part(result))
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
         show_table(table)
+    for sentence in not_added_up(result.characteristics):
+        say(sentence)
     if result.threads:
         show_table(tables.threads(result))
     if result.grooves:

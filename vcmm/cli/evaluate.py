@@ -59,12 +59,6 @@ def evaluate_command(
     cut
         With --compare, of a scenario of the measurement: the scenario with the table [cut].
     """
-    from vcmm.api import check_measured
-
-    if not (compare or cut):
-        check_measured(
-            points, values, frame, tip_centres
-        )  # before the scenario is read: no line of it is wrong
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,
@@ -87,7 +81,7 @@ class Places:
 
 
 def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
-    from vcmm.api import evaluate
+    from vcmm.api import check_measured, evaluate
     from vcmm.cli.evaluated_parts import show_parts
     from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
@@ -95,6 +89,9 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
+    # before the scenario is read: no line of it is wrong
+    given = options["points"], options["values"], options["frame"] or "part", options["tip_centres"]
+    check_measured(*given)
     folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
     measured = options["points"] or options["values"]

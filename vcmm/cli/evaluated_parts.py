@@ -9,7 +9,7 @@ from typing import Any
 def show_parts(parts: Any, warnings: Collection[str]) -> None:
     """Values, true values and decisions; of one part contributions too, of several one table."""
     from vcmm.console.terminal import say, show_table
-    from vcmm.tables.evaluated import largest, stated_with, undecided_because
+    from vcmm.tables.evaluated import largest, not_added_up, stated_with, undecided_because
     from vcmm.tables.inferred import batch, joint_words, shown, told_once, wholes
 
     several = len(parts) > 1
@@ -20,5 +20,7 @@ def show_parts(parts: Any, warnings: Collection[str]) -> None:
         say(sentence)
     if not several:
         show_table(largest(results[0][1]))
+        for sentence in not_added_up(results[0][1]):
+            say(sentence)
     for warning in warnings:
         say(f"note: {warning}")

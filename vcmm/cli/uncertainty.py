@@ -127,7 +127,7 @@ def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.console.terminal import say, show_table
     from vcmm.evaluation.result import common_causes
-    from vcmm.tables.evaluated import computed, largest, results, stated_with, undecided_because
+    from vcmm.tables.evaluated import computed, largest, not_added_up, results, stated_with, undecided_because
 
     show_table(results(result))
     for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
@@ -137,6 +137,8 @@ def show(result: Any) -> None:
     for c in result.characteristics:
         for cause, (share, names) in common_causes(c.budget).items():
             say(f"{c.name}: {share:.1%} of u² come from {cause}, in {' and '.join(names)}")
+    for sentence in not_added_up(result.characteristics):
+        say(sentence)
     for warning in result.warnings:
         say(f"note: {warning}")
 

@@ -67,6 +67,21 @@ def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[
     return {cause: found for cause, found in out.items() if len(found[1]) > 1}
 
 
+ROUNDING = 5e-4  # of u^2: less is printed as 0.0 %
+LEAST_U = 1e-6  # mm or rad: of a u below a nanometre no shares are told
+
+
+def budget_interaction(c: CharacteristicResult) -> float:
+    """What the inputs do only together as a share of u^2: 1 less the shares of the lines; 0 where that is rounding.
+
+    A line is the standard deviation with one input alone, the others held at their estimates (JCGM 101:2008, Annex B); only of a
+    linear output do the squares add to u^2 (JCGM 100, 5.1.2).
+    """
+    found = c.interaction_share
+    told = c.u >= LEAST_U and math.isfinite(found) and abs(found) > ROUNDING
+    return found if told else 0.0
+
+
 @dataclass(frozen=True)
 class TrueValue:
     """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it;

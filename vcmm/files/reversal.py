@@ -63,9 +63,7 @@ def load_reversal(path: str | Path) -> ReversalFile:
     problems = Problems(document)
     model = checked_model(RecordingFile, document.data, problems)
     found = None
-    if model is not None:
-        table = model.reversal
-        assert table is not None
+    if model is not None and (table := model.reversal) is not None:  # a key too long takes its table out
         _check_file(model, problems)
         words = problems.attempt(("reversal",), lambda: _words(table, model.kind == "angle"))
         if words is not None and not problems.found:

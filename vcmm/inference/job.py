@@ -21,6 +21,7 @@ from vcmm.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
 from vcmm.inference.checked import repeated
+from vcmm.inference.coarse_mesh import coarse_mesh
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.points import measured_task
 from vcmm.measuring.scenario import Scenario
@@ -120,7 +121,8 @@ def evaluate_points(
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest = known.rest(points)
-        said = (*notes(task.part.characteristics, fitted), *repeated(one))
+        coarse = coarse_mesh(task, known.result.characteristics)
+        said = (*notes(task.part.characteristics, fitted), *coarse, *repeated(one))
         out.append(
             _part(scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said)
         )

@@ -12,7 +12,7 @@ from vcmm import charts
 from vcmm.core.declaration import OWNERS
 from vcmm.core.run import Array
 from vcmm.effects import BY_NAME
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import LEAST_U, BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.machining.blank import Blank
 from vcmm.machining.grooves import CutGroove
 from vcmm.machining.maps import Net
@@ -108,13 +108,10 @@ def group_of(line: BudgetLine) -> str:
     return BY_NAME[effect].belongs_to if effect in BY_NAME else "machine"
 
 
-NOTHING = 1e-6  # mm or rad: of a u below a nanometre no shares are told
-
-
 def grouped(c: CharacteristicResult) -> dict[str, float]:
-    """Share of u^2 by group; what inputs do only together is left out, and so is a u of next to nothing."""
+    """Share of u^2 by group, the sum of its lines; what inputs do only together (`budget_interaction`) is left out, and so is a u of next to nothing."""
     out = dict.fromkeys(GROUPS, 0.0)
-    if c.u < NOTHING:
+    if c.u < LEAST_U:
         return out
     for line in c.budget:
         out[group_of(line)] += line.share if np.isfinite(line.share) else 0.0

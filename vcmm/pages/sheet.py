@@ -19,7 +19,7 @@ from vcmm.evaluation.result import BudgetLine, CharacteristicResult
 from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.measuring.scenario import Scenario
 from vcmm.report.table import Raw
-from vcmm.tables.evaluated import BUDGET, budget_rows
+from vcmm.tables.evaluated import BUDGET, budget_rows, not_added_up
 from vcmm.tables.quantities import SMALL_SCALE
 from vcmm.tables.table import SMALL, ResultTable, html
 
@@ -160,7 +160,7 @@ def _budget(c: CharacteristicResult) -> str:
         f"{further}u(y) = {r.number(c.u * scale, 3)} {word}, ν_eff = {'∞' if math.isinf(nu) else f'{nu:.0f}'}, "
         f"k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word}, p = {c.p:.0%}."
     )
-    return html(table) + r.paragraph(total)
+    return "".join([html(table), r.paragraph(total), *(r.paragraph(said) for said in not_added_up([c]))])
 
 
 def _without_evidence(c: CharacteristicResult) -> list[str]:

@@ -8,7 +8,7 @@ from vcmm import __version__
 from vcmm import charts as draw
 from vcmm import report as r
 from vcmm.charts.distribution import filled
-from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
+from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, budget_interaction, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.deviations import deviations_block
@@ -211,7 +211,7 @@ def budget_table(c: CharacteristicResult) -> str:
         more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
     for cause, (share, names) in common_causes(c.budget).items():
         more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
-    if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
-        more.append(["what inputs do only together", *blank, f"{c.interaction_share:.1%}"])
+    if rest := budget_interaction(c):
+        more.append(["100 % less the shares above: what inputs do only together", *blank, f"{rest:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"
     return html(table, more=more, foot=[[total, *blank, ""]])

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from vcmm.core.run import Array
-from vcmm.evaluation.result import CharacteristicResult
+from vcmm.evaluation.result import CharacteristicResult, budget_interaction
 from vcmm.machining.result import CutResult, expected
 from vcmm.tables.evaluated import (
     BUDGET,
@@ -111,9 +111,12 @@ def owners(result: CutResult) -> ResultTable[Owned]:
     shares: list[Column[Owned]] = [
         Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
     ]
+    if any(budget_interaction(row.of) for row in rows):
+        shares.append(Column("together", lambda o: budget_interaction(o.of), OWNER))
     batch = [Column(c.head, c.cell, c.writing, page_head=c.page_head, on="page") for c in (REPEATS, SCATTERS)]
     caption = (
-        "Shares of u² by owner. What repeats is common to all parts cut with this set-up; what scatters differs from part to "
+        "Shares of u² by owner, each input alone with the others held still; together: what inputs of any owner do only together, "
+        "100 % less the others, where the output is not linear (negative: they cover each other). What repeats is common to all parts cut with this set-up; what scatters differs from part to "
         "part."
     )
     return ResultTable("share of u² by owner", [_NAME, u, *shares, *batch], rows, page_caption=caption)

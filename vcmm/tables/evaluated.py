@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.evaluation.judgement import decision_risk, production_risk, reading_limits, zone_of
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult, common_causes
+from vcmm.evaluation.result import (
+    BudgetLine,
+    CharacteristicResult,
+    UncertaintyResult,
+    budget_interaction,
+    common_causes,
+)
 from vcmm.gps.decision import ACCEPT, GUARD_BAND, REJECT, UNDECIDED
 from vcmm.tables.quantities import (
     DASH,
@@ -75,6 +81,17 @@ def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
                 why += f", neither at least {ACCEPT:.0%} nor at most {REJECT:.0%}"
             out.append(f"{c.name} is undecided: {c.decision.reason or why}")
     return out
+
+
+def not_added_up(results: Iterable[CharacteristicResult]) -> list[str]:
+    """One sentence where shares of budgets do not add to 100 %: of which characteristics, to how much, and why."""
+    told = [f"{c.name} {1.0 - rest:.1%}" for c in results if (rest := budget_interaction(c))]
+    if not told:
+        return []
+    return [
+        f"shares of u² that do not add to 100%: {', '.join(told)}; each line is the variance with that input alone, the others held "
+        "still (JCGM 101, Annex B), and these add only where the output is linear; the rest to 100% is what inputs do only together"
+    ]
 
 
 def p_conform(c: CharacteristicResult) -> float | None:
@@ -298,6 +315,8 @@ def combined(c: CharacteristicResult) -> BudgetLine:
     )
     said += f"p = {c.p:g}; y = {c.value:.9g} {c.unit}"
     said += f"; bias = {c.bias * scale:.4g}" if math.isfinite(c.bias) else ""
+    rest = budget_interaction(c)
+    said += f"; inputs together {rest:+.4g} of u^2, beyond the lines" if rest else ""
     return BudgetLine(
         input="combined", what=said, distribution="", dof=math.inf, redraw="", estimate=None, u_input=None, unit="",
         sensitivity=None, u=c.u, share=1.0, evidence=c.tier,
