@@ -99,6 +99,21 @@ def test_what_is_wrong_is_said_in_the_same_words(old, new, tmp_path, pieces):
     assert "touches.csv:" in said[0]
 
 
+def test_a_zero_byte_in_a_label_is_refused_as_in_a_small_table(tmp_path, pieces):
+    """numpy drops zero bytes at the end of a text, so that "top" and "top\\0" were one label."""
+    path = put(tmp_path, "".join(["X_mm,pose\n", *(f"{k},top\n" for k in range(7)), "7,top\0\n"]))
+    for read in (read_table, read_csv):
+        with pytest.raises(DataError, match=r"touches\.csv:9: a zero byte stands here"):
+            read(path)
+
+
+def test_a_blank_line_between_texts_is_no_row(tmp_path, pieces):
+    path = put(tmp_path, "pose\n" + "top\n" * 6 + " \t\n" + "top\n" * 3)
+    found, slow = read_table(path), read_csv(path)
+    assert found.texts("pose").tolist() == slow.texts("pose").tolist() == ["top"] * 9
+    assert list(found.lines) == slow.lines
+
+
 def test_small_files_are_read_as_before(tmp_path):
     assert not isinstance(read_table(put(tmp_path, TOUCHES_CSV)), ColumnSheet)
 

@@ -35,6 +35,11 @@ def said_of(folder, dialect: str, text: str):
         ("fanuc", ISO.format("N10 G1 X1 F100\nX2\nGOTO 10"), "p.nc:10:"),
         ("fanuc", ISO.format("#1=0\nWHILE [#1 LT 5] DO1\nG1 X1 F100\nX2\nEND1"), "p.nc:12:"),
         ("fanuc", ISO.format("N10 G91 G1 X0.25 F100\nX-0.25\nGOTO 10"), "p.nc:10:"),
+        (
+            "fanuc",
+            ISO.format("#3001=0\nWHILE [#3001 LT 5000] DO1\nG4 P100\nEND1"),
+            "p.nc:11:",
+        ),  # the clock of a control runs
         ("linuxcnc", ISO.format("o1 do\nG1 X1 F100\nX2\no1 while [1]"), "p.nc:11:"),
         ("okuma", ISO.format("V1=1\nN10 G1 X1 F100\nX2\nIF [V1 EQ 1] N10"), "p.nc:11:"),
         ("sinumerik", SIN.format("L1:\nG1 X1 F100\nX2\nGOTOB L1"), "p.mpf:9:"),
@@ -47,6 +52,7 @@ def test_a_loop_that_comes_back_to_itself_is_refused_at_its_jump(dialect, text, 
     assert answer.code == 2
     assert f"vcmm: {line}" in answer.err
     assert "this loop is endless: position, variables and modes" in answer.err
+    assert "clocks and signals of the machine stand still here" in answer.err
 
 
 @pytest.mark.parametrize(

@@ -132,6 +132,7 @@ class PathErrors:
 
     setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe. surface: what the tool does to
     the finished surface beside it (vcmm.compensating.surface), and `own`: first and last move there that each move lies on.
+    by_axes: the moves are motions of the axes; those with a tool axis lead the tip (vcmm.motion.tool_centre.in_machine_axes).
     """
 
     known: KnownErrors
@@ -145,6 +146,7 @@ class PathErrors:
     setter: int = 0
     surface: BesidePath | None = None
     own: tuple[Ints, Ints] | None = None
+    by_axes: bool = False
 
     @cached_property
     def led(self) -> bool:
@@ -212,6 +214,11 @@ class PathErrors:
         there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
         return np.asarray(angle.any(axis=1) & ~there)
 
+    def _leads_tip(self, move: Ints) -> Array:
+        """Rows (k,) at which the tip is led over the workpiece."""
+        moves = [self.moves[i] for i in move.tolist()]
+        return np.array([m.led or (self.by_axes and m.tool_axis_end is not None) for m in moves], dtype=bool)
+
     def _in_workpiece(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
         """Tips (k, 3) as points of the workpiece as it lies with the rotary axes at zero."""
         rows = np.flatnonzero(self._turned(move, angle))
@@ -257,8 +264,9 @@ class PathErrors:
             raise ModelLimit(
                 f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
             ) from None
-        error = self._commanded(run, move, error)
-        error = error - self._setting(run, move) if self.set_here else error
+        taken = self._setting(run, move) if self.set_here else np.zeros_like(error)
+        led = self._leads_tip(move)[:, None]  # the control turns its zero with the part
+        error = self._commanded(run, move, error - np.where(led, taken, 0.0)) - np.where(led, 0.0, taken)
         return np.asarray(error * self.sensitive + on_surface)
 
     def _on_surface(self, run: Run, move: Ints) -> Array:

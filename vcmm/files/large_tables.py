@@ -90,6 +90,8 @@ def _streamed(path: Path) -> Sheet:
                 parts[name].append(quick[name])
             lines.append(np.arange(at + 1, at + len(text) + 1))
             continue
+        if any("\0" in one for one in text):
+            read_text(path)  # refuses it and says where
         piece = _kept(at, text)
         if piece and not header:
             header, delimiter, head_line = header_of(path, piece[0])
@@ -135,6 +137,8 @@ def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any]
     if any(mark in joined for mark in "\"'#\0") or "\n\n" in joined or not joined.strip():
         return None
     numbers = {name: name not in LABELS and known_column(name, _KNOWN) for name in header}
+    if not any(numbers.values()):  # of texts alone a blank line would be a row
+        return None
     kinds = [(f"{k}", float if numbers[name] else object) for k, name in enumerate(header)]
     try:
         table = np.atleast_1d(np.loadtxt(text, kinds, comments=None, delimiter=delimiter))

@@ -25,7 +25,8 @@ OUTSIDE_STATE = frozenset({  # what is read or written only, never asked by a bl
     "executed", "moved", "moves_seen", "idle", "repeated", "written", "states",
 })  # fmt: skip
 ENDLESS = (
-    "this loop is endless: position, variables and modes are exactly those of an earlier pass, so every pass follows again; "
+    "this loop is endless: position, variables and modes are exactly those of an earlier pass, and clocks and signals of the "
+    "machine stand still here, so every pass follows again; "
     "give it a condition that changes, or an end (M30)"
 )
 PLAIN = (type(None), bool, int, float, str, bytes, complex)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,7 @@ def _of_cut(scenario: CutScenario) -> FollowedPath:
         known_errors_of(scenario.machine).whole(), scenario.setup, program.moves, set_here=scenario.set_here,
         constants=scenario.constants, lathe=lathe,
     )  # fmt: skip
+    field = replace(field, by_axes=True)
     w = walk(program.moves)
     return followed(program.moves, w.move, w.tip, np.linalg.norm(errors_on(field, w), axis=1))
 
