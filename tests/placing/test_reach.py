@@ -194,3 +194,12 @@ def test_no_violation_against_an_independent_test(both):
     assert wrong == 0
     assert feasible > 10
     assert infeasible > 30
+
+
+def test_poses_none_of_which_the_travels_allow_leave_the_tool_nothing_to_look_at():
+    # shifts of 1000 and 2000 mm in X, where the travel allows 165: no pose is left for the tool, and none is feasible
+    check = Feasibility.of(job())
+    far = HERE + np.array([[1000.0, 0, 0, 0, 0, 0], [2000.0, 0, 0, 0, 0, 0]])
+    assert check.feasible(far).tolist() == [False, False]
+    assert check.feasible(np.vstack([far, HERE])).tolist() == [False, False, True]
+    assert check.tooling.keys(np.zeros((0, 3, 3))) == []
