@@ -88,6 +88,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     from vcmm.console.documents import print_json
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
+    from vcmm.tables.inferred import warnings_of_parts
 
     folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
@@ -101,7 +102,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
         _write(folder, loaded, parts, content, (scenario, measured))
     if places.export:
         _hand_over(places.export, loaded, content)
-    print_json(content) if json else show_parts(parts, content["warnings"])
+    print_json(content) if json else show_parts(parts, warnings_of_parts(parts))
     return _code(parts)
 
 
