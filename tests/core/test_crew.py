@@ -59,6 +59,23 @@ def test_a_killed_worker_costs_only_time(tmp_path):
     assert marker.exists()
 
 
+def asleep(_, seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+
+def test_workers_end_at_once_when_nothing_more_is_asked_of_them():
+    # one result is taken, a sleep of 60 s is in hand: without an end of their own the workers would sleep it out, and
+    # a second interrupt would find Python waiting for them
+    results = processes(2)(asleep, None, [0.0, 60.0, 60.0, 60.0])
+    _, worker = next(results)
+    began = time.monotonic()
+    results.close()
+    assert time.monotonic() - began < 20.0
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+
+
 def test_work_that_kills_every_worker_ends():
     with pytest.raises(Environment, match="fewer --workers"):
         list(processes(1)(always_killed, None, [1, 2]))

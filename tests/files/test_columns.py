@@ -39,6 +39,16 @@ def test_positions_offsets_columns_and_labels(tmp_path):
         ("# note\nX_mm,Y_mm,Z_mm\n\n1,2,3\n1,2,x\n", 5, ['"x" in column Z_mm is not a number']),
         ("X_mm;Y_mm;Z_mm\n1;2;3,5\n", 2, ["decimals take a point"]),
         (
+            "X_mm;Y_mm;Z_mm\n" + 8 * "1,25;2;3\n",
+            2,
+            ['"1,25" in column X_mm is not a number; decimals take a point (8 of 8 rows'],
+        ),
+        (
+            "X_mm,Y_mm,Z_mm\n1,25,2,0,3,0\n1,5,2,0,3,0\n",
+            2,
+            ["6 cells where the header names 3, and so in all 2 rows; decimals take a point"],
+        ),
+        (
             "X_mm,Y_mm,Z_mm,sense_X\n1,2,3,1\n1,2,3,up\n",
             3,
             ['"up" in column sense_X', "write 1 where the axis last moved up"],

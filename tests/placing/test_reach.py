@@ -208,3 +208,12 @@ def test_poses_together_are_judged_as_each_by_itself():
         assert (together == np.concatenate([check.amounts(one) for one in six])).all()
         assert (check.feasible(six) == (together.sum(axis=1) == 0.0)).all()
         assert 0 < check.feasible(six).sum() < len(six)
+
+
+def test_poses_none_of_which_the_travels_allow_leave_the_tool_nothing_to_look_at():
+    # shifts of 1000 and 2000 mm in X, where the travel allows 165: no pose is left for the tool, and none is feasible
+    check = Feasibility.of(job())
+    far = HERE + np.array([[1000.0, 0, 0, 0, 0, 0], [2000.0, 0, 0, 0, 0, 0]])
+    assert check.feasible(far).tolist() == [False, False]
+    assert check.feasible(np.vstack([far, HERE])).tolist() == [False, False, True]
+    assert check.tooling.keys(np.zeros((0, 3, 3))) == []

@@ -88,6 +88,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     from vcmm.console.documents import print_json
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
+    from vcmm.tables.inferred import warnings_of_parts
 
     # before the scenario is read: no line of it is wrong
     given = options["points"], options["values"], options["frame"] or "part", options["tip_centres"]
@@ -104,7 +105,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
         _write(folder, loaded, parts, content, (scenario, measured))
     if places.export:
         _hand_over(places.export, loaded, content)
-    print_json(content) if json else show_parts(parts, content["warnings"])
+    print_json(content) if json else show_parts(parts, warnings_of_parts(parts))
     return _code(parts)
 
 

@@ -10,6 +10,7 @@ import copyreg
 import os
 import pickle
 import re
+import signal
 import socket
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
@@ -68,19 +69,24 @@ def alone(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -
 _held: Any = None  # (work, payload) of this worker
 
 
-def _hold(packed: bytes) -> None:
-    """Take the payload; end with the process that started this one, even where that was killed."""
+def _hold(packed: bytes, lifeline: Any) -> None:
+    """Take the payload; end with the process that started this one, even where that was killed, and with `lifeline`.
+
+    A key that interrupts reaches every process of a terminal: here it does nothing, the process that started this one decides.
+    """
     global _held
-    Thread(target=_end_with_parent, daemon=True).start()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, args=(lifeline,), daemon=True).start()
     _held = pickle.loads(packed)
 
 
-def _end_with_parent() -> None:
+def _end_with_parent(lifeline: Any) -> None:
     from multiprocessing import parent_process
+    from multiprocessing.connection import wait
 
     parent = parent_process()
     if parent is not None:
-        parent.join()
+        wait([parent.sentinel, lifeline])  # nothing is ever sent: it is ready when the other end is closed
         os._exit(1)
 
 
@@ -146,12 +152,17 @@ def processes(workers: int) -> Crew:
 
 
 def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterator[tuple[int, Any]]:
-    """Results until all are there or a worker was killed, which ends the whole pool."""
+    """Results until all are there or a worker was killed, which ends the whole pool.
+
+    Interrupted or not asked any further: workers end at once. Else a second interrupt would find Python waiting for workers
+    that wait for work, without end.
+    """
     from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
     from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
+    from multiprocessing import Pipe, get_context
 
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed,))
+    there, here = Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed, there))
     portions, running = Portions(left, workers), dict[Future[Done], Portion]()
     try:
         with suppress(BrokenProcessPool):
@@ -162,8 +173,13 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
                     yield from portions.results(running.pop(future), future.result())
+    except BaseException:
+        here.close()
+        raise
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown(cancel_futures=True)
+        here.close()
+        there.close()
 
 
 def _check_address(address: str) -> None:

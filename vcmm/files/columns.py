@@ -34,6 +34,7 @@ LABELS = (
 )
 REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
+POINT = "; decimals take a point"
 FEW = 5  # cells that are named one by one
 DEAD = 0.5  # share of cells without a number from which it is the column that is wrong, and not the rows
 _BY_AXIS = (
@@ -103,13 +104,20 @@ class Sheet:
                     f"{self.at(j)}: {row[i]} degC in column {name} is below absolute zero; repair the row"
                 )
         if len(problems) > max(DEAD * len(self.rows), FEW):
-            problems = [
-                f"{self.path}:{self.header_line}: {name} is no finite number in {len(problems)} of {len(self.rows)} rows: repair the "
-                "column, or remove it (what depends on it is then not testable), not the rows"
-            ]
+            problems = [self._many(name, problems)]
         if problems:
             raise DataError(problems)
         return out
+
+    def _many(self, name: str, problems: list[str]) -> str:
+        """One sentence of a column of which many cells are wrong; a decimal comma is told."""
+        share = f"{len(problems)} of {len(self.rows)} rows"
+        if problems[0].endswith(POINT):
+            return f"{problems[0]} ({share} of this column are so)"
+        return (
+            f"{self.path}:{self.header_line}: {name} is no finite number in {share}: repair the column, or remove it "
+            "(what depends on it is then not testable), not the rows"
+        )
 
 
 def is_temperature(name: str) -> bool:
@@ -121,7 +129,7 @@ def instead(cell: str, name: str) -> str:
     """What to write, where that can be told."""
     if name.startswith("sense_"):
         return "; write 1 where the axis last moved up, -1 where it moved down, 0 where that is not known"
-    return "; decimals take a point" if re.fullmatch(r"[-+]?\d+,\d+", cell) else ""
+    return POINT if re.fullmatch(r"[-+]?\d+,\d+", cell) else ""
 
 
 def read_csv(path: str | Path) -> Sheet:
@@ -155,11 +163,11 @@ def header_of(path: Path, first: tuple[int, str]) -> tuple[list[str], str, int]:
 
 def row_problems(path: Path, header: list[str], rows: list[list[str]], lines: list[int]) -> list[str]:
     """Rows of another length than the header."""
-    return [
-        f"{path}:{line}: {len(row)} cells where the header names {len(header)}"
-        for line, row in zip(lines, rows)
-        if len(row) != len(header)
-    ]
+    ragged = [(line, len(row)) for line, row in zip(lines, rows) if len(row) != len(header)]
+    told = [f"{path}:{line}: {cells} cells where the header names {len(header)}" for line, cells in ragged]
+    if 1 < len(rows) == len(ragged) and min(cells for _, cells in ragged) > len(header):
+        return [f"{told[0]}, and so in all {len(rows)} rows{POINT}, and commas only separate the columns"]
+    return told
 
 
 def cells_of(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:

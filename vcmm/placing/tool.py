@@ -137,9 +137,9 @@ class Tooling:
         return self.keys(rotation[None])[0]
 
     def keys(self, rotations: Array) -> list[tuple[float, ...]]:
-        """`key` of each of (m, 3, 3)."""
+        """`key` of each of (m, 3, 3); m may be 0."""
         seen = np.round(self.looks @ rotations, 9) + 0.0
-        return list(map(tuple, seen.reshape(len(seen), -1).tolist()))
+        return list(map(tuple, seen.reshape(len(seen), self.looks.size).tolist()))
 
     @cached_property
     def looks(self) -> Array:
