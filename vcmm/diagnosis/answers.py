@@ -122,7 +122,7 @@ def _twin(named: Named, selection: Selection, at: int, i: int, j: int) -> Term:
     """Term `at` of a refit, which is term i of all, as family j."""
     if named.searched is None:
         return _at_place(named.stage.found, selection, at, j)
-    term = _at_place(named.stage.found, named.searched.selection, i, j)
+    term = _at_place(named.searched.stage.found, named.searched.selection, i, j)
     option = again(term.option, named.problem)
     return selection.terms[at] if option is None else replace(term, option=option)
 

@@ -2,7 +2,7 @@
 
 Lengths are mm, feeds mm/min. Three positions of one point: `p` as programmed (inside all frames), the tip in machine coordinates =
 `world`(p) = work offset, its rotation, then the program's own frame, and `q`, the position of the axes = tip + tool offset, which
-stays when tool or frame change without motion. Corners and radius compensation act on the list at the end.
+stays when tool or frame change without motion. Corners and radius compensation act at the end.
 """
 
 from __future__ import annotations
