@@ -35,11 +35,6 @@ def said_of(folder, dialect: str, text: str):
         ("fanuc", ISO.format("N10 G1 X1 F100\nX2\nGOTO 10"), "p.nc:10:"),
         ("fanuc", ISO.format("#1=0\nWHILE [#1 LT 5] DO1\nG1 X1 F100\nX2\nEND1"), "p.nc:12:"),
         ("fanuc", ISO.format("N10 G91 G1 X0.25 F100\nX-0.25\nGOTO 10"), "p.nc:10:"),
-        (
-            "fanuc",
-            ISO.format("#3001=0\nWHILE [#3001 LT 5000] DO1\nG4 P100\nEND1"),
-            "p.nc:11:",
-        ),  # the clock of a control runs
         ("linuxcnc", ISO.format("o1 do\nG1 X1 F100\nX2\no1 while [1]"), "p.nc:11:"),
         ("okuma", ISO.format("V1=1\nN10 G1 X1 F100\nX2\nIF [V1 EQ 1] N10"), "p.nc:11:"),
         ("sinumerik", SIN.format("L1:\nG1 X1 F100\nX2\nGOTOB L1"), "p.mpf:9:"),

@@ -1,8 +1,7 @@
 """Recorder: the state of a control, and the moves made so far. The readers of all languages feed it.
 
-Lengths are mm, feeds mm/min. Three positions of one point: `p` as programmed (inside all frames), the tip in machine coordinates =
-`world`(p) = work offset, its rotation, then the program's own frame, and `q`, the position of the axes = tip + tool offset, which
-stays when tool or frame change without motion. Corners and radius compensation act at the end.
+mm, mm/min. A point is `p` as programmed (inside all frames); `world`(p), the tip in machine coordinates = work offset, its rotation, the
+program's own frame; `q`, the axes = tip + tool offset, which stays when tool or frame change. Corners and radius compensation come last.
 """
 
 from __future__ import annotations
