@@ -1,4 +1,4 @@
-# make demo   sees it work          make test   checks everything
+# make demo   sees it work          make test   checks what a change must pass
 # Both start from a bare clone: Python 3.11 or newer with its venv module is all they ask for.
 
 PYTHON ?= python3

@@ -32,6 +32,8 @@ def test_an_argument_too_many_is_named_with_what_was_meant(tmp_path, capsys, mon
     assert (tmp_path / "my_ring.toml").is_file()
     assert run(["check", "plate", "part1"]) == 2
     assert '"part1" is one argument too many; vcmm check --help' in capsys.readouterr().err
+    assert run(["new", "--from", "plate", "one", "two"]) == 2  # no name stands where one is looked for
+    assert '"two" is one argument too many; vcmm new --help' in capsys.readouterr().err
 
 
 def test_a_ring_gauge_by_hand(tmp_path, capsys):

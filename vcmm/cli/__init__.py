@@ -221,7 +221,7 @@ def _refusal(error: Exception, words: list[str]) -> str:
     if unused := getattr(error, "unused_tokens", None):
         known = (
             f"; vcmm new {unused[0]} --from {words[1]} copies {words[1]} under that name"
-            if words[0] == "new"
+            if words[0] == "new" and not words[1].startswith("-")
             else ""
         )
         return (

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Array, Run, coded
 from vcmm.response.observe import Observer
 from vcmm.response.recording import Ints, Recording
 
@@ -46,7 +46,7 @@ def rows_in_order(run: Run, recording: Recording) -> Ints:
         return np.arange(run.n)
     position = [run.position[a] for a in sorted(run.position)]
     columns = [run.columns[c] for c in sorted(run.columns) if not c.startswith("counted_")]
-    labels = [np.unique(run.labels[k], return_inverse=True)[1].astype(float) for k in sorted(run.labels)]
+    labels = [coded(run.labels[k])[1].astype(float) for k in sorted(run.labels)]
     seen = np.zeros(run.n)
     np.add.at(seen, recording.row, recording.value)
     time = [run.columns["time_s"]] if "time_s" in run.columns else []
