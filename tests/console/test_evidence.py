@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
+import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +14,8 @@ import pytest
 
 from tests.plate import PLATE
 from vcmm.cli import run
-from vcmm.console.evidence import ComparedNumber, differences
+from vcmm.console.evidence import ComparedNumber, differences, unpacked
+from vcmm.core.errors import DataError
 from vcmm.evaluation.declared import KNOWN, NOT_COVERED, UNCERTAIN, declared_influences
 from vcmm.files.scenario import load_scenario
 from vcmm.library import path
@@ -120,3 +124,79 @@ def test_what_the_plate_covers() -> None:
     assert "channel.temp_part_C" in found["temperatures"].inputs
     assert found["form of the part"].status == NOT_COVERED
     assert "setting" not in found  # of machine tools only
+
+
+OUTSIDE = 'machine = "../machines/m.toml"'
+
+
+@pytest.mark.parametrize("exists", [True, False])
+@pytest.mark.parametrize("how", ["absolute", "climbing", "table", "values", "scenario"])
+def test_a_pack_is_run_on_its_own_files_alone(
+    pack: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], how: str, exists: bool
+) -> None:
+    """A machine, values or a scenario outside are not read, quoted or told to exist; the listed SHA-256 are those of the spoilt files."""
+    outside = tmp_path / "secret"
+    outside.mkdir()
+    target = outside / ("m.toml" if how != "values" else "v.csv")
+    if exists:
+        with zipfile.ZipFile(pack) as held:
+            target.write_bytes(held.read("files/machines/m.toml" if how != "values" else "files/values.csv"))
+    with zipfile.ZipFile(pack) as held:
+        data = {n: held.read(n).decode() for n in held.namelist()}
+    said = json.loads(data["evidence.json"])
+    if how in ("absolute", "climbing", "table"):
+        name = str(target) if how == "absolute" else "../" * 12 + str(target).lstrip("/")
+        new = f'machine = "{name}"' if how != "table" else f'machine = """\n{target}"""'
+        data["files/jobs/plate.toml"] = data["files/jobs/plate.toml"].replace(OUTSIDE, new)
+    elif how == "values":
+        said["command"][said["command"].index("--values") + 1] = str(target)
+    else:
+        said["command"][1] = str(target)
+    for one in said["files"]:
+        one["sha256"] = hashlib.sha256(data[one["file"]].encode()).hexdigest()
+    data["evidence.json"] = json.dumps(said)
+    spoilt = tmp_path / "spoilt.zip"
+    with zipfile.ZipFile(spoilt, "w") as new_pack:
+        for n, text in data.items():
+            new_pack.writestr(n, text)
+    assert run(["rerun", str(spoilt)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "outside the given files" in err
+    assert "does not exist" not in err
+
+
+def test_a_flipped_bit_is_no_bug(pack: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every 97th byte of the archive in turn: refused, or the same numbers where the byte means nothing."""
+    whole = pack.read_bytes()
+    copy = pack.with_name("flipped.zip")
+    for at in range(0, len(whole), 97):
+        copy.write_bytes(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :])
+        with contextlib.suppress(DataError), tempfile.TemporaryDirectory() as folder:
+            unpacked(copy, Path(folder))
+
+
+@pytest.mark.parametrize("value", ["null", "3", '["a"]', '[{"file": 3, "sha256": "x"}]', "[" * 100_000])
+def test_lists_of_files_that_are_none(pack: Path, capsys: pytest.CaptureFixture[str], value: str) -> None:
+    other = changed(
+        pack, "evidence.json", lambda text: '{"schema": "vcmm.evidence/1", "files": ' + value + "}"
+    )
+    assert run(["rerun", str(other)]) == 2
+    assert "evidence.json" in capsys.readouterr().err
+
+
+def test_same_is_not_said_beside_what_is_no_number() -> None:
+    """A change of 1e-9 (the same on another computer) hid a NaN behind it; true is not 1, and 10^400 is no float."""
+    was, found = {"a": 1.0, "b": 2.0}, {"a": 1.0 + 1e-9, "b": float("nan")}
+    assert max(d.relative for d in differences(was, found)) == float("inf")
+    assert max(d.relative for d in differences(was, {"a": 1.0, "b": float("inf")})) == float("inf")
+    assert [d.relative for d in differences({"a": 1}, {"a": True})] == [float("inf")]
+    assert [d.relative for d in differences({"a": 1}, {"a": 10**400})] == [float("inf")]
+
+
+def test_the_cost_is_told_before_it_is_paid(pack: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = changed(pack, "evidence.json", lambda text: text.replace('"2000"', '"99999999999"'))
+    assert run(["rerun", str(other)]) == 2
+    assert "99,999,999,999 trials" in capsys.readouterr().err
+    assert run(["rerun", str(pack), "--most-trials", "1000"]) == 2
+    assert "2,000 trials" in capsys.readouterr().err

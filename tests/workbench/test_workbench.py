@@ -231,7 +231,7 @@ def test_questions_and_wrong_questions(server: WorkbenchServer) -> None:
     assert asked(server, "/diagnose", {"files": {"../machine.toml": ""}}) == (422, {"error": "a dropped file needs a plain name: letters, digits, dots, dashes"})  # fmt: skip
     outside = 'vcmm = "recording/1"\nmachine = "/etc/passwd"\ndata = "a.csv"\n'
     assert (
-        "was not dropped with it"
+        "a file outside the given files is named"
         in asked(server, "/diagnose", {"files": {"r.toml": outside, "a.csv": "x"}})[1]["error"]
     )
     long = 'vcmm = "recording/1"\nname = "' + "long " * 2000 + '"\n'

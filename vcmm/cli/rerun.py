@@ -14,7 +14,15 @@ OPTIONS = (
 )  # fmt: skip
 
 
-def rerun_command(pack: Path, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+MOST_TRIALS = 10_000_000_000  # some minutes of two cores (docs/scale.md): what is run without being asked for
+
+
+def rerun_command(
+    pack: Path,
+    *,
+    most_trials: int = MOST_TRIALS,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+) -> int:
     """Run an evidence pack again (--evidence of evaluate, uncertainty, routes) and compare every number.
 
     Exit code 1 when a number is not the same.
@@ -23,6 +31,8 @@ def rerun_command(pack: Path, *, json: Annotated[bool, Parameter(name="--json")]
     ----------
     pack
         The zip that --evidence wrote.
+    most_trials
+        A pack that asks for more Monte Carlo trials is refused before anything is run.
     json
         Print one JSON document.
     """
@@ -34,7 +44,7 @@ def rerun_command(pack: Path, *, json: Annotated[bool, Parameter(name="--json")]
 
     with TemporaryDirectory() as folder:
         said = unpacked(pack, Path(folder))
-        found = _run_again(said, Path(folder))
+        found = _run_again(said, Path(folder), most_trials)
     changed = list(differences(said["document"], found))
     largest = max((c.relative for c in changed), default=0.0)
     same = largest <= ALIKE
@@ -50,13 +60,14 @@ def rerun_command(pack: Path, *, json: Annotated[bool, Parameter(name="--json")]
     return int(not same)
 
 
-def _run_again(said: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The document of the command of a pack, run on its files in `folder`. DataError: it does not run."""
+def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str, Any]:
+    """The document of the command of a pack, run on its files in `folder`, and on no others. DataError: it does not run."""
     import contextlib
     import io
     import json
 
     from vcmm.cli import run
+    from vcmm.core.confinement import confined
     from vcmm.core.errors import DataError
 
     files = {one["file"] for one in said["files"]}
@@ -67,8 +78,10 @@ def _run_again(said: dict[str, Any], folder: Path) -> dict[str, Any]:
             f"the command of the pack is no job that --evidence writes ({' '.join(said['command'])}); nothing was run"
         )
     caught = io.StringIO()
-    with contextlib.redirect_stdout(caught):
-        code = run([*words, "--json"])
+    with confined(folder):
+        _check_cost(words, most_trials)
+        with contextlib.redirect_stdout(caught):
+            code = run([*words, "--json"])
     if code not in (0, 1):
         raise DataError(
             f"the command of the pack ended with exit code {code}: vcmm {' '.join(said['command'])}"
@@ -76,6 +89,30 @@ def _run_again(said: dict[str, Any], folder: Path) -> dict[str, Any]:
     found = json.loads(caught.getvalue())
     assert isinstance(found, dict)
     return found
+
+
+def _check_cost(words: list[str], most: int) -> None:
+    """Say on stderr how many trials a command asks for. DataError: more than `most`, or no number."""
+    import sys
+
+    from vcmm.core.errors import DataError, VcmmError
+    from vcmm.core.text import brief
+    from vcmm.files.scenario import load_scenario
+
+    try:
+        if "--trials" in words[:-1]:
+            trials = int(brief(words[words.index("--trials") + 1]))
+        else:
+            trials = load_scenario(words[1]).settings.trials
+    except (ValueError, IndexError):
+        raise DataError("the command of the pack states no number of trials; nothing was run") from None
+    except VcmmError:
+        return  # the command itself says what is wrong with its files
+    if trials > most:
+        raise DataError(
+            f"the pack asks for {trials:,} trials, and {most:,} are run unless you ask for more with --most-trials; nothing was run"
+        )
+    print(f"running {' '.join(words[:1])} again: {trials:,} trials at most", file=sys.stderr)
 
 
 def _show(said: dict[str, Any], body: dict[str, Any], version: str) -> None:

@@ -10,10 +10,13 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import lzma
 import math
 import os
 import platform
+import struct
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePosixPath
@@ -21,12 +24,17 @@ from typing import Any
 
 from vcmm import __version__
 from vcmm.core.errors import DataError, Environment, UsageError
+from vcmm.core.text import brief
 from vcmm.evaluation.declared import DeclaredInfluence
 
 SCHEMA = "vcmm.evidence/1"
 EVIDENCE, DOCUMENT, FILES = "evidence.json", "document.json", "files"
 LARGEST, MOST = 1 << 30, 2000  # bytes unpacked, files: beyond that it is no evidence pack
 ALIKE = 1e-6  # relative: what other libraries on another computer may change
+BROKEN = (  # what zipfile and its decompressors raise of an archive that was spoilt
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, NotImplementedError, ValueError, OverflowError,
+    struct.error,
+)  # fmt: skip
 UNCOMPARED = ("version", "inputs", "warnings")  # they hold paths and the version
 
 
@@ -40,10 +48,20 @@ class ComparedNumber:
 
     @property
     def relative(self) -> float:
-        """Relative difference; infinite where one of the two is no number."""
-        if any(isinstance(v, bool) or not isinstance(v, int | float) for v in (self.was, self.found)):
+        """Relative difference; infinite where one of the two is no finite number."""
+        if not (_is_finite(self.was) and _is_finite(self.found)):
             return math.inf
         return abs(self.was - self.found) / max(abs(self.was), abs(self.found), 1e-12)
+
+
+def _is_finite(value: Any) -> bool:
+    """Whether it is a number that a float can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def write_pack(
@@ -120,7 +138,7 @@ def unpacked(pack: Path, folder: Path) -> dict[str, Any]:
         with zipfile.ZipFile(pack) as held:
             _check_members(pack, held)
             data = {i.filename: held.read(i) for i in held.infolist() if not i.is_dir()}
-    except (zipfile.BadZipFile, OSError, RuntimeError) as error:
+    except BROKEN as error:
         raise DataError(
             f"{pack}: this is no evidence pack ({error}); --evidence pack.zip of a job writes one"
         ) from None
@@ -136,8 +154,11 @@ def unpacked(pack: Path, folder: Path) -> dict[str, Any]:
     _check_hashes(pack, said, data)
     for name in (one["file"] for one in said["files"]):
         target = folder / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data[name])
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data[name])
+        except (OSError, ValueError):
+            raise DataError(f"{pack}: {name[:80]!r} cannot be the name of a file here") from None
     return said | {"document": _read(pack, DOCUMENT, data)}
 
 
@@ -156,8 +177,9 @@ def _check_members(pack: Path, held: zipfile.ZipFile) -> None:
 def _read(pack: Path, name: str, data: dict[str, bytes]) -> dict[str, Any]:
     try:
         found = json.loads(data[name])
+        json.dumps(found)  # refuses what is too deep to be compared
     except (ValueError, RecursionError) as error:
-        raise DataError(f"{pack}: {name} is no JSON ({error})") from None
+        raise DataError(f"{pack}: {name} is no JSON ({brief(str(error), 100)})") from None
     if not isinstance(found, dict):
         raise DataError(f"{pack}: {name} holds no document")
     return found
@@ -165,9 +187,13 @@ def _read(pack: Path, name: str, data: dict[str, bytes]) -> dict[str, Any]:
 
 def _check_hashes(pack: Path, said: dict[str, Any], data: dict[str, bytes]) -> None:
     problems = []
-    listed = {
-        str(one.get("file")): str(one.get("sha256")) for one in said.get("files", []) if isinstance(one, dict)
-    }
+    files = said.get("files")
+    if not isinstance(files, list) or not all(
+        isinstance(one, dict) and isinstance(one.get("file"), str) and isinstance(one.get("sha256"), str)
+        for one in files
+    ):
+        raise DataError(f"{pack}: {EVIDENCE} lists no files with their SHA-256")
+    listed = {one["file"]: one["sha256"] for one in files}
     for name, sha in listed.items():
         if name not in data:
             problems.append(f"{pack}: {name} is listed and missing")
@@ -198,5 +224,5 @@ def differences(was: Any, found: Any, key: str = "") -> Iterator[ComparedNumber]
     elif isinstance(was, list) and isinstance(found, list) and len(was) == len(found):
         for i, (a, b) in enumerate(zip(was, found)):
             yield from differences(a, b, f"{key}[{i}]")
-    elif was != found:
+    elif isinstance(was, bool) is not isinstance(found, bool) or was != found:
         yield ComparedNumber(key, was, found)

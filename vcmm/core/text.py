@@ -8,13 +8,16 @@ import json
 import math
 import re
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import IO
 
+from vcmm.core.confinement import check_inside
 from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.own_files import note_read
 
 LARGEST_FILE = 2_000_000_000  # bytes; what is read from a pipe counts the same
+PORTION = 1 << 20  # bytes asked of the system at a time
 LARGEST = 1e12  # of any number in a table, and of a quantity in usual values: no machine has anything near it
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NOT_FINITE = ("nan", "inf", "infinity")
@@ -103,7 +106,8 @@ def brief(text: str, length: int = 60) -> str:
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is such a file; a name that no file can have is none."""
+    """Whether there is such a file; a name that no file can have is none. Raises DataError outside the folder of `confined`."""
+    check_inside(path)
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -117,6 +121,7 @@ def read_head(path: Path) -> None:
 
 def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
     """All bytes of a file, or the first `most`. Raises DataError: missing, a folder, a device, a pipe, larger than LARGEST_FILE."""
+    check_inside(path)
     try:
         kind = path.stat()
         if stat.S_ISDIR(kind.st_mode):
@@ -130,7 +135,7 @@ def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
         if kind.st_size > LARGEST_FILE:
             raise DataError(_too_large(path, f"{kind.st_size:,} bytes"))
         with path.open("rb") as file:
-            raw = file.read(most)
+            raw = b"".join(_portions(file, most))
     except FileNotFoundError:
         raise DataError(f"{path} does not exist.{_beside(path)}") from None
     except OSError as error:
@@ -141,6 +146,14 @@ def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
         raise DataError(_too_large(path, f"more than {LARGEST_FILE:,} bytes"))
     note_read(path)
     return raw
+
+
+def _portions(file: IO[bytes], most: int) -> Iterator[bytes]:
+    """The first `most` bytes in pieces: read(n) asks the system for n bytes at once, whatever the file holds."""
+    left = most
+    while left > 0 and (piece := file.read(min(left, PORTION))):
+        left -= len(piece)
+        yield piece
 
 
 def _too_large(path: Path, what: str) -> str:

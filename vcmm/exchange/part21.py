@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from vcmm.core.confinement import check_inside
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief
 
@@ -183,6 +184,7 @@ class _Reader:
 def read_part21(path: str | Path) -> Part21:
     """Raises DataError with file and line: no such file, no STEP file, values that cannot be read."""
     file = Path(path)
+    check_inside(file)
     try:
         if file.stat().st_size > LARGEST:
             raise DataError(f"{file}: larger than {LARGEST / 1e6:.0f} MB; export the part alone")

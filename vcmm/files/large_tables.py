@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.confinement import check_inside
 from vcmm.core.errors import DataError, Environment
 from vcmm.core.run import Array
 from vcmm.core.text import LARGEST, is_file, read_head, read_text
@@ -70,6 +71,7 @@ class ColumnSheet(Sheet):
 def read_table(path: str | Path) -> Sheet:
     """A table of any size: .parquet by pyarrow, large CSV files piece by piece, others as `read_csv`. Raises DataError."""
     path = Path(path)
+    check_inside(path)
     if path.suffix.lower() == ".parquet":
         return _parquet(path)
     if not is_file(path) or path.stat().st_size < LARGE:

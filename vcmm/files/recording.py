@@ -21,6 +21,7 @@ from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.core.text import is_file, read_text
 from vcmm.files.columns import LABELS, run_columns
 from vcmm.files.known_columns import read_known
 from vcmm.files.logs import interpolated, read_logs, with_readings
@@ -139,7 +140,7 @@ def machine_of(path: str | Path) -> tuple[Path | None, str]:
     if not isinstance(value, str):
         return None, repr(value)
     file = document.path.parent / value
-    return file, file.read_text(encoding="utf-8-sig") if file.exists() else value
+    return file, read_text(file) if is_file(file) else value
 
 
 def _machine(document: Document, problems: Problems) -> Machine | None:

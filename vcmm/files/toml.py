@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vcmm.core.confinement import check_inside
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, lines_of, read_text
 from vcmm.files.toml_lines import Location, key_lines
@@ -131,6 +132,7 @@ def file_named(text: str, folder: Path) -> Path | None:
     if len(text) > 200 or "\n" in text or "\0" in text:
         return None
     there = folder / text
+    check_inside(there)
     return there if there.suffix and there.is_file() else None
 
 

@@ -10,6 +10,8 @@ from vcmm.core.text import raw_bytes
 from vcmm.nc.dialects import names
 from vcmm.nc.recognition import HERE, Candidate, candidates, told, unsure
 
+MOST_DIGITS = 100  # of one number of a program
+_LONG_NUMBER = re.compile(rb"[0-9]{%d,}" % (MOST_DIGITS + 1))
 _WORD = re.compile(
     r"(?<![A-Z])[A-Z][ \t]*[-+]?[ \t]*[.\d#\[(=]|^[ \t]*[%$#]|^[ \t]*(?:BEGIN|END) PGM|^[ \t]*[(;]",
     re.MULTILINE,
@@ -32,6 +34,14 @@ def read_bytes(path: Path) -> str:
         column = raw.index(b"\0") - (raw.rfind(b"\n", 0, raw.index(b"\0")) + 1) + 1
         raise DataError(
             f"{path}:{line}:{column}: a NUL byte stands here: this is no text; remove it or name the NC program"
+        )
+    long = _LONG_NUMBER.search(raw)
+    if long is not None:
+        line = raw.count(b"\n", 0, long.start()) + 1
+        column = long.start() - (raw.rfind(b"\n", 0, long.start()) + 1) + 1
+        raise DataError(
+            f"{path}:{line}:{column}: a number of {len(long[0]):,} digits stands here, and no control reads more than "
+            f"{MOST_DIGITS}; correct it"
         )
     try:
         return raw.decode("utf-8-sig")

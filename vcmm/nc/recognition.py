@@ -36,7 +36,7 @@ class Sign(NamedTuple):
 
 
 SIGNS: tuple[Sign, ...] = (
-    Sign(("heidenhain",), 12, r"^\s*\d*\s*BEGIN[ \t]+PGM", "BEGIN PGM"),
+    Sign(("heidenhain",), 12, r"^[ \t]*\d*[ \t]*BEGIN[ \t]+PGM", "BEGIN PGM"),
     Sign(("heidenhain",), 5, _B + r"(?:L[ \t]+[XYZABCQR][-+I\d]|TOOL (?:CALL|DEF)|CYCL DEF|BLK FORM|CALL LBL|FN[ \t]*\d+:|LBL[ \t]+\d)", "Klartext blocks"),
     Sign(("sinumerik",), 10, r"^%_N_|^;?\$PATH", "a Sinumerik header", "all"),
     Sign(("sinumerik",), 5, _B + r"(?:DEF[ \t]+(?:REAL|INT|BOOL|STRING|AXIS|FRAME)|A?TRANS\b|A?ROT[ \t]+[XYZR]|A?MIRROR\b|EXTERN\b|PROC\b|WORKPIECE[ \t]*\(|STOPRE\b|TRAFOOF\b|SUPA\b)", "Sinumerik words"),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from vcmm.core.confinement import is_outside
+
 ENDINGS = (
     "",
     ".ngc",
@@ -28,7 +30,7 @@ BESIDE = ("", "sub", "subs", "subprograms", "subroutines", "macros", "nc_subrout
 def folders_of(program: Path, further: Iterable[Path] = ()) -> list[Path]:
     """Where subprograms of a program are looked for: beside it, in the usual folders beside it, then in those of the set-up."""
     beside = [program.parent / name if name else program.parent for name in BESIDE]
-    return [f for f in (*beside, *further) if f.is_dir()]
+    return [f for f in (*beside, *further) if not is_outside(f) and f.is_dir()]
 
 
 def find_file(folders: Sequence[Path], names: Sequence[str]) -> Path | None:

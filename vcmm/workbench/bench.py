@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import errno
-import re
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +9,7 @@ from typing import Any
 
 from vcmm import api
 from vcmm.console.documents import document
+from vcmm.core.confinement import confined
 from vcmm.core.errors import UsageError, VcmmError
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.uncertainty import scenes
@@ -82,7 +81,8 @@ class Bench:
 def diagnosed(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
     """What physics a dropped recording holds: its .toml and the tables that it names. Raises UsageError for other sets of files.
 
-    files: by plain name (checked by the caller); folder: an empty one, in which they are read.
+    files: by plain name (checked by the caller); folder: an empty one, in which they are read. What they name elsewhere on this
+    machine is refused by the readers themselves (`confined`).
     """
 
     from vcmm.diagnosis.job import diagnose
@@ -96,33 +96,12 @@ def diagnosed(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
         )
     for name, content in files.items():
         (folder / name).write_bytes(content)
-    _check_inside(files, folder)
-    try:
-        recording, machine = load_recording(folder / heads[0])
-    except VcmmError as error:
-        told = [p.replace(f"{folder}/", "") for p in getattr(error, "problems", (str(error),))]
-        raise UsageError("\n".join(told)) from None
+    with confined(folder):
+        try:
+            recording, machine = load_recording(folder / heads[0])
+        except VcmmError as error:
+            problems = [p.replace(f"{folder}/", "") for p in getattr(error, "problems", (str(error),))]
+            raise UsageError("\n".join(problems)) from None
     found = diagnose(recording, machine)
     answers = [{"effect": a.effect, "where": a.where, "probability": a.probability} for a in found.answer]
     return {"verdict": found.verdict, "sentences": list(sentences(found)), "answer": answers}
-
-
-def _check_inside(files: Mapping[str, bytes], folder: Path) -> None:
-    """UsageError where a dropped file names one that was not dropped with it: nothing else on this machine is read."""
-    for name in (n for n in files if n.endswith(".toml")):
-        text = files[name].decode("utf-8", errors="replace")
-        for quoted in re.findall(r"[\"']([^\"'\n]*)[\"']", text):
-            if not _is_inside(quoted, folder):
-                raise UsageError(
-                    f'{name} names "{quoted[:80]}", which was not dropped with it; drop all its files together'
-                )
-
-
-def _is_inside(quoted: str, folder: Path) -> bool:
-    """Whether a text in quotation marks, read as a path, stays in the folder. Longer than a path can be: it names no file."""
-    if "\0" in quoted or "\\" in quoted:
-        return False
-    try:
-        return (folder / quoted).resolve().is_relative_to(folder.resolve())
-    except OSError as error:
-        return error.errno == errno.ENAMETOOLONG

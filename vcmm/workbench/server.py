@@ -25,6 +25,7 @@ from vcmm.workbench.page import bench_page
 HOST = "127.0.0.1"
 LARGEST = 20_000_000  # bytes of a request: what a recording of 10^5 rows has
 MOST_FILES = 20
+LENGTH = re.compile(r"[0-9]{1,10}")
 PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}")
 OTHERS = "this workbench answers to its own address only"
 Answer = Callable[[Mapping[str, Any]], dict[str, Any]]
@@ -63,7 +64,35 @@ class Handler(BaseHTTPRequestHandler):
 
     server: WorkbenchServer
     protocol_version = "HTTP/1.1"
+    server_version = "vcmm"
+    sys_version = ""
     timeout = 60
+
+    def parse_request(self) -> bool:
+        """As the base class, and False after a refusal of a request whose body has no one length: what follows is no request."""
+        if not super().parse_request():
+            return False
+        lengths = self.headers.get_all("Content-Length", [])
+        if "Transfer-Encoding" in self.headers or len(lengths) > 1:
+            self.send_error(400, "a request has one Content-Length and no Transfer-Encoding")
+            return False
+        if self.command != "POST":
+            if lengths and lengths[0] != "0":
+                self.send_error(400, "only questions (POST) have a body")
+                return False
+            return True
+        length = lengths[0] if lengths else ""
+        if not LENGTH.fullmatch(length) or int(length) > LARGEST:
+            self.send_error(413, f"a question states its length, at most {LARGEST / 1e6:.0f} MB")
+            return False
+        return True
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """A refusal as JSON; the connection is closed, for what follows may be the rest of a request that was not read."""
+        self.close_connection = True
+        if not hasattr(self, "request_version") or self.request_version == "HTTP/0.9":
+            self.request_version = "HTTP/1.1"
+        self._refuse(code, message or "this request cannot be answered")
 
     def do_GET(self) -> None:
         """The page, and nothing else."""
@@ -80,7 +109,8 @@ class Handler(BaseHTTPRequestHandler):
             self._send(200, "text/html; charset=utf-8", page)
 
     def do_POST(self) -> None:
-        """A question of the page."""
+        """A question of the page. Its body is read whole before anything is answered: a refused one is no further request."""
+        content = self.rfile.read(int(self.headers["Content-Length"]))
         answers: dict[str, Answer] = {
             "/state": self._state, "/preview": self._preview, "/settled": self._settled, "/diagnose": self._diagnose,
         }  # fmt: skip
@@ -92,7 +122,7 @@ class Handler(BaseHTTPRequestHandler):
             )
         elif self.path not in answers:
             self._refuse(404, "there is no such question")
-        elif (body := self._body()) is not None:
+        elif (body := self._object(content)) is not None:
             self._answer(answers[self.path], body)
 
     def _answer(self, answer: Answer, body: Mapping[str, Any]) -> None:
@@ -102,7 +132,7 @@ class Handler(BaseHTTPRequestHandler):
             self._send(200, "application/json", json.dumps({"given_up": True}))
         except VcmmError as error:
             self._refuse(422, str(error))
-        except (KeyError, TypeError, ValueError, AttributeError):
+        except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
             self._refuse(422, "the question is not of the right form")
 
     def _knows(self, token: str) -> bool:
@@ -132,21 +162,16 @@ class Handler(BaseHTTPRequestHandler):
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         return f"http://{host}" == self.server.origin and origin in (None, self.server.origin)
 
-    def _body(self) -> Mapping[str, Any] | None:
-        """The JSON object of a request, or None after a refusal."""
-        length = self.headers.get("Content-Length", "")
-        if not (length.isascii() and length.isdigit()) or int(length) > LARGEST:
-            self.close_connection = True
-            self._refuse(413, f"at most {LARGEST / 1e6:.0f} MB are taken")
-            return None
+    def _object(self, content: bytes) -> Mapping[str, Any] | None:
+        """The JSON object of a question, or None after a refusal."""
         try:
-            found = json.loads(self.rfile.read(int(length)))
+            value = json.loads(content)
         except (ValueError, RecursionError):
-            found = None
-        if not isinstance(found, dict):
-            self._refuse(400, "a JSON object is due")
+            value = None
+        if not isinstance(value, dict):
+            self._refuse(400, "expected a JSON object")
             return None
-        return found
+        return value
 
     def _refuse(self, code: int, text: str) -> None:
         self._send(code, "application/json", json.dumps({"error": text}))
@@ -157,11 +182,12 @@ class Handler(BaseHTTPRequestHandler):
         for name, value in {
             "Content-Type": kind, "Content-Length": str(len(content)), "Content-Security-Policy": POLICY,
             "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store",
-            "X-Frame-Options": "DENY",
+            "X-Frame-Options": "DENY", "Connection": "close" if self.close_connection else "keep-alive",
         }.items():  # fmt: skip
             self.send_header(name, value)
         self.end_headers()
-        self.wfile.write(content)
+        if self.command != "HEAD":
+            self.wfile.write(content)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Quiet: the terminal shows the address and nothing else."""
