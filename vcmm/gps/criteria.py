@@ -11,7 +11,7 @@ of a form        the reference element, G C N X: the value is the range of the d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -121,6 +121,12 @@ def _demands(c: Characteristic) -> Iterable[tuple[str, str]]:
         yield from ((name, letter) for name in members(c, datum))
     if c.type in ON_POINTS or c.filter is not None:
         yield from ((name, POINTS) for name in c.of)
+    if c.type in ("position", *ON_POINTS):  # by contact with a given orientation: anew, by the points
+        yield from (
+            (n, POINTS)
+            for n, k in zip(c.datums[1:], choice.datums[1:])
+            if k != "G" and n not in dict(c.common)
+        )
 
 
 def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
@@ -157,20 +163,24 @@ def with_criteria(
     points: Callable[[str], Array],
     fitted: Mapping[str, Fitted],
     judged: bool = True,
+    pointed: Collection[str] = (),
 ) -> dict[str, Fitted]:
-    """The Gauss elements, each with what the characteristics ask for beside it in `also`.
+    """The Gauss elements, each with what the characteristics ask for beside it in `also`. pointed: features that keep their points.
 
     points: measured points (..., n, 3) of a feature by name, in the frame of the elements. judged: whether elements by
     contact are unique is judged (trials need not). ModelLimit, with the name of the feature: points that do not hold
     such an element.
     """
     out = dict(fitted)
-    for name, criteria in wanted(characteristics).items():
+    asked = wanted(characteristics)
+    for name in {**asked, **dict.fromkeys(pointed)}:
         if name not in fitted:
             continue
+        criteria = {*asked.get(name, ()), *((POINTS,) if name in pointed else ())}
         try:
             also = {
-                one: _associated(one, features[name], points(name), fitted[name], judged) for one in criteria
+                one: _associated(one, features[name], points(name), fitted[name], judged)
+                for one in sorted(criteria)
             }
         except ModelLimit as error:
             raise ModelLimit(f'feature "{name}": {error}') from None

@@ -21,6 +21,7 @@ from vcmm.core.run import Array
 from vcmm.fit import Fitted, gauss
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import wanted, with_criteria
+from vcmm.gps.datums import constrained
 from vcmm.gps.filters import check_density
 from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
@@ -124,9 +125,10 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
         except ModelLimit as error:
             raise ModelLimit(f'points of "{name}": {error}') from None
         out[name] = _signed(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
-    rows_of = task.touches.rows
+    rows_of, part = task.touches.rows, task.part
+    pointed = constrained(part.characteristics, part.features)
     return with_criteria(
-        task.part.characteristics, task.part.features, lambda name: points[..., rows_of[name], :], out
+        part.characteristics, part.features, lambda name: points[..., rows_of[name], :], out, pointed=pointed
     )
 
 
