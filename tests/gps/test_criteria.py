@@ -137,7 +137,7 @@ def test_words_and_what_they_mean() -> None:
     )
     assert chosen(two).datums == ("T", "T")
     # the secondary datum is fitted once more, with its orientation constrained by the primary (ISO 5459)
-    assert wanted([pair, two]) == {"top": ("T",), "rim": ("X",), "side": ("T", "points")}
+    assert wanted([pair, two], {}) == {"top": ("T",), "rim": ("X",), "side": ("T", "points")}
 
 
 @pytest.mark.parametrize(

@@ -223,7 +223,7 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
     t = task.touches
     direction = per_normal(t)
     shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}
-    contact = wanted(task.part.characteristics)
+    contact = wanted(task.part.characteristics, task.part.features)
     blocks: dict[str, FeatureBlock] = {}
     rows_of, start = [], 0
     for name, fitted in base.items():

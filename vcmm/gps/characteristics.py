@@ -75,7 +75,7 @@ def evaluate(
     choice = criteria.chosen(c)
     features, fitted = with_common(c, features, fitted, choice.datums)
     pose = system_pose(c, features, fitted, choice, pose)
-    pointwise = c.type in POINTWISE or c.filter is not None
+    pointwise = c.type in (*POINTWISE, *criteria.ORIENTED) or c.filter is not None
     of = [place(n, features, fitted, pose, k, pointwise) for n, k in zip((*c.of, *c.between), choice.of)]
     datums = [place(n, features, fitted, pose, k, False) for n, k in zip(c.datums, choice.datums)]
     if c.type in RUNOUT and has_system(c):  # the datums lie where the drawing has them

@@ -6,6 +6,8 @@ datum_criterion  the same for the datums; G when left out.
 of a size        GG GC GN GX, or local sizes: LP (two-point), LS (sphere), alone or with a rank (RANKS): "LP SX". A
                  local size without a rank stands for all of them: the value is the one farthest from the middle of
                  the limits (from nominal without limits), so that it is within them when all are.
+of an orientation  none: of a plane or line the extracted surface, all its measured points between two planes (ISO 1101); a letter is
+                 the modifier of ISO 1101 for the associated element: C minimax, G least squares, T tangential
 of a form        the reference element, G C N X: the value is the range of the distances from it (C: minimum zone).
 """
 
@@ -13,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -41,6 +44,9 @@ RANKS: dict[str, tuple[str, Callable[[Array], Array]]] = {
 }
 LOCAL = {"LP": ("circle", "cylinder", "sphere"), "LS": ("circle", "cylinder")}
 FORMS = ("straightness", "flatness", "roundness", "cylindricity")
+ORIENTED = ("parallelism", "perpendicularity", "angularity")
+EXTRACTED = ("plane", "line")  # surfaces, and lines on them: their points are the extracted feature
+UNNAMED = "GG"  # the criterion of a characteristic that names none
 POINTS = "points"  # asked for like a criterion: the measured points themselves
 ON_POINTS = ("circular_runout", "total_runout", "line_profile", "surface_profile")
 
@@ -113,14 +119,26 @@ def _letters(c: Characteristic, key: str, words: list[str], count: int) -> tuple
     return letters * count if len(letters) == 1 else letters
 
 
-def _demands(c: Characteristic) -> Iterable[tuple[str, str]]:
-    """(feature, criterion) of all associations of a characteristic."""
+class HasKind(Protocol):
+    """A feature, or an element fitted to one."""
+
+    @property
+    def kind(self) -> str: ...
+
+
+def is_extracted(c: Characteristic, kind: str) -> bool:
+    """Whether an orientation is that of the extracted surface or line itself (ISO 1101), not of an element that a modifier names."""
+    return c.type in ORIENTED and kind in EXTRACTED and c.criterion == UNNAMED
+
+
+def _demands(c: Characteristic, shapes: Mapping[str, HasKind]) -> Iterable[tuple[str, str]]:
+    """(feature, criterion) of all associations of a characteristic. shapes: of a kind each."""
     choice = chosen(c)
     yield from zip((*c.of, *c.between), choice.of)
     for datum, letter in zip(c.datums, choice.datums):
         yield from ((name, letter) for name in members(c, datum))
-    if c.type in ON_POINTS or c.filter is not None:
-        yield from ((name, POINTS) for name in c.of)
+    pointed = c.type in ON_POINTS or c.filter is not None
+    yield from ((n, POINTS) for n in c.of if pointed or (n in shapes and is_extracted(c, shapes[n].kind)))
     if c.type in ("position", *ON_POINTS):  # by contact with a given orientation: anew, by the points
         yield from (
             (n, POINTS)
@@ -131,7 +149,7 @@ def _demands(c: Characteristic) -> Iterable[tuple[str, str]]:
 
 def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
     """UsageError for a criterion that a feature of its kind does not have."""
-    for name, criterion in _demands(c):
+    for name, criterion in _demands(c, features):
         if name not in features or criterion in ("G", POINTS):
             continue
         feature = features[name]
@@ -147,11 +165,13 @@ def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
                 raise UsageError(f'"{c.name}", feature "{name}": {error}') from None
 
 
-def wanted(characteristics: Iterable[Characteristic]) -> dict[str, tuple[str, ...]]:
-    """Criteria other than G per feature, in alphabetical order; features without any are left out."""
+def wanted(
+    characteristics: Iterable[Characteristic], shapes: Mapping[str, HasKind]
+) -> dict[str, tuple[str, ...]]:
+    """Criteria other than G per feature, in alphabetical order; features without any are left out. shapes: features or elements."""
     out: dict[str, set[str]] = {}
     for c in characteristics:
-        for name, criterion in _demands(c):
+        for name, criterion in _demands(c, shapes):
             if criterion != "G":
                 out.setdefault(name, set()).add(criterion)
     return {name: tuple(sorted(found)) for name, found in out.items()}
@@ -172,7 +192,7 @@ def with_criteria(
     such an element.
     """
     out = dict(fitted)
-    asked = wanted(characteristics)
+    asked = wanted(characteristics, features)
     for name in {**asked, **dict.fromkeys(pointed)}:
         if name not in fitted:
             continue
@@ -229,7 +249,7 @@ def local_size(c: Characteristic, sizes: Array, nominal: float) -> Array:
 def notes(characteristics: Iterable[Characteristic], fitted: Mapping[str, Fitted]) -> list[str]:
     """What a reader must know of elements that touch: those that are not the only ones of their kind."""
     out = []
-    for name, criteria in wanted(characteristics).items():
+    for name, criteria in wanted(characteristics, fitted).items():
         for criterion in criteria:
             found = fitted[name].also.get(criterion) if name in fitted else None
             if found is not None and found.unique is not None and not found.unique.all():

@@ -112,7 +112,7 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
     """Gauss elements of all measured features, with those by other criteria that the characteristics ask for;
     points (..., n, 3) in the drawing frame.
     """
-    out, read = {}, wanted(task.part.characteristics)
+    out, read = {}, wanted(task.part.characteristics, task.part.features)
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
         if feature.free:
