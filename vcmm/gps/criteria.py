@@ -99,12 +99,19 @@ def _size(c: Characteristic, words: list[str]) -> tuple[str, str]:
     return size, words[1]
 
 
+def _paying(c: Characteristic, key: str, word: str) -> str:
+    """The letter of a word: GG is G; beside a material requirement the size that pays may be named, GX of a bore, GN of a shaft."""
+    mating = c.material and key == "criterion" and word in SIZES and word not in LOCAL
+    return word[1] if mating or word == "GG" else word
+
+
 def _letters(c: Characteristic, key: str, words: list[str], count: int) -> tuple[str, ...]:
-    letters = tuple({"GG": "G"}.get(word, word) for word in words)
+    letters = tuple(_paying(c, key, word) for word in words)
     for letter in letters:
         if letter in SIZES:
             raise UsageError(
-                f'"{c.name}": {key} = "{letter}" is a criterion of sizes; {c.type} takes {", ".join(CRITERIA)}.'
+                f'"{c.name}": {key} = "{letter}" is a criterion of sizes; {c.type} takes {", ".join(CRITERIA)}'
+                + (f" (for {letter}: {letter[1]})." if letter[1] in CRITERIA and letter not in LOCAL else ".")
             )
         if letter not in CRITERIA:
             raise UsageError(f'"{c.name}": unknown {key} "{letter}".{choose_from(letter, CRITERIA)}')
