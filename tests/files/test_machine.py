@@ -169,7 +169,7 @@ def test_one_quantity_has_one_input(tmp_path):
         ('[repeatability]\nu = "1 um"\ndof = 6\n', ['dof goes with law = "t"']),
         ('[repeatability]\nlaw = "t"\nscale = "1 um"\ndof = 0.5\n', ["dof"]),
         ("[repeatability]\n", ["needs u"]),
-        ('[certificate]\nE0_MPE = "1.9 + L/300"\n', ["has no unit"]),
+        ('[certificate]\nE0_MPE = "1.9"\n', ["has no unit"]),
         ('[errors]\ntable = "error.csv"\n', ["error.csv does not exist", 'Did you mean "errors.csv"']),
         ('[axes.Q]\ntravel = ["0 mm", "1 mm"]\n', ['unknown axis "Q"']),
         ('[axes.A]\ntravel = ["0 deg", "1 deg"]\n', ["axis A is not in structure"]),

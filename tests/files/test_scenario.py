@@ -230,3 +230,17 @@ def test_one_absolute_limit_is_refused_with_the_deviation(tmp_path):
     path = edited(tmp_path, ('limits = ["0 mm", "0.021 mm"]', 'limits = ["0 mm", "30.011 mm"]'))
     with pytest.raises(DataError, match=r'write limits = \["0 mm", "0.011 mm"\]'):
         load_scenario(path)
+
+
+def test_a_point_is_touched_where_it_is_drawn(tmp_path: Path) -> None:
+    """strategy = "nominal" of a point: itself, once; another strategy is refused with that word."""
+    point = 'corner = { type = "point", point = "10 5 20 mm", normal = [0, 0, 1] }\n[[part.characteristics]]\nname = "bore diameter"'
+    step = '[[plan.steps]]\nfeature = "corner"\nstylus = "down"\npoints = { strategy = "nominal" }\n[[plan.steps]]\nfeature = "bore"'
+    edits = (
+        ('[[part.characteristics]]\nname = "bore diameter"', point),
+        ('[[plan.steps]]\nfeature = "bore"', step),
+    )
+    task = load_scenario(edited(tmp_path, *edits)).task()
+    assert task.touches.points[task.touches.rows["corner"]].tolist() == [[10.0, 5.0, 20.0]]
+    with pytest.raises(DataError, match='A point has no strategy "grid". Allowed: nominal'):
+        load_scenario(edited(tmp_path, edits[0], (edits[1][0], step.replace("nominal", "grid"))))

@@ -136,7 +136,8 @@ def test_words_and_what_they_mean() -> None:
         "c", "position", of="rim", datums=("top", "side"), criterion="X", datum_criterion="T"
     )
     assert chosen(two).datums == ("T", "T")
-    assert wanted([pair, two]) == {"top": ("T",), "rim": ("X",), "side": ("T",)}
+    # the secondary datum is fitted once more, with its orientation constrained by the primary (ISO 5459)
+    assert wanted([pair, two], {}) == {"top": ("T",), "rim": ("X",), "side": ("T", "points")}
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.core.pose import Pose
 from vcmm.fit import Fitted, gauss
 from vcmm.gps.characteristics import evaluate, needs, nominal
-from vcmm.gps.criteria import with_criteria
+from vcmm.gps.criteria import chosen, with_criteria
 from vcmm.measuring.task import nominal_element
 from vcmm.part.part import Characteristic, Feature
 
@@ -338,3 +338,13 @@ def test_a_datum_in_contact_outside_the_material() -> None:
         "c", "perpendicularity", of=("bore",), datums=("top",), datum_criterion="T", zone=0.1
     )
     assert value(touching, [top, bore], measured) == pytest.approx(20 * 0.001, rel=1e-4)
+
+
+def test_the_size_that_pays_may_be_named_as_a_size() -> None:
+    """docs/drawing.md: beside a material requirement GX and GN name the mating size; the letters X and N mean the same."""
+    limits = {"material": "M", "size_limits": (10.0, 10.1), "datums": ("top",), "zone": 0.1}
+    for word, letter in (("GX", "X"), ("GN", "N"), ("GG", "G"), ("X", "X")):
+        c = Characteristic("c", "position", of=("bore",), criterion=word, **limits)  # type: ignore[arg-type]
+        assert chosen(c).of == (letter,)
+    with pytest.raises(UsageError, match=r"is a criterion of sizes; position takes .* \(for GX: X\)"):
+        chosen(Characteristic("c", "position", of=("bore",), criterion="GX", datums=("top",), zone=0.1))

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from vcmm.certified.mpe import parts_of
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
-from vcmm.core.units import quantity
 
-_GROWING = re.compile(r"(?P<fixed>.+?)\s*\+\s*L\s*/\s*(?P<per>\d+(?:\.\d+)?)\s*$")
-_ONLY = re.compile(r"\s*L\s*/\s*(?P<per>\d+(?:\.\d+)?)\s*$")
 PRIORS: Mapping[str, str] = {
     "limit": "every machine just passes its test: the cautious choice",
     "uniform": "machines use any share of their limit, all shares alike",
@@ -37,17 +34,12 @@ class LengthLimit:
 
 
 def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
-    """ "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2. UsageError: what is not understood or not positive."""
+    """ "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2 and on data sheets (vcmm.certified.mpe). UsageError: what is not understood or not positive."""
     if not isinstance(text, str):
         raise UsageError(
             f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
         )
-    if match := _ONLY.fullmatch(text):
-        found = LengthLimit(0.0, float(match["per"]) or float("nan"))
-    else:
-        match = _GROWING.fullmatch(text)
-        fixed = quantity(match["fixed"] if match else text, "length", name, example)
-        found = LengthLimit(fixed, float(match["per"]) if match else float("inf"))
+    found = LengthLimit(*parts_of(text, name, example))
     if not (found.fixed >= 0 and found.per > 0) or (found.fixed == 0 and found.per == float("inf")):
         raise UsageError(f'{name} = "{text}": a limit is positive; write for example {name} = "{example}"')
     return found

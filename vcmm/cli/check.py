@@ -68,7 +68,8 @@ def _machine_rows(file: Path) -> list[list[str]]:
     from vcmm.files.machine import load_machine
 
     machine = load_machine(file)
-    return _describe_machine(machine) + _certificate_rows(file, machine)
+    said = [[f"remark {i}", text] for i, text in enumerate(machine.remarks, 1)]
+    return _describe_machine(machine) + _certificate_rows(file, machine) + said
 
 
 def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:

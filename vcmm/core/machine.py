@@ -42,6 +42,7 @@ class Machine:
     large_errors: bool = (
         False  # translations above 1 mm and rotations above 1 mrad are meant: transforms are multiplied
     )
+    remarks: tuple[str, ...] = ()  # what its file states and a reader should check
 
     def __post_init__(self) -> None:
         for letter in self.chain.letters:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.expansions import unusual_expansion
 from vcmm.core.inputs import EVERY
 from vcmm.core.run import T0_DEG_C
 from vcmm.effects import BY_NAME
@@ -18,7 +19,7 @@ def remarks(scenario: Scenario) -> tuple[str, ...]:
     return (
         *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
         *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario), *_beside(scenario),
-        *_unusual_warmth(scenario),
+        *_unusual_warmth(scenario), *scenario.machine.remarks,
     )  # fmt: skip
 
 
@@ -140,6 +141,8 @@ def _unusual_warmth(scenario: Scenario) -> list[str]:
         out.append(
             f"the part expands by {scenario.part.expansion * 1e6:g} um/(m K); steel has 11.5, aluminium 23, plastics up to 200: check the unit"
         )
+    elif said := unusual_expansion("[part] expansion", scenario.part.expansion):
+        out.append(said)
     return out
 
 

@@ -84,7 +84,7 @@ def _around(task: Task, name: str) -> int:
     feature = task.part.features[name]
     filters = [c.filter for c in task.part.characteristics if c.filter is not None and name in c.of]
     waves = [f.upr or feature.extent[0] / float(f.cutoff or feature.extent[0]) for f in filters]
-    touched = set(wanted(task.part.characteristics).get(name, ())) - {POINTS}
+    touched = set(wanted(task.part.characteristics, task.part.features).get(name, ())) - {POINTS}
     count = BY_CONTACT if touched else CIRCLE if feature.kind == "circle" else AROUND
     return max([count, *(math.ceil(PER_WAVE * w) for w in waves)])
 

@@ -286,7 +286,9 @@ def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inve
 
 def in_contact(task: Task) -> bool:
     """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
-    contact = any(set(asked) - {POINTS} for asked in wanted(task.part.characteristics).values())
+    contact = any(
+        set(asked) - {POINTS} for asked in wanted(task.part.characteristics, task.part.features).values()
+    )
     return contact or any(c.filter is not None and c.criterion == "C" for c in task.part.characteristics)
 
 

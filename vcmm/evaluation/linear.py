@@ -22,9 +22,10 @@ from vcmm.evaluation.montecarlo import Term
 from vcmm.evaluation.part_forms import without_unknown
 from vcmm.evaluation.streams import copy_code
 from vcmm.evaluation.world import Measuring, World
-from vcmm.fit import Fitted, sensitivity
+from vcmm.fit import Fitted, normal_matrix, sensitivity
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import wanted, with_criteria
+from vcmm.gps.datums import constrained
 from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_features, measured_points, per_normal
 from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
@@ -200,7 +201,7 @@ def build(task: Task, world: World | None = None) -> LinearModel:
     """
     world = world or Measuring(task)
     base_points = measured_points(task, world.errors())
-    base = fit_features(task, base_points)
+    base = _with_moments(task, fit_features(task, base_points), base_points)
     blocks, operator = _operator(task, base, base_points)
     influences = world.influences()
     return LinearModel(
@@ -209,12 +210,20 @@ def build(task: Task, world: World | None = None) -> LinearModel:
     )  # fmt: skip
 
 
+def _with_moments(task: Task, base: Mapping[str, Fitted], points: Array) -> dict[str, Fitted]:
+    """Datums whose orientation others constrain, with the normal matrix that tells where they then lie."""
+    out = dict(base)
+    for name in constrained(task.part.characteristics, task.part.features) & set(base):
+        out[name] = replace(base[name], moments=normal_matrix(base[name], points[task.touches.rows[name]]))
+    return out
+
+
 def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[dict[str, FeatureBlock], Array]:
     """Blocks of q, and its change per displacement of each touch along the outward normal."""
     t = task.touches
     direction = per_normal(t)
     shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}
-    contact = wanted(task.part.characteristics)
+    contact = wanted(task.part.characteristics, task.part.features)
     blocks: dict[str, FeatureBlock] = {}
     rows_of, start = [], 0
     for name, fitted in base.items():
@@ -268,4 +277,5 @@ def _unpack(block: FeatureBlock, base: Fitted, q: Array) -> Fitted:
         axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     sizes = q[..., at + 6 : at + 6 + block.sizes]
     residuals = q[..., at + 6 + block.sizes : block.at_touches]
-    return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, base.normals[: block.residuals])
+    normals = base.normals[: block.residuals]
+    return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, normals, moments=base.moments)

@@ -4,7 +4,8 @@ CALYPSO   tab-separated; heading planid partnb id type idsymbol actual nominal u
           `id` is the characteristic, `actual` its value, `partnb` the part.
 PC-DMIS   blocks  DIM LOC1= LOCATION OF CIRCLE CIR1 UNITS=MM  with a heading  AX NOMINAL +TOL -TOL MEAS DEV OUTTOL, in the order and
           with the columns that the FORMAT of the program chose, and a row per axis. Rows of a position leave cells empty: such a
-          row is read by where its numbers stand. The characteristic is LOC1, or LOC1.D where the block has several rows.
+          row is read by where its numbers stand. The characteristic is LOC1, or LOC1.D where the block has several rows; tables of
+          geometric tolerances (FCF...) are those of vcmm.exchange.pcdmis_report.
 
 Such files hold everything that was measured. What the scenario does not ask for, and what is not understood, is said.
 Sources: help of PC-DMIS, "Dimension Command Format" and "Dimension Format" (Hexagon); an exported table of CALYPSO with all 45
@@ -22,6 +23,17 @@ from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.text import brief, lines_of
 from vcmm.core.units import UNITS
 from vcmm.exchange.foreign_text import foreign_number, foreign_text
+from vcmm.exchange.pcdmis_report import (
+    FRAME,
+    NO_TABLE,
+    ReportTable,
+    frame_begins,
+    frame_of,
+    heading_of,
+    is_frame_heading,
+    is_row,
+    row_of,
+)
 from vcmm.inference.given import GivenValue
 
 UNIT_WORDS = {
@@ -29,12 +41,6 @@ UNIT_WORDS = {
 }  # fmt: skip
 CALYPSO = ("id", "actual", "nominal", "idsymbol")
 BLOCK = re.compile(r"(?:DIM\s+)?([^\s=]+)\s*=\s*(.+?)(?:\s+UNITS\s*=\s*(\w+).*|\s*,\s*\$)$", re.IGNORECASE)
-AXIS = re.compile(r"[A-Z]{1,3}", re.IGNORECASE)
-NUMBER = re.compile(r"[-+]?[.,]?\d|-{2}")
-TOLERANCE_COMMAND = re.compile(r"FCF[A-Z0-9_]+\b", re.IGNORECASE)
-HEADINGS = {"NOM": "NOMINAL", "OUT-TOL": "OUTTOL", "AXIS": "AX"}
-ANGLES = ("A", "PA")  # axes of a LOCATION that are angles: of a cone, polar
-NO_FCF = "geometric tolerance commands (FCF...) are not read; write their values into values.csv"
 SHOWN = 8  # names in a message
 
 
@@ -50,6 +56,7 @@ class ExportRow:
     where: str
     short: str = ""
     broken: str = ""  # why its number cannot be told
+    bonus: str | None = "0"  # cell of what the size of the feature pays for; None: no such column
 
     def value(self, name: str) -> GivenValue:
         """In mm or rad, under a name. DataError: no number, an unknown unit, a broken row."""
@@ -77,6 +84,7 @@ class ExportRow:
             angle=unit in ("deg", "rad"),
             deviation=False,
             where=self.where,
+            bonus=None if self.bonus is None else foreign_number(self.bonus or "0") * UNITS[unit][0],
         )
 
 
@@ -152,7 +160,10 @@ def _kind(path: Path, lines: Sequence[str]) -> str | None:
         raise DataError(
             f"{path}:1: this table of CALYPSO holds features or head data, no characteristics; name the one that ends in _chr.txt"
         )
-    begun = any(BLOCK.match(line.strip()) and _is_dimension(lines, n) for n, line in enumerate(lines))
+    begun = any(
+        (BLOCK.match(line.strip()) and _is_dimension(lines, n)) or frame_begins(lines, n)
+        for n, line in enumerate(lines)
+    )
     return "PC-DMIS report" if begun else None
 
 
@@ -186,98 +197,38 @@ def _calypso(path: Path, lines: Sequence[str], _notes: list[str]) -> Iterator[Ex
         yield ExportRow(given["partnb"], row["id"], given["actual"], given["unit"], "actual", f"{path}:{n}")
 
 
-@dataclass
-class _Dimension:
-    """A dimension of a PC-DMIS report while it is read."""
-
-    name: str
-    unit: str
-    header: tuple[tuple[str, int], ...] = ()  # words and where they end
-    rows: tuple[tuple[str, str, str, str], ...] = ()  # where, axis, measured cell, why it cannot be told
-
-
 def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[ExportRow]:
-    block: _Dimension | None = None
+    table: ReportTable | None = None
+    units: dict[str, str] = {}  # of a geometric tolerance: its summary states none
     for n, line in enumerate(lines, 1):
         text, where = line.strip(), f"{path}:{n}"
         begins = BLOCK.match(text) if _is_dimension(lines, n - 1) else None
-        if begins or text.upper().startswith("END OF DIMENSION"):
-            yield from _rows(block)
-            block = (
-                _Dimension(begins[1], begins[3] or ("deg" if "ANGLE" in begins[2].upper() else ""))
-                if begins
-                else None
-            )
-        elif TOLERANCE_COMMAND.match(text):
-            notes.append(f"{where}: {brief(text.split()[0])}: {NO_FCF}")
-        elif block and text.upper().startswith(("AX ", "AX\t")):
-            block.header = tuple(
-                (HEADINGS.get(m[0], m[0]), m.end()) for m in re.finditer(r"\S+", line.upper())
-            )
-        elif block and block.header and _is_row(text):
-            block.rows += (_row(block, line, where),)
-    yield from _rows(block)
+        frame = FRAME.match(text) if not begins else None
+        if begins or frame or text.upper().startswith("END OF DIMENSION"):
+            yield from _rows(table)
+            table = None
+        if begins:
+            table = ReportTable(begins[1], begins[3] or ("deg" if "ANGLE" in begins[2].upper() else ""))
+        elif frame and frame_begins(lines, n - 1):
+            table = frame_of(line)
+            table.unit = units.setdefault(table.name, table.unit) if not table.unit else table.unit
+            units[table.name] = table.unit
+        elif frame and not any(word in text.upper() for word in ("SHIFT", "SUMMARY")):
+            notes.append(f"{where}: {brief(frame['name'])}: {NO_TABLE}")
+        elif table and (
+            is_frame_heading(text) if table.is_frame else text.upper().startswith(("AX ", "AX\t"))
+        ):
+            table.header = heading_of(line)
+        elif table and table.header and is_row(table, text):
+            table.rows.append(row_of(table, line, where))
+    yield from _rows(table)
 
 
-def _is_row(text: str) -> bool:
-    """An axis (X, D, TP, ...) and something that stands for a number; not the head of a new page within a block."""
-    axis, *others = text.split() or [""]
-    return bool(AXIS.fullmatch(axis)) and any(NUMBER.match(cell) for cell in others)
-
-
-def _row(block: _Dimension, line: str, where: str) -> tuple[str, str, str, str]:
-    """(where, axis, measured cell, why it cannot be told). DataError: the heading has no MEAS."""
-    words = [w for w, _ in block.header]
-    if "MEAS" not in words:
-        raise DataError(f"{where}: the heading of {block.name} has no column MEAS; add it to the report")
-    cells = [(m[0], m.end()) for m in re.finditer(r"\S+", line)]
-    axis = cells[0][0]
-    if len(cells) >= len(words):
-        measured = cells[words.index("MEAS")][0]
-        return where, axis, measured, "" if measured.strip("-") else "no measured value stands in this row"
-    placed = _by_place(cells, block.header)
-    if placed is None or not _agrees(placed, words):
-        why = f"{len(cells)} cells where the heading names {len(words)}, and not each under its heading; export the report again"
-        return where, axis, "", why
-    return (
-        where,
-        axis,
-        placed.get("MEAS", ""),
-        "" if "MEAS" in placed else "no measured value stands in this row",
-    )
-
-
-def _by_place(cells: Sequence[tuple[str, int]], header: Sequence[tuple[str, int]]) -> dict[str, str] | None:
-    """Cells of a short row by the heading near whose end they end; None where two stand under one."""
-    found = {min(header, key=lambda h: abs(h[1] - end))[0]: cell for cell, end in cells}
-    return found if len(found) == len(cells) else None
-
-
-def _agrees(placed: Mapping[str, str], words: Sequence[str]) -> bool:
-    """Whether deviation = measured - nominal holds in a short row to its last digit: the proof that its cells stand rightly."""
-    if "MEAS" not in placed:
-        return True
-    if "DEV" not in words:
-        return False
-    try:
-        measured, deviation = foreign_number(placed["MEAS"]), foreign_number(placed["DEV"])
-        digit = 10.0 ** -len(re.sub(r"^[^.,]*[.,]?", "", placed["MEAS"]))
-    except (KeyError, ValueError):
-        return False
-    try:
-        nominal = foreign_number(placed["NOMINAL"])
-    except (KeyError, ValueError):
-        nominal = 0.0  # none, or a word such as RFS or MMC
-    return abs(measured - nominal - deviation) <= 1.5 * digit
-
-
-def _rows(block: _Dimension | None) -> Iterator[ExportRow]:
-    for where, axis, cell, broken in block.rows if block else ():
-        assert block is not None
-        unit = "deg" if axis.upper() in ANGLES else block.unit
-        short = block.name if len(block.rows) == 1 else ""
-        name = f"{block.name}.{axis}"
-        yield ExportRow("", name, cell, unit, column="MEAS", where=where, short=short, broken=broken)
+def _rows(table: ReportTable | None) -> Iterator[ExportRow]:
+    for name, short, unit, row in table.named_rows() if table else ():
+        yield ExportRow(
+            "", name, row.measured, unit, column="MEAS", where=row.where, short=short, broken=row.broken, bonus=row.bonus
+        )  # fmt: skip
 
 
 READERS: Mapping[str, Reader] = {"CALYPSO table": _calypso, "PC-DMIS report": _pcdmis}

@@ -7,6 +7,7 @@ from typing import Any
 
 from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.files.certificate_keys import stated_keys
 from vcmm.files.machine_tables import CertificateTable, MachineFile, found_machine
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import read_model
@@ -16,20 +17,22 @@ def certificate_from(table: CertificateTable) -> MachineCertificate:
     """Raises TableProblems with every limit that is not understood, UsageError for limits that contradict one another."""
     found: list[tuple[str, str]] = []
 
-    def limit(key: str, read: object) -> object:
-        text = getattr(table, key)
-        if text is None:
+    def limit(name: str, read: object) -> object:
+        keys = stated_keys(table, name)
+        if not keys:
             return None
+        key = keys[0]
+        found.extend(
+            (other, f"{other} and {key} state the same limit; keep one of them") for other in keys[1:]
+        )
         try:
-            return read(text, key)  # type: ignore[operator]
+            return read(getattr(table, key), key)  # type: ignore[operator]
         except UsageError as error:
             found.append((key, str(error)))
             return None
 
-    values = {
-        "E0": limit("E0_MPE", length_limit), "E150": limit("E150_MPE", length_limit), "R0": limit("R0_MPL", short_limit),
-        "form": limit("P_Form_Sph_1x25", short_limit), "size": limit("P_Size_Sph_1x25", short_limit),
-    }  # fmt: skip
+    lengths = {name: limit(name, length_limit) for name in ("E0", "E150")}
+    values = lengths | {name: limit(name, short_limit) for name in ("R0", "form", "size")}
     positioning = _positioning(table.iso230_2 or {}, found)
     if found:
         raise TableProblems(found)

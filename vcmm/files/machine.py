@@ -10,12 +10,14 @@ from vcmm.certified.certificate import MachineCertificate
 from vcmm.certified.machines import CertifiedKnowledge, certified
 from vcmm.core.axes import ALLOWED, is_axis, is_rotary
 from vcmm.core.errors import UsageError
+from vcmm.core.expansions import unusual_expansion
 from vcmm.core.kinematics import Axis, Chain, parse_structure
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.effects import has_role
 from vcmm.files.certificate import certificate_from
+from vcmm.files.certificate_keys import certificate_remarks
 from vcmm.files.effects import build_effect
 from vcmm.files.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.known_errors import known_errors
@@ -74,16 +76,26 @@ def _checked_machine(
             name=model.name or document.path.stem, kind=model.kind, chain=chain, axes=axes,  # type: ignore[arg-type]
             state=errors.state if errors else "residual", load_limit=model.load_limit,
             compensation=tuple(errors.compensation) if errors else (), large_errors=model.large_errors,
+            remarks=_of_scales(model),
         ),
     )  # fmt: skip
     if bare is not None and model.certificate is not None:
         stated = model.certificate
-        known = problems.attempt(
-            (*at, "certificate"), lambda: _certified(bare, model, certificate_from(stated))
-        )
+        machine, here = bare, (*at, "certificate")
+        certificate = problems.attempt(here, lambda: certificate_from(stated))
+        if certificate is None:
+            return None
+        known = problems.attempt(here, lambda: _certified(machine, model, certificate))
+        bare = replace(machine, remarks=(*machine.remarks, *certificate_remarks(stated, certificate)))
         effects += known.effects if known else ()
         inputs += known.inputs if known else ()
     return bare and problems.attempt((*at, "structure"), lambda: informed(bare, effects, inputs))
+
+
+def _of_scales(model: MachineFile) -> tuple[str, ...]:
+    scales = model.environment and model.environment.scales
+    said = unusual_expansion("[environment] scales expansion", scales.expansion) if scales else ""
+    return (said,) if said else ()
 
 
 def _certified(

@@ -84,6 +84,22 @@ class CertificateTable(Table):
     R0_MPL: str | None = Field(default=None, examples=['"1.5 um"'])
     P_Form_Sph_1x25: str | None = Field(default=None, examples=['"1.8 um"'])
     P_Size_Sph_1x25: str | None = Field(default=None, examples=['"1.5 um"'])
+    R0_MPE: str | None = (
+        None  # the same limits as data sheets and editions of ISO 10360-5 name them: certificate_keys.py
+    )
+    P_Form_Sph_1x25_MPE: str | None = None
+    P_Size_Sph_1x25_MPE: str | None = None
+    PFTU_MPE: str | None = None
+    PSTU_MPE: str | None = None
+    P_Form_Sph_5x25_MPE: str | None = None
+    P_Size_Sph_5x25_MPE: str | None = None
+    L_Dia_5x25_MPE: str | None = None
+    PFTE_MPE: str | None = None
+    PSTE_MPE: str | None = None
+    PLTE_MPE: str | None = None
+    PFTM_MPE: str | None = None
+    PSTM_MPE: str | None = None
+    PLTM_MPE: str | None = None
     iso230_2: dict[str, str] | None = Field(default=None, examples=['{ A = "8 um", R = "4 um" }'])
     prior: str = Field(default="limit", examples=['"limit"'])
 

@@ -16,6 +16,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, WithJsonSchema, field_validator
 
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.expansions import SHRINKS, USUAL_WORDS
 from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, shown, usual, vector
 from vcmm.files.problems import Problems, bad_name
@@ -23,6 +24,7 @@ from vcmm.files.toml import Document, Location
 
 M = TypeVar("M", bound="Table")
 NAME = "\0"  # stands for the key in messages of validators, which do not know it
+SOLID = "of a solid"
 WANTED = {  # pydantic's error type -> what is due, in words
     "string_type": "a text in quotes", "int_type": "a whole number", "int_from_float": "a whole number",
     "int_parsing": "a whole number", "float_type": "a plain number", "float_parsing": "a plain number",
@@ -57,6 +59,10 @@ def _checked(number: float, text: object, dimension: str, bound: str) -> float:
     """Refuse a sign that makes no sense; bound: "" any, "positive", "not negative"."""
     if (bound == "positive" and not number > 0) or (bound == "not negative" and number < 0):
         raise UsageError(f"{NAME} = {shown(text)} must be {bound}")
+    if bound == SOLID and number < SHRINKS:
+        raise UsageError(
+            f"{NAME} = {shown(text)}: no solid that is measured shrinks so as it warms; {USUAL_WORDS}"
+        )
     if bound == "positive" and number < usual(dimension) / LARGEST:
         raise UsageError(f"{NAME} = {shown(text)} is as good as zero and must be {bound}")
     return number
@@ -206,7 +212,7 @@ TemperatureOrDifference = Annotated[
     ),
 ]
 Gradient = _temperature_difference_type("0.1 K")
-Expansion = _quantity_type("expansion", "11.5 um/(m K)")
+Expansion = _quantity_type("expansion", "11.5 um/(m K)", SOLID)
 ExpansionSpread = _quantity_type("expansion", "0.5 um/(m K)", "not negative")
 Speed = _quantity_type("speed", "5 mm/s", "positive")
 Mass = _quantity_type("mass", "20 kg", "not negative")

@@ -5,6 +5,7 @@ Imports core.
 
 from __future__ import annotations
 
+from vcmm.fit.constrained import held, normal_matrix
 from vcmm.fit.criteria import CRITERIA, Association, associate
 from vcmm.fit.elements import ELEMENTS, MINIMUM_POINTS, Fitted
 from vcmm.fit.gauss import gauss
@@ -13,6 +14,6 @@ from vcmm.fit.profile import profile_line
 from vcmm.fit.sensitivity import Sensitivity, linear_fit, sensitivity
 
 __all__ = [
-    "CRITERIA", "ELEMENTS", "MINIMUM_POINTS", "Association", "Fitted", "Sensitivity", "associate", "gauss",
-    "linear_fit", "profile_line", "sensitivity", "sphere_radii", "two_point_radii",
+    "CRITERIA", "ELEMENTS", "MINIMUM_POINTS", "Association", "Fitted", "Sensitivity", "associate", "gauss", "held",
+    "linear_fit", "normal_matrix", "profile_line", "sensitivity", "sphere_radii", "two_point_radii",
 ]  # fmt: skip

@@ -46,7 +46,7 @@ SUITS: dict[str, tuple[str, ...]] = {
     "T": ("line", "plane", "cone", "torus"),
 }
 NUDGE = 0.1  # of the form: how far beside the Gauss element the search for an inscribed element begins
-_ASIDE = np.array([0.6, 0.48, 0.64])  # a direction of no symmetry
+ASIDE = np.array([0.6, 0.48, 0.64])  # a direction of no symmetry
 ROUGH = 1e-6  # of the extent: how well the Gauss element, from which the search begins, is fitted
 _CHUNK = 16_384
 
@@ -173,7 +173,7 @@ def _chunk(ask: _Ask, points: Array, base: Fitted) -> tuple[Array | Mask, ...]:
     problem = ContactProblem(shape, free_pose(shape, ask.held), goal)
     point = (base.point - centroid) / scale
     if criterion == "X":  # off the saddle between two opposite points
-        point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * _ASIDE
+        point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * ASIDE
     found: Settled = settle(problem, data, State(point, axis, sizes))
     unique = is_unique(problem, data, found) if ask.judged else found.done
     state = found.state

@@ -47,6 +47,7 @@ class Fitted:
     unique     (...) of an element by contact: False where others are as good
     points     (..., n, 3) the points themselves, where a characteristic is evaluated on them; of a mesh, which has no element,
                (n, 3) where they lie in the drawing
+    moments    (6 + s, 6 + s) of a datum: the normal matrix of its fit (vcmm.fit.constrained), where its points are not kept
     """
 
     kind: str
@@ -58,6 +59,7 @@ class Fitted:
     also: Mapping[str, Fitted] = field(default_factory=dict)
     unique: Mask | None = None
     points: Array | None = None
+    moments: Array | None = None
 
 
 @dataclass(frozen=True)

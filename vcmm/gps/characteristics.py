@@ -29,6 +29,7 @@ from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.fit import Fitted
 from vcmm.gps import criteria
 from vcmm.gps.common import with_common
+from vcmm.gps.datums import has_system, system_pose
 from vcmm.gps.drawing import pattern, projected, with_material
 from vcmm.gps.elements import (
     AXES,
@@ -43,8 +44,7 @@ from vcmm.gps.elements import (
 from vcmm.gps.filters import check_filter, filtered, minimum_zone
 from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
-from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout
-from vcmm.part.alignment import datum_system
+from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout, turning_datum
 from vcmm.part.part import Characteristic, Feature, frame, named
 
 FORM = {
@@ -74,14 +74,12 @@ def evaluate(
     check(c)
     choice = criteria.chosen(c)
     features, fitted = with_common(c, features, fitted, choice.datums)
-    if c.type in ("position", *PROFILE) and c.datums:
-        by = {
-            n: criteria.by_criterion(n, fitted[n], k) for n, k in zip(c.datums, choice.datums) if n in fitted
-        }
-        pose = datum_system(c.datums, features, by, Pose.identity() if pose is None else pose)
-    pointwise = c.type in POINTWISE or c.filter is not None
+    pose = system_pose(c, features, fitted, choice, pose)
+    pointwise = c.type in (*POINTWISE, *criteria.ORIENTED) or c.filter is not None
     of = [place(n, features, fitted, pose, k, pointwise) for n, k in zip((*c.of, *c.between), choice.of)]
     datums = [place(n, features, fitted, pose, k, False) for n, k in zip(c.datums, choice.datums)]
+    if c.type in RUNOUT and has_system(c):  # the datums lie where the drawing has them
+        datums = [nominal_element(turning_datum(d.feature for d in datums))]
     if c.type in PROFILE:
         return profile(c, of[0], [d.feature for d in datums], choice.fit == "C")
     return with_material(c, of[0], _value(c, of, datums)) if c.material else _value(c, of, datums)

@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length, unit
-from vcmm.fit import Fitted
+from vcmm.fit import Fitted, normal_matrix
 from vcmm.gps.criteria import by_criterion
 from vcmm.part.part import Characteristic, Feature, centre, frame
 
@@ -86,20 +86,24 @@ def _found(members: Sequence[Feature], fitted: Sequence[Fitted]) -> Fitted:
         points = np.concatenate([_corners(m, f.point, f.axis) for m, f in zip(members, fitted)], axis=-2)
         middle, axis = _principal(points, 0)
         axis = np.where(dot(axis, first.axis) < 0, -1.0, 1.0)[..., None] * axis
-        return Fitted(
-            "plane",
-            middle,
-            axis,
-            np.zeros((*middle.shape[:-1], 0)),
-            np.zeros((*middle.shape[:-1], 1)),
-            first.normals[:1],
-        )
+        batch = middle.shape[:-1]
+        none, flat = np.zeros((*batch, 0)), np.zeros((*batch, 1))
+        plain = Fitted("plane", middle, axis, none, flat, first.normals[:1])
+        return replace(plain, moments=_moments(plain, points))
     points = np.concatenate([_ends(m, f.point, f.axis) for m, f in zip(members, fitted)], axis=-2)
     middle, axis = _principal(points, 2)
     way = points[..., -1, :] - points[..., 0, :]
     axis = np.where(dot(axis, way) < 0, -1.0, 1.0)[..., None] * axis
     sizes = np.full((*middle.shape[:-1], 1), 1.0)
     return Fitted("cylinder", middle, axis, sizes, np.zeros((*middle.shape[:-1], 1)), first.normals[:1])
+
+
+def _moments(plane: Fitted, points: Array) -> Array:
+    """Normal matrix of a plane through points (..., k, 3); of the first member of a batch, whose places are those of all."""
+    point, axis = (a.reshape(-1, 3)[0] for a in (plane.point, plane.axis))
+    return normal_matrix(
+        replace(plane, point=point, axis=axis, sizes=np.zeros(0)), points.reshape(-1, *points.shape[-2:])[0]
+    )
 
 
 def _ends(feature: Feature, point: Array, axis: Array) -> Array:

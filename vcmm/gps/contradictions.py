@@ -8,12 +8,12 @@ import numpy as np
 
 from vcmm.core.pose import Array
 from vcmm.gps.characteristics import nominal, tolerance
+from vcmm.gps.criteria import EXTRACTED, ORIENTED
 from vcmm.gps.freedom import free_motions, held
 from vcmm.part.part import Characteristic, Feature, centre
 
 MEASURED = ("size", "distance", "angle")
-ORIENTED = ("parallelism", "perpendicularity", "angularity")
-FORMED = ("flatness", "straightness")
+ABOVE = ("position", "coaxiality", "symmetry")
 MOVES = 1e-6  # mm per mm: less is rounding
 
 
@@ -56,17 +56,16 @@ def _what(c: Characteristic) -> tuple[object, ...]:
 
 
 def redundant_zones(characteristics: Sequence[Characteristic], features: Mapping[str, Feature]) -> list[str]:
-    """Zones that a narrower zone of higher rank holds already: location holds orientation, both hold the form of a plane (ISO 1101:2017, 7)."""
+    """Zones that a narrower zone of higher rank holds already: location holds orientation (ISO 1101:2017, 7) where both are of the
+    same associated element. The orientation of a plane is that of its extracted surface, which a place of its associated plane does not hold.
+    """
     out = []
     for c in characteristics:
-        above: tuple[str, ...] = ()
-        if c.type in ORIENTED:
-            above = ("position", "coaxiality", "symmetry")
-        elif c.type in FORMED and c.of and features[c.of[0]].kind == "plane":
-            above = ("position", "symmetry", *ORIENTED)
+        if c.type not in ORIENTED or not c.of or features[c.of[0]].kind in EXTRACTED:
+            continue
         for other in characteristics:
-            same = other.of == c.of and (c.type in FORMED or set(c.datums) <= set(other.datums))
-            if other.type in above and same and c.zone and other.zone and c.zone >= other.zone:
+            same = other.of == c.of and set(c.datums) <= set(other.datums)
+            if other.type in ABOVE and same and c.zone and other.zone and c.zone >= other.zone:
                 out.append(
                     f'"{c.name}" ({c.zone:g} mm) asks for nothing: "{other.name}" ({other.zone:g} mm) holds {c.of[0]} closer already'
                 )

@@ -6,13 +6,16 @@ datum_criterion  the same for the datums; G when left out.
 of a size        GG GC GN GX, or local sizes: LP (two-point), LS (sphere), alone or with a rank (RANKS): "LP SX". A
                  local size without a rank stands for all of them: the value is the one farthest from the middle of
                  the limits (from nominal without limits), so that it is within them when all are.
+of an orientation  none: of a plane or line the extracted surface, all its measured points between two planes (ISO 1101); a letter is
+                 the modifier of ISO 1101 for the associated element: C minimax, G least squares, T tangential
 of a form        the reference element, G C N X: the value is the range of the distances from it (C: minimum zone).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -41,6 +44,9 @@ RANKS: dict[str, tuple[str, Callable[[Array], Array]]] = {
 }
 LOCAL = {"LP": ("circle", "cylinder", "sphere"), "LS": ("circle", "cylinder")}
 FORMS = ("straightness", "flatness", "roundness", "cylindricity")
+ORIENTED = ("parallelism", "perpendicularity", "angularity")
+EXTRACTED = ("plane", "line")  # surfaces, and lines on them: their points are the extracted feature
+UNNAMED = "GG"  # the criterion of a characteristic that names none
 POINTS = "points"  # asked for like a criterion: the measured points themselves
 ON_POINTS = ("circular_runout", "total_runout", "line_profile", "surface_profile")
 
@@ -93,12 +99,19 @@ def _size(c: Characteristic, words: list[str]) -> tuple[str, str]:
     return size, words[1]
 
 
+def _paying(c: Characteristic, key: str, word: str) -> str:
+    """The letter of a word: GG is G; beside a material requirement the size that pays may be named, GX of a bore, GN of a shaft."""
+    mating = c.material and key == "criterion" and word in SIZES and word not in LOCAL
+    return word[1] if mating or word == "GG" else word
+
+
 def _letters(c: Characteristic, key: str, words: list[str], count: int) -> tuple[str, ...]:
-    letters = tuple({"GG": "G"}.get(word, word) for word in words)
+    letters = tuple(_paying(c, key, word) for word in words)
     for letter in letters:
         if letter in SIZES:
             raise UsageError(
-                f'"{c.name}": {key} = "{letter}" is a criterion of sizes; {c.type} takes {", ".join(CRITERIA)}.'
+                f'"{c.name}": {key} = "{letter}" is a criterion of sizes; {c.type} takes {", ".join(CRITERIA)}'
+                + (f" (for {letter}: {letter[1]})." if letter[1] in CRITERIA and letter not in LOCAL else ".")
             )
         if letter not in CRITERIA:
             raise UsageError(f'"{c.name}": unknown {key} "{letter}".{choose_from(letter, CRITERIA)}')
@@ -113,19 +126,37 @@ def _letters(c: Characteristic, key: str, words: list[str], count: int) -> tuple
     return letters * count if len(letters) == 1 else letters
 
 
-def _demands(c: Characteristic) -> Iterable[tuple[str, str]]:
-    """(feature, criterion) of all associations of a characteristic."""
+class HasKind(Protocol):
+    """A feature, or an element fitted to one."""
+
+    @property
+    def kind(self) -> str: ...
+
+
+def is_extracted(c: Characteristic, kind: str) -> bool:
+    """Whether an orientation is that of the extracted surface or line itself (ISO 1101), not of an element that a modifier names."""
+    return c.type in ORIENTED and kind in EXTRACTED and c.criterion == UNNAMED
+
+
+def _demands(c: Characteristic, shapes: Mapping[str, HasKind]) -> Iterable[tuple[str, str]]:
+    """(feature, criterion) of all associations of a characteristic. shapes: of a kind each."""
     choice = chosen(c)
     yield from zip((*c.of, *c.between), choice.of)
     for datum, letter in zip(c.datums, choice.datums):
         yield from ((name, letter) for name in members(c, datum))
-    if c.type in ON_POINTS or c.filter is not None:
-        yield from ((name, POINTS) for name in c.of)
+    pointed = c.type in ON_POINTS or c.filter is not None
+    yield from ((n, POINTS) for n in c.of if pointed or (n in shapes and is_extracted(c, shapes[n].kind)))
+    if c.type in ("position", *ON_POINTS):  # by contact with a given orientation: anew, by the points
+        yield from (
+            (n, POINTS)
+            for n, k in zip(c.datums[1:], choice.datums[1:])
+            if k != "G" and n not in dict(c.common)
+        )
 
 
 def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
     """UsageError for a criterion that a feature of its kind does not have."""
-    for name, criterion in _demands(c):
+    for name, criterion in _demands(c, features):
         if name not in features or criterion in ("G", POINTS):
             continue
         feature = features[name]
@@ -141,11 +172,13 @@ def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
                 raise UsageError(f'"{c.name}", feature "{name}": {error}') from None
 
 
-def wanted(characteristics: Iterable[Characteristic]) -> dict[str, tuple[str, ...]]:
-    """Criteria other than G per feature, in alphabetical order; features without any are left out."""
+def wanted(
+    characteristics: Iterable[Characteristic], shapes: Mapping[str, HasKind]
+) -> dict[str, tuple[str, ...]]:
+    """Criteria other than G per feature, in alphabetical order; features without any are left out. shapes: features or elements."""
     out: dict[str, set[str]] = {}
     for c in characteristics:
-        for name, criterion in _demands(c):
+        for name, criterion in _demands(c, shapes):
             if criterion != "G":
                 out.setdefault(name, set()).add(criterion)
     return {name: tuple(sorted(found)) for name, found in out.items()}
@@ -157,20 +190,24 @@ def with_criteria(
     points: Callable[[str], Array],
     fitted: Mapping[str, Fitted],
     judged: bool = True,
+    pointed: Collection[str] = (),
 ) -> dict[str, Fitted]:
-    """The Gauss elements, each with what the characteristics ask for beside it in `also`.
+    """The Gauss elements, each with what the characteristics ask for beside it in `also`. pointed: features that keep their points.
 
     points: measured points (..., n, 3) of a feature by name, in the frame of the elements. judged: whether elements by
     contact are unique is judged (trials need not). ModelLimit, with the name of the feature: points that do not hold
     such an element.
     """
     out = dict(fitted)
-    for name, criteria in wanted(characteristics).items():
+    asked = wanted(characteristics, features)
+    for name in {**asked, **dict.fromkeys(pointed)}:
         if name not in fitted:
             continue
+        criteria = {*asked.get(name, ()), *((POINTS,) if name in pointed else ())}
         try:
             also = {
-                one: _associated(one, features[name], points(name), fitted[name], judged) for one in criteria
+                one: _associated(one, features[name], points(name), fitted[name], judged)
+                for one in sorted(criteria)
             }
         except ModelLimit as error:
             raise ModelLimit(f'feature "{name}": {error}') from None
@@ -219,7 +256,7 @@ def local_size(c: Characteristic, sizes: Array, nominal: float) -> Array:
 def notes(characteristics: Iterable[Characteristic], fitted: Mapping[str, Fitted]) -> list[str]:
     """What a reader must know of elements that touch: those that are not the only ones of their kind."""
     out = []
-    for name, criteria in wanted(characteristics).items():
+    for name, criteria in wanted(characteristics, fitted).items():
         for criterion in criteria:
             found = fitted[name].also.get(criterion) if name in fitted else None
             if found is not None and found.unique is not None and not found.unique.all():

@@ -10,7 +10,7 @@ profile            twice the largest distance of a point from the nominal surfac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +36,7 @@ def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Featur
                 f'"{c.name}": line_profile is of a line or section; use surface_profile for a plane.'
             )
         return
-    datum = datums[0]
+    datum = turning_datum(datums)
     if datum.kind not in AXES:
         raise UsageError(f'"{c.name}": {c.type} turns about a datum axis; a {datum.kind} gives none.')
     if feature.kind not in ("circle", "cylinder", "cone", "sphere", "plane", "torus"):
@@ -52,6 +52,12 @@ def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Featur
         raise UsageError(
             f'"{c.name}": in the drawing "{feature.name}" does not turn about "{datum.name}"; use position or profile.'
         )
+
+
+def turning_datum(datums: Iterable[Feature]) -> Feature:
+    """The datum about which a run-out turns: the first with an axis; the first of all where there is none."""
+    known = list(datums)
+    return next((d for d in known if d.kind in AXES), known[0])
 
 
 def runout(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:

@@ -21,7 +21,10 @@ class GivenPoints:
 
 @dataclass(frozen=True)
 class GivenValue:
-    """One characteristic: number in mm or rad, absolute or a deviation from nominal; angle: the column said so."""
+    """One characteristic: number in mm or rad, absolute or a deviation from nominal; angle: the column said so.
+
+    bonus: mm of a deviation that the size of the feature pays for and that are still in `number`; None: the export does not say.
+    """
 
     part: str
     name: str
@@ -29,3 +32,4 @@ class GivenValue:
     angle: bool
     deviation: bool
     where: str
+    bonus: float | None = 0.0

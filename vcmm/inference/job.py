@@ -175,6 +175,12 @@ def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[st
             continue
         nominal = gps.nominal(c, scenario.part.features)
         out[c.name] = v.number + (nominal if v.deviation else 0.0)
+        if c.material and v.bonus is None:
+            problems.append(
+                f'{v.where}: "{c.name}" is what its size does not pay for, and the heading has no column BONUS; add it to the report'
+            )
+        elif c.material:
+            out[c.name] = max(out[c.name] - (v.bonus or 0.0), 0.0)
         wrong = _implausible(c, nominal, out[c.name], v)
         problems += [f"{v.where}: {wrong}"] if wrong else []
     if problems:

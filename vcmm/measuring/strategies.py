@@ -154,7 +154,7 @@ class Ring:
 
 @dataclass(frozen=True)
 class Nominal:
-    """Points: every `every`-th nominal point, in the order of their file."""
+    """Points: every `every`-th nominal point, in the order of their file; a point: itself."""
 
     every: int = 1
 
@@ -178,7 +178,7 @@ Pattern = (
 _ROUND: Mapping[str, type] = MappingProxyType({"levels": Levels, "helix": Helix, "birdcage": Birdcage})
 PATTERNS: Mapping[str, Mapping[str, type]] = MappingProxyType(
     {
-        "point": MappingProxyType({}),
+        "point": MappingProxyType({"nominal": Nominal}),
         "line": MappingProxyType({"even": Even}),
         "plane": MappingProxyType({"grid": Grid, "polar": Polar, "spread": Spread}),
         "circle": MappingProxyType({"even": Around}),
@@ -198,7 +198,7 @@ def choose(kind: str, strategy: str) -> type:
     if strategy in allowed:
         return allowed[strategy]
     if not allowed:
-        raise UsageError(f'A {kind} has no strategy "{strategy}"; give its points in a file or a list.')
+        raise UsageError(f'A {kind} has no strategy "{strategy}"; name a file of its points: points = "points.csv".')
     raise UsageError(f'A {kind} has no strategy "{strategy}".{choose_from(strategy, allowed)}')
 
 
@@ -269,8 +269,8 @@ def _angles(n: int, start: float, sweep: float) -> Array:
 
 
 def _nominal(f: Feature, p: Nominal) -> Array:
-    assert f.nominal is not None
-    return np.asarray(f.nominal.points[:: p.every])
+    points = f.point[None] if f.nominal is None else f.nominal.points
+    return np.asarray(points[:: p.every])
 
 
 def _grid(f: Feature, p: Grid) -> Array:

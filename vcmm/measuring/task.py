@@ -21,6 +21,7 @@ from vcmm.core.run import Array
 from vcmm.fit import Fitted, gauss
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import wanted, with_criteria
+from vcmm.gps.datums import constrained
 from vcmm.gps.filters import check_density
 from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
@@ -111,7 +112,7 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
     """Gauss elements of all measured features, with those by other criteria that the characteristics ask for;
     points (..., n, 3) in the drawing frame.
     """
-    out, read = {}, wanted(task.part.characteristics)
+    out, read = {}, wanted(task.part.characteristics, task.part.features)
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
         if feature.free:
@@ -124,9 +125,10 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
         except ModelLimit as error:
             raise ModelLimit(f'points of "{name}": {error}') from None
         out[name] = _signed(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
-    rows_of = task.touches.rows
+    rows_of, part = task.touches.rows, task.part
+    pointed = constrained(part.characteristics, part.features)
     return with_criteria(
-        task.part.characteristics, task.part.features, lambda name: points[..., rows_of[name], :], out
+        part.characteristics, part.features, lambda name: points[..., rows_of[name], :], out, pointed=pointed
     )
 
 

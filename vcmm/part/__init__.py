@@ -1,4 +1,4 @@
 """The part: features in the drawing frame, mesh, form, alignment.
 
-Imports core.
+Imports core, fit.
 """

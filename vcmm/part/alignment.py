@@ -9,7 +9,9 @@ second) agrees with nominal; then it is shifted until `plane`, `origin` and, whe
 lie where the drawing puts them. A plane holds one coordinate, its height; an axis holds two, a centre three;
 each feature only fixes what the ones before left free. An axis that pierces the plane is located there.
 
-A datum system (ISO 5459) is the same with one order for turning and shifting: primary, secondary, tertiary.
+A datum system (ISO 5459) has one order for turning and shifting: primary, secondary, tertiary. Each datum is associated anew
+with the orientation that those before it give: a secondary axis drawn square to the primary plane stands square to it, however
+the bore leans. A direction, or the way to a datum from an earlier one, turns the part as long as a turn is free.
 Freedom that nothing holds follows `start`, the rough pose; without it that is an error, by name.
 
 Directions must be signed as in the drawing (a fit that starts from nominal does this); with `start` they are
@@ -18,16 +20,20 @@ turned over where they oppose it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.pose import Array, Pose, dot, length, unit
+from vcmm.core.pose import Array, Pose, dot, length, triad, unit
+from vcmm.fit import Fitted
+from vcmm.fit import held as held_by
 from vcmm.part.part import KINDS, Feature, Shape, centre, frame
 
 AXES = ("line", "cylinder", "cone")
+Again = Callable[[str, Array, Array | None], Shape]  # name, axis, direction about which it may turn
 PARALLEL = 0.02  # sine below which two directions count as parallel, about 1 deg
 
 
@@ -51,6 +57,7 @@ class _Pair:
 
     nominal: Feature
     fitted: Shape
+    gauge: bool = False  # of a cone: it also holds the place along its axis where it has its nominal diameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +82,7 @@ def align(
     if len(line) > 2:
         raise UsageError(f"line takes one feature, or two whose connection is the line, not {len(line)}.")
     second = _connection(primary, line) if len(line) == 2 else [_direction(pair, start) for pair in line]
-    if line and not _square_to(second, primary):
+    if line and not _square_to(second, primary.nominal.axis):
         raise UsageError(
             f'"{line[0].nominal.name}" is parallel to "{scheme.plane}"; name another feature for the line.'
         )
@@ -87,17 +94,84 @@ def datum_system(
     features: Mapping[str, Feature],
     fitted: Mapping[str, Shape],
     start: Pose | None = None,
+    again: Again | None = None,
 ) -> Pose:
-    """part_from_measured of a datum system (ISO 5459, least squares): primary, secondary, tertiary datum.
+    """part_from_measured of a datum system (ISO 5459): primary, secondary, tertiary datum.
 
-    The first datum needs a direction. Two axes or centres also orient, by the way from one to the other.
+    again(name, axis, about): a datum associated anew with a given axis, or with the angle of that axis to `about`; without it
+    the fitted ones turn about their points. Centres have no direction: the way from one datum to the next then orients.
     """
-    pairs = [_pair(name, features, fitted) for name in _names(datums)]
-    directions = [_direction(pair, start) for pair in pairs[1:] if _directed(pair)]
-    located = [pair for pair in pairs if pair.nominal.kind not in ("plane", "point", "line")]
-    if len(located) > 1:
-        directions += _connection(pairs[0], located[:2])
-    return _pose(pairs[0], _direction(pairs[0], start), directions, pairs, start)
+    pairs: list[_Pair] = []
+    directions: list[_Direction] = []
+    away: _Pair | None = None  # the first datum from which another one can lie in a direction
+    for name in _names(datums):
+        pair = replace(_pair(name, features, fitted), gauge=features[name].kind == "cone")
+        if _directed(pair) and not (
+            directions and pair.nominal.kind == "circle"
+        ):  # a circle has its drawn direction
+            own = _direction(pair, start)
+            if directions:
+                pair, own = _restrained(pair, own, directions, again)
+            _add(directions, own)
+        pairs.append(pair)
+        if pair.nominal.kind not in ("plane", "point", "line"):
+            if away is not None:
+                for way in _connection(pairs[0], [away, pair]):
+                    _add(directions, way)
+            away = away or pair
+    if not directions:
+        _no_direction(pairs[0], start)
+    first = directions[0] if directions else _Direction(*_upright(start))
+    return _pose(pairs[0], first, directions[1:], pairs, start)
+
+
+def _add(directions: list[_Direction], one: _Direction) -> None:
+    """The first direction, and the first that is not parallel to it."""
+    if not directions or (len(directions) == 1 and _sine(one, directions[0]) > PARALLEL):
+        directions.append(one)
+
+
+def _sine(a: _Direction, b: _Direction) -> float:
+    return float(length(np.cross(unit(a.nominal), unit(b.nominal))))
+
+
+def _no_direction(primary: _Pair, start: Pose | None) -> None:
+    if start is None:
+        _direction(primary, start)  # raises
+
+
+def _upright(start: Pose | None) -> tuple[Array, Array]:
+    assert start is not None
+    up = np.array([0.0, 0.0, 1.0])
+    return start.inverse().turn(up), up
+
+
+def _restrained(
+    pair: _Pair, own: _Direction, directions: Sequence[_Direction], again: Again | None
+) -> tuple[_Pair, _Direction]:
+    """The datum with the orientation that the directions before it give, and its own direction then."""
+    first, drawn = directions[0], unit(directions[0].nominal)
+    w, about = unit(first.measured), None
+    along = float(own.nominal @ drawn)
+    if len(directions) == 2:
+        seen, wanted = _triads(w, directions[1].measured), _triads(drawn, directions[1].nominal)
+        axis = np.einsum("...ji,...j->...i", seen, wanted @ own.nominal)
+    else:
+        across = math.sqrt(max(1.0 - along * along, 0.0))
+        beside = own.measured - dot(own.measured, w)[..., None] * w
+        axis = along * w + (across * unit(beside) if across > 1e-9 else 0.0)
+        about = np.broadcast_to(w, axis.shape) if across > PARALLEL else None
+    side = np.where(dot(pair.fitted.axis, axis) < 0.0, -1.0, 1.0)[..., None]
+    anew = (
+        _turned(pair.fitted, side * axis, about)
+        if again is None
+        else again(pair.nominal.name, side * axis, about)
+    )
+    return replace(pair, fitted=anew), _Direction(side * anew.axis, own.nominal)
+
+
+def _turned(shape: Shape, axis: Array, about: Array | None) -> Shape:
+    return held_by(shape, axis, about) if isinstance(shape, Fitted) else replace(shape, axis=axis)  # type: ignore[type-var]
 
 
 def _names(names: str | Sequence[str]) -> tuple[str, ...]:
@@ -139,9 +213,8 @@ def _connection(primary: _Pair, pairs: Sequence[_Pair]) -> list[_Direction]:
     return [_Direction(to_measured - from_measured, to_drawn - from_drawn)]
 
 
-def _square_to(directions: Sequence[_Direction], primary: _Pair) -> list[_Direction]:
-    """Those that are not parallel to the primary direction."""
-    axis = primary.nominal.axis
+def _square_to(directions: Sequence[_Direction], axis: Array) -> list[_Direction]:
+    """Those that are not parallel to the first direction."""
     return [d for d in directions if length(np.cross(unit(d.nominal), axis)) > PARALLEL]
 
 
@@ -152,7 +225,7 @@ def _pose(
     held: Sequence[_Pair],
     start: Pose | None,
 ) -> Pose:
-    rotation = _rotation(primary, first, _square_to(others, primary), start)
+    rotation = _rotation(primary, first, _square_to(others, unit(first.nominal)), start)
     rough = Pose(rotation, _shift(rotation, primary, held, None, start))
     return rough.shifted_to(_shift(rotation, primary, held, rough, start))
 
@@ -162,7 +235,7 @@ def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], s
     if others:
         second = others[0]
     elif start is not None:
-        u = frame(primary.nominal)[0]
+        u = frame(primary.nominal)[0] if _directed(primary) else triad(unit(first.nominal))[0]
         second = _Direction(start.inverse().turn(u), u)
     else:
         name = primary.nominal.name
@@ -185,24 +258,19 @@ def _triads(first: Array, towards: Array) -> Array:
 def _shift(
     rotation: Array, primary: _Pair, held: Sequence[_Pair], rough: Pose | None, start: Pose | None
 ) -> Array:
-    """Shift (..., 3): every located feature holds the directions that the ones before left free."""
-    basis: list[Array] = []
-    values: list[Array] = []
+    """Shift (..., 3): every located feature holds, by least squares, the directions that the ones before left free."""
+    shift, free = np.zeros(3), np.eye(3)  # free (3, f): directions still free
     for pair in held:
         rows, measured, drawn = _located(primary, pair, rough)
         wanted = drawn - np.einsum("...ij,...j->...i", rotation, measured)
-        for row in rows:
-            rest = row - sum((row @ q * q for q in basis), np.zeros(3))
-            size = float(length(rest))
-            if size > PARALLEL:
-                known = sum((row @ q * value for q, value in zip(basis, values)), np.zeros(()))
-                basis.append(rest / size)
-                values.append((dot(wanted, row) - known) / size)
-    shift = np.asarray(sum((value[..., None] * q for q, value in zip(basis, values)), np.zeros(3)))
-    if len(basis) == 3:
-        return shift
-    free = np.eye(3) - sum((np.outer(q, q) for q in basis), np.zeros((3, 3)))
-    return shift + _free_shift(rotation, primary, free, start)
+        left, size, right = np.linalg.svd(rows @ free)
+        count = int((size > PARALLEL).sum())
+        answer = free @ right[:count].T @ (left[:, :count] / size[:count]).T @ rows
+        shift = shift + (wanted - shift) @ answer.T
+        free = free @ right[count:].T
+    if free.shape[1]:
+        shift = shift + _free_shift(rotation, primary, free @ free.T, start)
+    return np.asarray(shift)
 
 
 def _free_shift(rotation: Array, primary: _Pair, free: Array, start: Pose | None) -> Array:
@@ -229,6 +297,9 @@ def _located(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Ar
         measured = _pierced(fitted.point, fitted.axis, primary.fitted.point, primary.fitted.axis)
         return frame(plane)[:2], measured, drawn
     rows = _rows(nominal)
+    if pair.gauge:
+        back = (nominal.sizes[0] - fitted.sizes[..., 0]) / np.tan(fitted.sizes[..., 1])
+        return frame(nominal), fitted.point + back[..., None] * fitted.axis, nominal.point
     if rough is None or nominal.kind not in ("plane", *AXES):
         return rows, fitted.point, centre(nominal)
     near = rough.inverse().apply(centre(nominal)) - fitted.point

@@ -1,0 +1,124 @@
+"""Values out of their usual range are refused or told by name; limits as data sheets write them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.plate import edited
+from vcmm.certified.certificate import length_limit, short_limit
+from vcmm.cli import run
+from vcmm.core.errors import UsageError
+from vcmm.files.machine import load_machine
+
+MACHINE = """vcmm = "machine/1"
+structure = "w b Y X Z t"
+[axes.X]
+travel = ["0 mm", "600 mm"]
+[axes.Y]
+travel = ["0 mm", "500 mm"]
+[axes.Z]
+travel = ["-400 mm", "0 mm"]
+"""
+
+
+def said(capsys: pytest.CaptureFixture[str], file: Path) -> tuple[int, str]:
+    code = run(["check", str(file), "--json"])
+    out, err = capsys.readouterr()
+    return code, (" ".join(json.loads(out)["understood"].values()) if code == 0 else err)
+
+
+def machine_file(folder: Path, text: str) -> Path:
+    path = folder / "m.toml"
+    path.write_text(MACHINE + text)
+    return path
+
+
+@pytest.mark.parametrize(("text", "fixed", "slope"), [
+    ("1.9 um + L/300", 1.9, 1000 / 300), ("1.9 + L/300", 1.9, 1000 / 300), ("1.9 + 3L/1000", 1.9, 3.0), ("1.9 + 3.3 L/1000", 1.9, 3.3),
+    ("1.9 um + 3.3 L / 1000", 1.9, 3.3), ("1.9 um + 3.3 um/m", 1.9, 3.3), ("1.9 µm + 3.3 µm/m", 1.9, 3.3), ("(1.9 + 3*L/1000) um", 1.9, 3.0),
+    ("±1.9 um", 1.9, 0.0), ("1.9 um + L/300 um", 1.9, 1000 / 300), ("L/250", 0.0, 4.0), ("0.0019 mm + 3.3L/1000", 1.9, 3.3), ("0.5 um + 2 ppm", 0.5, 2.0),
+])  # fmt: skip
+def test_limits_as_data_sheets_write_them(text: str, fixed: float, slope: float) -> None:
+    """um at 0 and at 1000 mm."""
+    found = length_limit(text, "E0_MPE")
+    assert 1e3 * found(0.0) == pytest.approx(fixed)
+    assert 1e3 * found(1000.0) == pytest.approx(fixed + slope)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("1.9 um + 3 furlongs", 'write "1.9 um + L/300"'), ("1.9 um + L/0.3", "grows by 3333 um per metre; usual are L/50 to L/1500"),
+    ("1.9", 'E0_MPE = "1.9 um'), ("1.9 um + L", 'write "1.9 um + L/300"'), ("1.9 um + 0L/1000", "grows by more than nothing"),
+])  # fmt: skip
+def test_limits_that_are_refused_say_what_to_write(text: str, words: str) -> None:
+    with pytest.raises(UsageError) as error:
+        length_limit(text, "E0_MPE")
+    assert words in str(error.value)
+
+
+def test_a_short_limit_does_not_grow() -> None:
+    with pytest.raises(UsageError, match="does not grow"):
+        short_limit("1.9 um + L/300", "R0_MPL")
+
+
+def test_keys_as_data_sheets_have_them(tmp_path: Path) -> None:
+    """The same machines whichever edition names the limit."""
+    keys = (
+        ("R0_MPL", "P_Form_Sph_1x25", "P_Size_Sph_1x25"),
+        ("R0_MPE", "P_Form_Sph_1x25_MPE", "P_Size_Sph_1x25_MPE"),
+        ("R0_MPE", "PFTU_MPE", "PSTU_MPE"),
+    )
+    found = []
+    for r0, form, size in keys:
+        text = f'[certificate]\nE0_MPE = "1.9 + 3.3L/1000"\n{r0} = "1.5 um"\n{form} = "1.9 um"\n{size} = "1.2 um"\n'
+        found.append(load_machine(machine_file(tmp_path, text)))
+    assert found[0].inputs[0].evidence == found[1].inputs[0].evidence == found[2].inputs[0].evidence
+    assert "P_Form 1.9 um" in found[0].inputs[0].evidence
+
+
+CERTIFICATE = '[certificate]\nE0_MPE = "1.9 um + L/300"\n'
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ('R0_MPL = "15 um"\nP_Form_Sph_1x25 = "1.9 um"\n', "R0_MPL (15 um) is more than twice P_Form_Sph_1x25 (1.9 um)"),
+    ('R0_MPE = "4 um"\n', "R0_MPE (4 um) is more than twice E0_MPE of the shortest length (1.9 um)"),
+    ('E150_MPE = "1.5 um + L/300"\n', "E150_MPE (1.5 um at 0 mm) is below E0_MPE (1.9 um)"),
+    ('E150_MPE = "1.9 um + L/400"\n', "E150_MPE (4.4 um at 1000 mm) is below E0_MPE (5.233 um)"),
+    ('PFTU_MPE = "0.19 um"\n', "PFTU_MPE (0.19 um) is 0.1 times E0_MPE"),
+    ('PSTE_MPE = "2 um"\n', "PSTE_MPE has no effect: machines are drawn with one stylus"),
+])  # fmt: skip
+def test_limits_that_do_not_go_together(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: str
+) -> None:
+    code, found = said(capsys, machine_file(tmp_path, CERTIFICATE + text))
+    assert code == 0
+    assert words in found
+
+
+def test_limits_that_do_go_together_have_no_remark(tmp_path: Path) -> None:
+    text = 'E150_MPE = "2.2 um + L/300"\nR0_MPL = "1.5 um"\nP_Form_Sph_1x25 = "1.9 um"\n'
+    assert load_machine(machine_file(tmp_path, CERTIFICATE + text)).remarks == ()
+
+
+def test_one_limit_by_two_keys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = 'PFTU_MPE = "1.9 um"\nP_Form_Sph_1x25 = "1.9 um"\n'
+    code, found = said(capsys, machine_file(tmp_path, CERTIFICATE + text))
+    assert code == 2
+    assert "PFTU_MPE and P_Form_Sph_1x25 state the same limit; keep one of them" in found
+
+
+@pytest.mark.parametrize(("value", "code"), [("-23.2", 2), ("2.32", 0), ("0.0232", 0), ("232", 0)])
+def test_expansions_that_no_usual_part_has(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], value: str, code: int
+) -> None:
+    part = edited(tmp_path, ('expansion = "11.5 um/(m K)"', f'expansion = "{value} um/(m K)"'))
+    got, found = said(capsys, part)
+    assert got == code
+    assert ("usual are 4 to 30" in found) or value == "232"
+    assert (value in found) and ("steel" in found)
+    scales = f'[environment]\nscales = {{ expansion = "{value} um/(m K)" }}\n'
+    got, found = said(capsys, machine_file(tmp_path, scales))
+    assert got == code
+    assert "usual are 4 to 30" in found
