@@ -7,6 +7,7 @@ from typing import Any
 
 from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.files.certificate_findings import findings_in
 from vcmm.files.machine_tables import CertificateTable, MachineFile, found_machine
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import read_model
@@ -31,9 +32,10 @@ def certificate_from(table: CertificateTable) -> MachineCertificate:
         "form": limit("P_Form_Sph_1x25", short_limit), "size": limit("P_Size_Sph_1x25", short_limit),
     }  # fmt: skip
     positioning = _positioning(table.iso230_2 or {}, found)
+    findings = findings_in(table.measured or {}, found)
     if found:
         raise TableProblems(found)
-    return MachineCertificate(**values, positioning=positioning, prior=table.prior)  # type: ignore[arg-type]
+    return MachineCertificate(**values, positioning=positioning, prior=table.prior, found=findings)  # type: ignore[arg-type]
 
 
 def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tuple[str, str], float]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.certified.certificate import MachineCertificate
-from vcmm.certified.machines import CertifiedKnowledge, certified
+from vcmm.certified.known import CertifiedKnowledge, certified
 from vcmm.core.axes import ALLOWED, is_axis, is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, Chain, parse_structure
