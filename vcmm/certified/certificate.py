@@ -75,7 +75,7 @@ class MachineCertificate:
     size: float | None = None
     positioning: Mapping[tuple[str, str], float] = field(default_factory=dict)
     prior: str = "limit"
-    found: Findings = Findings()
+    found: Findings = field(default_factory=Findings)
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:

@@ -43,7 +43,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 
-GEOMETRY, TIP, SIZE, SCATTER, AXES, FINDING = range(6)  # streams: what one limit draws does not depend on another
+GEOMETRY, TIP, SIZE, SCATTER, AXES, FINDING = range(
+    6
+)  # streams: what one limit draws does not depend on another
 KEPT = 0.02  # of the machines must keep E0 with their scatter
 TRIED = 500
 
@@ -57,7 +59,9 @@ def machines_at_each_limit(machine: Machine, c: MachineCertificate, seed: int = 
         return _by_positioning(bare, c, modes, seed)
     scatter = _scatter(bare, c, c.E0, _shares(c, seed, SCATTER, len(modes)), seed)
     modes = _kept_by_axes(bare, c, modes * _by_lengths(bare, c, c.E0, modes, seed)[:, None], seed)
-    return CertifiedMachines(modes, _tip(bare, c, c.E0, scatter, seed), _radius(bare, c, c.E0, len(modes), seed), scatter)
+    return CertifiedMachines(
+        modes, _tip(bare, c, c.E0, scatter, seed), _radius(bare, c, c.E0, len(modes), seed), scatter
+    )
 
 
 def _shares(c: MachineCertificate, seed: int, stream: int, count: int) -> Array:
@@ -114,7 +118,9 @@ def _by_found_lengths(
     rng = np.random.default_rng([seed, FINDING, GEOMETRY])
     steps = len(SHARES)
     ends = lengths[steps - 1 :: steps]
-    along = np.concatenate([np.zeros((len(errors), len(ends), 1)), errors.reshape(len(errors), -1, steps)], axis=2)
+    along = np.concatenate(
+        [np.zeros((len(errors), len(ends), 1)), errors.reshape(len(errors), -1, steps)], axis=2
+    )
     rows, seen, found = np.arange(len(errors)), np.zeros(len(errors)), np.zeros(len(errors))
     for length, one in c.found.lengths:
         fit = np.flatnonzero(ends >= length)
@@ -172,7 +178,9 @@ def _scatter_as_found(found: Found, count: int, lengths: int, seed: int) -> Arra
     scatters in such a range is the range itself (a pivot).
     """
     rng = np.random.default_rng([seed, SCATTER, 2])
-    unit = np.array([np.ptp(np.sqrt(2.0) * rng.normal(size=(lengths, REPEATS)), axis=1).max() for _ in range(count)])
+    unit = np.array(
+        [np.ptp(np.sqrt(2.0) * rng.normal(size=(lengths, REPEATS)), axis=1).max() for _ in range(count)]
+    )
     return _found(found, seed, SCATTER, count) / unit
 
 

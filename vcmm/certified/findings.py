@@ -27,9 +27,7 @@ class Findings:
     size: Found | None = None
 
     def __bool__(self) -> bool:
-        return bool(self.lengths) or any(
-            x is not None for x in (self.largest, self.R0, self.form, self.size)
-        )
+        return bool(self.lengths) or any(x is not None for x in (self.largest, self.R0, self.form, self.size))
 
     def words(self) -> str:
         """What was found, as evidence of an Input; empty where nothing was."""

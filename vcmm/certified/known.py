@@ -9,7 +9,13 @@ import numpy as np
 
 from vcmm.certified.certificate import MachineCertificate
 from vcmm.certified.each_limit import machines_at_each_limit
-from vcmm.certified.machines import SEED, CertifiedMachines, error_tables, mirrored_rows
+from vcmm.certified.machines import (
+    SEED,
+    CertifiedMachines,
+    drawn_machines,
+    error_tables,
+    mirrored_rows,
+)
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateSamples, Normal
@@ -34,6 +40,14 @@ def certified(machine: Machine, certificate: MachineCertificate, seed: int = SEE
     return _knowledge(effects, certificate, machines_at_each_limit(machine, certificate, seed))
 
 
+def passing_machines(
+    machine: Machine, certificate: MachineCertificate, seed: int = SEED
+) -> CertifiedKnowledge:
+    """The same of machines that pass the test with all their errors together, for what a test of such a machine would find."""
+    effects, _ = error_tables(machine)
+    return _knowledge(effects, certificate, drawn_machines(machine, certificate, seed))
+
+
 def _knowledge(
     effects: Sequence[Effect], c: MachineCertificate, drawn: CertifiedMachines
 ) -> CertifiedKnowledge:
@@ -42,8 +56,24 @@ def _knowledge(
     touch = made_for("repeatability", "[certificate]")
     tables = effects[0].name
     inputs = [
-        Input(tables, EVERY, "modes", MultivariateSamples(mirrored_rows(drawn.modes)), "machine", evidence, bound=True),
-        Input(touch.name, "", "value", Normal(float(np.sqrt((drawn.scatter**2).mean()))), "touch", evidence, bound=c.found.R0 is None),
+        Input(
+            tables,
+            EVERY,
+            "modes",
+            MultivariateSamples(mirrored_rows(drawn.modes)),
+            "machine",
+            evidence,
+            bound=True,
+        ),
+        Input(
+            touch.name,
+            "",
+            "value",
+            Normal(float(np.sqrt((drawn.scatter**2).mean()))),
+            "touch",
+            evidence,
+            bound=c.found.R0 is None,
+        ),
     ]
     further: list[Effect] = [touch()]
     if drawn.form.any():
@@ -51,7 +81,12 @@ def _knowledge(
         further.append(tip(coefficients=np.zeros(12)))
         inputs.append(
             Input(
-                tip.name, "", "coefficients", MultivariateSamples(mirrored_rows(drawn.form)), "machine", evidence,
+                tip.name,
+                "",
+                "coefficients",
+                MultivariateSamples(mirrored_rows(drawn.form)),
+                "machine",
+                evidence,
                 bound=c.found.R0 is None or c.found.form is None,
             )
         )
@@ -70,5 +105,3 @@ def _knowledge(
             )
         )
     return CertifiedKnowledge((*effects, *further), tuple(inputs))
-
-

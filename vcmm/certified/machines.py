@@ -109,7 +109,10 @@ class CertifiedMachines:
     def mirrored(self) -> CertifiedMachines:
         """Every machine, then its mirror image, as the Inputs have them."""
         return CertifiedMachines(
-            mirrored_rows(self.modes), mirrored_rows(self.form), mirrored_rows(self.radius), np.tile(self.scatter, 2)
+            mirrored_rows(self.modes),
+            mirrored_rows(self.form),
+            mirrored_rows(self.radius),
+            np.tile(self.scatter, 2),
         )
 
 
@@ -143,14 +146,14 @@ def _by_lengths(
     form = tip_forms(rng, c.form if c.form is not None else c.E0.fixed, scatter, shares_of(rng, c.prior, 0.8))
     size = c.size if c.size is not None else 0.5 * c.E0.fixed
     radius = 0.5 * size * rng.choice([-1.0, 1.0], DRAWN) * shares_of(rng, c.prior, 0.0)
-    allowed, per_mode, rest = [c.E0.at(lengths)], [per_mode(machine, run)], [tip_reading(run, form, radius)]
+    allowed, shows, rest = [c.E0.at(lengths)], [per_mode(machine, run)], [tip_reading(run, form, radius)]
     if c.E150 is not None:
         for side in (-RAM, RAM):
             ram, far = length_run(machine, ram_lines(machine), np.array([0.0, side, 0.0]))
             allowed.append(c.E150.at(far))
-            per_mode.append(per_mode(machine, ram))
+            shows.append(per_mode(machine, ram))
             rest.append(tip_reading(ram, form, radius))
-    limit, shown, other = np.concatenate(allowed), np.concatenate(per_mode), np.concatenate(rest).T
+    limit, shown, other = np.concatenate(allowed), np.concatenate(shows), np.concatenate(rest).T
     noise = np.sqrt(2.0) * scatter[:, None, None] * rng.normal(size=(DRAWN, len(limit), REPEATS))
     added, share = other[..., None] + noise, shares_of(rng, c.prior, 1.0)
     scale = _largest_scale(modes @ shown.T, added, limit, share)
@@ -179,7 +182,9 @@ def _kept_by_positioning(
         along = along_axis(machine, run, i)
         own = np.abs(along).max(axis=0) > 0
         shape = modes[:, own] @ along[:, own].T
-        _, most = axis_scale(c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8)))
+        _, most = axis_scale(
+            c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
+        )
         kept[:, own] = modes[:, own] * np.minimum(most, 1.0)[:, None]
     return kept
 
@@ -276,7 +281,9 @@ def _by_positioning(
         block = slice(i * 6 * NODES, (i + 1) * 6 * NODES)
         run = axis_run(machine, axis)
         shape = modes[:, block] @ along_axis(machine, run, "XYZ".index(axis))[:, block].T
-        s, scale = axis_scale(c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8)))
+        s, scale = axis_scale(
+            c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
+        )
         scaled[:, block] *= scale[:, None]
         scatter = np.maximum(scatter, s)
     last = 6 * NODES * len(letters)

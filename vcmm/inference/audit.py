@@ -17,7 +17,7 @@ import numpy as np
 
 from vcmm.core.blocks import Sharing, blocks_of
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, coverage, there
+from vcmm.evaluation.belts import Reading, coverage, there
 from vcmm.evaluation.exact import draw_inputs, exact_values
 from vcmm.evaluation.form_family import OTHER
 from vcmm.evaluation.indication import at_indication
@@ -202,7 +202,7 @@ def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths
     return lengths(inversion.characteristic(i), 0, one.inverse, known, fresh, inversion.settings.p)
 
 
-def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
+def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
     _, indicated, rest = there(k, drawn)
     low, high = inverse.interval(p, indicated, rest)
     return float((high - low).mean())
