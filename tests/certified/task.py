@@ -68,7 +68,9 @@ def scenario_with(folder: Path, certificate: Mapping[str, str], measured: str = 
     stated = [f'{key} = "{value}"' for key, value in certificate.items()]
     if measured:
         stated.append(f"[machine.certificate.measured]\n{measured}")
-    tables = [f'[[part.characteristics]]\nname = "{k}"\ntype = "{k}"\n{v}' for k, v in CHARACTERISTICS.items()]
+    tables = [
+        f'[[part.characteristics]]\nname = "{k}"\ntype = "{k}"\n{v}' for k, v in CHARACTERISTICS.items()
+    ]
     path = folder / "task.toml"
     path.write_text(
         HEAD.format(certificate="\n".join(stated), characteristics="\n".join(tables)), encoding="utf-8"
