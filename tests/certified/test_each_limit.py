@@ -112,7 +112,7 @@ def test_a_limit_does_not_accept_a_bad_part(tmp_path: Path) -> None:
 
 
 def test_what_was_found_is_taken_off(tmp_path: Path) -> None:
-    """R0 0.4 um is a scatter of 0.4 / 4.6 um = 0.09 um, of which 100 points add some 0.3 um: [1.42, 2.23] um in an outside count."""
+    """R0 0.4 um is a scatter of 0.4 / 5.5 = 0.07 um, and the tip adds what P_Form says: [1.42, 2.23] um by an outside count."""
     found = read_round(tmp_path, OF_TEST)
     assert found.interval == pytest.approx((1.42e-3, 2.23e-3), abs=0.1e-3)
     assert found.decision is not None
