@@ -105,7 +105,7 @@ def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) ->
 
 def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """E0 and A together: positions of every axis stay within A, and the worst length still meets E0."""
-    from vcmm.certified.machines import _along, _per_mode, _tables
+    from vcmm.certified.machines import along_axis, per_mode, error_tables
     from vcmm.certified.positioning import axis_run
     from vcmm.core.machine import Machine
 
@@ -116,15 +116,15 @@ def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     machine = load_machine(file)
     c = MachineCertificate(E0=LengthLimit(1.8e-3, 350), R0=0.5e-3, positioning={("A", ""): 1.5e-3})
     drawn = drawn_machines(machine, c)
-    bare = Machine(machine.name, machine.kind, machine.chain, machine.axes, tuple(_tables(machine)[0]))
+    bare = Machine(machine.name, machine.kind, machine.chain, machine.axes, tuple(error_tables(machine)[0]))
     for i, axis in enumerate("XYZ"):
-        along = _along(bare, axis_run(bare, axis), i)
+        along = along_axis(bare, axis_run(bare, axis), i)
         assert np.ptp(drawn.modes @ along.T, axis=1).max() <= 1.5e-3
     lengths_run, lengths = length_run(bare, seven_lines(bare))
-    used = (np.abs(drawn.modes @ _per_mode(bare, lengths_run).T) / c.E0.at(lengths)).max(axis=1)  # type: ignore[union-attr]
+    used = (np.abs(drawn.modes @ per_mode(bare, lengths_run).T) / c.E0.at(lengths)).max(axis=1)  # type: ignore[union-attr]
     assert 0.6 < np.median(used) < 1.05  # scatter and tip use the rest
     alone = geometry_at_limit(machine, c, drawn)
-    again = (np.abs(alone.modes @ _per_mode(bare, lengths_run).T) / c.E0.at(lengths)).max(axis=1)  # type: ignore[union-attr]
+    again = (np.abs(alone.modes @ per_mode(bare, lengths_run).T) / c.E0.at(lengths)).max(axis=1)  # type: ignore[union-attr]
     assert again == pytest.approx(np.ones(len(again)))
     assert len(drawn.mirrored.scatter) == 2 * len(drawn.scatter)
     assert drawn.mirrored.modes.sum(axis=0) == pytest.approx(np.zeros(drawn.modes.shape[1]), abs=1e-12)

@@ -9,6 +9,7 @@ from typing import Any
 
 from vcmm.calibrating.acceptance import Figure, predicted
 from vcmm.certified.certificate import PRIORS, MachineCertificate
+from vcmm.certified.findings import Findings
 from vcmm.core.errors import UsageError
 from vcmm.evaluation.at_limit import CoveredMachines, covered_at_limit
 from vcmm.evaluation.result import UncertaintyResult
@@ -28,6 +29,7 @@ FACTS = (
     "R0_MPL",
     "E150_MPE",
     "iso230_2",
+    "measured",
 )  # in this order they are added
 
 
@@ -77,9 +79,10 @@ def certificate_worth(
         report(known, (len(PRIORS) + i) / whole)
         by_fact += _expanded(known, path, part, settings)
     report("machines at the limit", (whole - 1) / whole)
-    at_limit = load_scenario(path, certificate={**table, "prior": "limit"})
+    limits = {k: v for k, v in table.items() if k != "measured"}
+    at_limit = load_scenario(path, certificate={**limits, "prior": "limit"})
     result = _evaluated(at_limit, settings)
-    covered = covered_at_limit(at_limit.machine, certificate, result)
+    covered = covered_at_limit(at_limit.machine, replace(certificate, found=Findings()), result)
     figures = [
         f for test in ("10360-2", "230-2") if certificate.limits(test)
         for f in predicted(machine, test, certificate.limits(test), settings.seed, 400)

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from vcmm.certified.findings import Findings, over_the_limit
 from vcmm.certified.mpe import parts_of
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
 
 PRIORS: Mapping[str, str] = {
-    "limit": "every machine just passes its test: the cautious choice",
-    "uniform": "machines use any share of their limit, all shares alike",
-    "typical": "machines use about half of their limit",
+    "limit": "a machine may use all of every limit: the cautious choice",
+    "uniform": "machines use any share of every limit, all shares alike",
+    "typical": "machines use about half of every limit",
 }
 COARSEST = 0.2  # mm on the shortest length: measuring arms and the largest machines keep a few hundredths
 POSITIONING = ("A", "E", "R", "B", "M")
@@ -66,6 +67,7 @@ class MachineCertificate:
     size: float | None = None
     positioning: Mapping[tuple[str, str], float] = field(default_factory=dict)
     prior: str = "limit"
+    found: Findings = field(default_factory=Findings)
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:
@@ -88,6 +90,8 @@ class MachineCertificate:
             raise UsageError(
                 "E150_MPE is less than half of E0_MPE: an offset stylus measures no better; check the two limits"
             )
+
+        over_the_limit(self.found, self.E0, {"R0": self.R0, "P_Form": self.form, "P_Size": self.size})
 
     def positioning_limit(self, figure: str, axis: str) -> float | None:
         return self.positioning.get((figure, axis), self.positioning.get((figure, "")))
@@ -121,4 +125,5 @@ class MachineCertificate:
             if x is not None
         ]
         parts += [f"{f}{' ' + a if a else ''} {x * 1e3:g} um" for (f, a), x in self.positioning.items()]
-        return f"certificate: {', '.join(parts)}; prior {self.prior}"
+        found = self.found.words()
+        return f"certificate: {', '.join(parts)}; prior {self.prior}" + (f"; found {found}" if found else "")

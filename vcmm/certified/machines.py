@@ -6,7 +6,8 @@ machine (lognormal factors). The acceptance test itself is simulated on every ma
 scatter), and the geometric errors are multiplied by the one number at which the largest error, each length against its own
 limit, uses the share of the limit that the prior says. What a machine can never do with its scatter and tip alone is left out.
 
-What comes out is what a machine file holds: effects, and Inputs with samples of their joint law.
+These are machines as they pass a test, all errors together. What a machine file says of a machine of which only the limits are
+known is wider: see `each_limit`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from vcmm.certified.positioning import axis_run, axis_scale
 from vcmm.core.effect import Effect, basis
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import EVERY, Input
-from vcmm.core.laws import MultivariateSamples, Normal
+from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.effects import made_for
@@ -34,32 +35,18 @@ SMOOTH = 0.5  # correlation length of the tables over the travel
 SEED = 10360
 
 
-@dataclass(frozen=True, eq=False)
-class CertifiedKnowledge:
-    """Effects and Inputs of a machine that is known by its certificate only."""
-
-    effects: tuple[Effect, ...]
-    inputs: tuple[Input, ...]
-
-
-def certified(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedKnowledge:
-    """Effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep."""
-    effects, _ = _tables(machine)
-    return _knowledge(effects, certificate, drawn_machines(machine, certificate, seed))
-
-
 def drawn_machines(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
-    """The machines themselves, each with its own geometry, tip and scatter: those of which `certified` makes Inputs."""
-    effects, loadings = _tables(machine)
+    """The machines themselves, each with its own geometry, tip and scatter, that pass the test with all of them together."""
+    effects, loadings = error_tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
     rng = np.random.default_rng(seed)
-    modes = _modes(rng, loadings)
+    modes = drawn_modes(rng, loadings)
     if certificate.E0:
         return _by_lengths(bare, certificate, modes, rng)
     return _by_positioning(bare, certificate, modes, rng)
 
 
-def _tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
+def error_tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
     """One effect per component and squareness, all moved by one vector of modes; the kind of each mode."""
     kind = made_for("joint calibration", "[certificate]")
     letters = [a for a in "XYZ" if a in machine.axes]
@@ -101,7 +88,7 @@ def _smooth() -> Array:
     return np.asarray(np.linalg.cholesky(np.exp(-0.5 * gap**2) + 1e-9 * np.eye(NODES)))
 
 
-def _modes(rng: np.random.Generator, kinds: Sequence[str]) -> Array:
+def drawn_modes(rng: np.random.Generator, kinds: Sequence[str]) -> Array:
     """(machines, modes): standard normal, each kind of error with a share of its own."""
     out = rng.normal(size=(DRAWN, len(kinds)))
     for kind in dict.fromkeys(kinds):
@@ -122,7 +109,10 @@ class CertifiedMachines:
     def mirrored(self) -> CertifiedMachines:
         """Every machine, then its mirror image, as the Inputs have them."""
         return CertifiedMachines(
-            _mirrored(self.modes), _mirrored(self.form), _mirrored(self.radius), np.tile(self.scatter, 2)
+            mirrored_rows(self.modes),
+            mirrored_rows(self.form),
+            mirrored_rows(self.radius),
+            np.tile(self.scatter, 2),
         )
 
 
@@ -130,14 +120,14 @@ def geometry_at_limit(machine: Machine, c: MachineCertificate, drawn: CertifiedM
     """The same machines with geometry that uses all of E0 by itself; UsageError without E0."""
     if c.E0 is None:
         raise UsageError("geometry has a limit of its own only where E0_MPE is stated")
-    effects, _ = _tables(machine)
+    effects, _ = error_tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
     run, lengths = length_run(bare, seven_lines(bare))
-    used = (np.abs(drawn.modes @ _per_mode(bare, run).T) / c.E0.at(lengths)).max(axis=1)
+    used = (np.abs(drawn.modes @ per_mode(bare, run).T) / c.E0.at(lengths)).max(axis=1)
     return replace(drawn, modes=drawn.modes / used[:, None])
 
 
-def _shares(rng: np.random.Generator, prior: str, least: float) -> Array:
+def shares_of(rng: np.random.Generator, prior: str, least: float) -> Array:
     """(machines,): which share of its limit a machine uses; with the prior "limit" at least `least` of it."""
     if prior == "limit":
         return rng.uniform(least, 1.0, DRAWN)
@@ -150,22 +140,22 @@ def _by_lengths(
     assert c.E0 is not None
     run, lengths = length_run(machine, seven_lines(machine))
     repeat = c.R0 if c.R0 is not None else min(c.E0.fixed or c.E0(100.0), c.form or np.inf)
-    scatter = _shares(rng, c.prior, 0.8) * repeat / _expected_range(rng, len(lengths))
+    scatter = shares_of(rng, c.prior, 0.8) * repeat / expected_range(rng, len(lengths))
     if c.form is not None:  # scatter alone shows as form of the test sphere
-        scatter = np.minimum(scatter, c.form / _expected_form())
-    form = _tip_forms(rng, c.form if c.form is not None else c.E0.fixed, scatter, _shares(rng, c.prior, 0.8))
+        scatter = np.minimum(scatter, c.form / expected_form())
+    form = tip_forms(rng, c.form if c.form is not None else c.E0.fixed, scatter, shares_of(rng, c.prior, 0.8))
     size = c.size if c.size is not None else 0.5 * c.E0.fixed
-    radius = 0.5 * size * rng.choice([-1.0, 1.0], DRAWN) * _shares(rng, c.prior, 0.0)
-    allowed, per_mode, rest = [c.E0.at(lengths)], [_per_mode(machine, run)], [_reading(run, form, radius)]
+    radius = 0.5 * size * rng.choice([-1.0, 1.0], DRAWN) * shares_of(rng, c.prior, 0.0)
+    allowed, shows, rest = [c.E0.at(lengths)], [per_mode(machine, run)], [tip_reading(run, form, radius)]
     if c.E150 is not None:
         for side in (-RAM, RAM):
             ram, far = length_run(machine, ram_lines(machine), np.array([0.0, side, 0.0]))
             allowed.append(c.E150.at(far))
-            per_mode.append(_per_mode(machine, ram))
-            rest.append(_reading(ram, form, radius))
-    limit, shown, other = np.concatenate(allowed), np.concatenate(per_mode), np.concatenate(rest).T
+            shows.append(per_mode(machine, ram))
+            rest.append(tip_reading(ram, form, radius))
+    limit, shown, other = np.concatenate(allowed), np.concatenate(shows), np.concatenate(rest).T
     noise = np.sqrt(2.0) * scatter[:, None, None] * rng.normal(size=(DRAWN, len(limit), REPEATS))
-    added, share = other[..., None] + noise, _shares(rng, c.prior, 1.0)
+    added, share = other[..., None] + noise, shares_of(rng, c.prior, 1.0)
     scale = _largest_scale(modes @ shown.T, added, limit, share)
     modes = modes * np.maximum(scale, 0.0)[:, None]
     if c.positioning:
@@ -189,10 +179,12 @@ def _kept_by_positioning(
     kept = np.zeros_like(modes)
     for axis in (a for a in "XYZ" if a in machine.axes and c.limits_accuracy(a)):
         run, i = axis_run(machine, axis), "XYZ".index(axis)
-        along = _along(machine, run, i)
+        along = along_axis(machine, run, i)
         own = np.abs(along).max(axis=0) > 0
         shape = modes[:, own] @ along[:, own].T
-        _, most = axis_scale(c, axis, shape, rng, (_shares(rng, c.prior, 1.0), _shares(rng, c.prior, 0.8)))
+        _, most = axis_scale(
+            c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
+        )
         kept[:, own] = modes[:, own] * np.minimum(most, 1.0)[:, None]
     return kept
 
@@ -208,7 +200,7 @@ def _largest_scale(geometry: Array, rest: Array, limit: Array, share: Array) -> 
     return np.where(back.min(axis=1) > 0.0, scale, -1.0)
 
 
-def _per_mode(machine: Machine, run: Run) -> Array:
+def per_mode(machine: Machine, run: Run) -> Array:
     """(m, k) mm: error of every length, indicated - true, per mode."""
     prepared = machine.prepare(run)
     one = Input(
@@ -220,41 +212,41 @@ def _per_mode(machine: Machine, run: Run) -> Array:
     return np.asarray(both[:half] + both[half:])
 
 
-def _reading(run: Run, form: Array, radius: Array) -> Array:
+def tip_reading(run: Run, form: Array, radius: Array) -> Array:
     """(lengths, machines) mm: what the tip adds to both ends."""
-    heights = _harmonics(run.normal) @ form.T
+    heights = tip_harmonics(run.normal) @ form.T
     half = len(heights) // 2
     return np.asarray(heights[:half] + heights[half:] + 2.0 * radius)
 
 
-def _harmonics(normals: Array) -> Array:
+def tip_harmonics(normals: Array) -> Array:
     """(n, 12): height of the tip along each normal per coefficient of its form."""
     effect = made_for("tip out of round", "[certificate]")(coefficients=np.zeros(12))
     run = Run({}, np.zeros((len(normals), 3)), {f"n{c}": normals[:, i] for i, c in enumerate("xyz")})
     return np.asarray(np.einsum("nik,ni->nk", basis(effect, "coefficients", run)[:, :3], normals))
 
 
-def _expected_range(rng: np.random.Generator, lengths: int) -> float:
+def expected_range(rng: np.random.Generator, lengths: int) -> float:
     """Expected largest range of the repeats over all lengths, per standard deviation of one touch (two touches a length)."""
     drawn = np.sqrt(2.0) * rng.normal(size=(2000, lengths, REPEATS))
     return float(np.ptp(drawn, axis=2).max(axis=1).mean())
 
 
-def _expected_form() -> float:
+def expected_form() -> float:
     """Expected form of 25 points on a perfect sphere, per standard deviation of one touch."""
     columns = np.column_stack([np.ones(25), half_sphere()])
     left = np.eye(25) - columns @ np.linalg.pinv(columns)
     return float(np.ptp(np.random.default_rng(25).normal(size=(4000, 25)) @ left, axis=1).mean())
 
 
-def _tip_forms(rng: np.random.Generator, limit: float, scatter: Array, share: Array) -> Array:
+def tip_forms(rng: np.random.Generator, limit: float, scatter: Array, share: Array) -> Array:
     """(machines, 12) mm: forms of the tip with which 25 points of a sphere show the share of the limit, scatter included."""
     normals = half_sphere()
     columns = np.column_stack([np.ones(25), normals])  # size and place of the sphere are fitted
     left = np.eye(25) - columns @ np.linalg.pinv(columns)
     coefficients = rng.normal(size=(DRAWN, 12)) / np.repeat([1.0, 2.0], [5, 7])
     shape, noise = (
-        coefficients @ _harmonics(normals).T @ left,
+        coefficients @ tip_harmonics(normals).T @ left,
         (scatter[:, None] * rng.normal(size=(DRAWN, 25))) @ left,
     )
     low, high = np.zeros(DRAWN), np.full(DRAWN, 10.0 * max(limit, 1e-6))
@@ -288,8 +280,10 @@ def _by_positioning(
     for i, axis in enumerate(letters):
         block = slice(i * 6 * NODES, (i + 1) * 6 * NODES)
         run = axis_run(machine, axis)
-        shape = modes[:, block] @ _along(machine, run, "XYZ".index(axis))[:, block].T
-        s, scale = axis_scale(c, axis, shape, rng, (_shares(rng, c.prior, 1.0), _shares(rng, c.prior, 0.8)))
+        shape = modes[:, block] @ along_axis(machine, run, "XYZ".index(axis))[:, block].T
+        s, scale = axis_scale(
+            c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
+        )
         scaled[:, block] *= scale[:, None]
         scatter = np.maximum(scatter, s)
     last = 6 * NODES * len(letters)
@@ -301,7 +295,7 @@ def _by_positioning(
     return CertifiedMachines(scaled, np.zeros((DRAWN, 12)), np.zeros(DRAWN), scatter)
 
 
-def _along(machine: Machine, run: Run, i: int) -> Array:
+def along_axis(machine: Machine, run: Run, i: int) -> Array:
     """(n, k) mm: error of the position along axis number i, per mode."""
     prepared = machine.prepare(run)
     one = Input(
@@ -310,41 +304,5 @@ def _along(machine: Machine, run: Run, i: int) -> Array:
     return np.asarray(influences(machine, prepared, [one])[0].response[:, i])
 
 
-def _knowledge(
-    effects: Sequence[Effect], c: MachineCertificate, drawn: CertifiedMachines
-) -> CertifiedKnowledge:
-    """Samples as Inputs, about their mean of zero: every machine and its mirror image."""
-    evidence = c.words()
-    touch = made_for("repeatability", "[certificate]")
-    tables = effects[0].name
-    inputs = [
-        Input(tables, EVERY, "modes", MultivariateSamples(_mirrored(drawn.modes)), "machine", evidence),
-        Input(touch.name, "", "value", Normal(float(np.sqrt((drawn.scatter**2).mean()))), "touch", evidence),
-    ]
-    further: list[Effect] = [touch()]
-    if drawn.form.any():
-        tip = made_for("tip out of round", "P_Form_Sph_1x25")
-        further.append(tip(coefficients=np.zeros(12)))
-        inputs.append(
-            Input(
-                tip.name, "", "coefficients", MultivariateSamples(_mirrored(drawn.form)), "machine", evidence
-            )
-        )
-    if drawn.radius.any():
-        size = made_for("tip size", "P_Size_Sph_1x25")
-        further.append(size())
-        inputs.append(
-            Input(
-                size.name,
-                "",
-                "dr",
-                MultivariateSamples(_mirrored(drawn.radius[:, None])),
-                "machine",
-                evidence,
-            )
-        )
-    return CertifiedKnowledge((*effects, *further), tuple(inputs))
-
-
-def _mirrored(samples: Array) -> Array:
+def mirrored_rows(samples: Array) -> Array:
     return np.concatenate([samples, -samples])

@@ -26,11 +26,17 @@ def axis_run(machine: Machine, axis: str) -> Run:
 
 
 def axis_scale(
-    c: MachineCertificate, axis: str, shape: Array, rng: np.random.Generator, shares: tuple[Array, Array]
+    c: MachineCertificate,
+    axis: str,
+    shape: Array,
+    rng: np.random.Generator,
+    shares: tuple[Array, Array],
+    alone: bool = False,
 ) -> tuple[Array, Array]:
     """(standard deviation of one position (m,) mm, factor (m,) of the errors shape (m, targets) mm).
 
-    shares: of the accuracy and of the repeatability limit that every machine uses. UsageError: no limit of the axis.
+    shares: of the accuracy and of the repeatability limit that every machine uses. alone: errors use all of the accuracy limit
+    by themselves, without scatter. UsageError: no limit of the axis.
     """
     accuracy = c.positioning_limit("A", axis)
     plain = c.positioning_limit("E", axis) or c.positioning_limit("M", axis)
@@ -42,7 +48,9 @@ def axis_scale(
     noise = rng.normal(size=(len(shape), TARGETS, RUNS, 2))
     unit = 4.0 * noise.std(axis=2, ddof=1).max(axis=(1, 2))  # R per standard deviation
     scatter = shares[1] * (stated if stated is not None else 0.5 * whole) / float(unit.mean())
-    noise = noise * scatter[:, None, None, None]
+    if alone:
+        scatter = np.minimum(scatter, whole / float(unit.mean()))
+    noise = noise * (0.0 if alone else scatter[:, None, None, None])
     spread = 2.0 * noise.std(axis=2, ddof=1) if accuracy is not None else np.zeros(noise.mean(axis=2).shape)
     mean = noise.mean(axis=2)
     low, high = (

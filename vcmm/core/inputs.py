@@ -28,7 +28,8 @@ class Input:
     law: departure from the estimate, canonical units. A scalar law is drawn independently for every element of an
     array parameter, times `scale` (k,) where given; MultivariateNormal and MultivariateSamples draw all together.
     owner: names the machine where two have a part in one task, so that each has draws of its own. cause: tells apart what
-    makes one quantity uncertain for several physical reasons, each a line of the budget.
+    makes one quantity uncertain for several physical reasons, each a line of the budget. bound: nothing is known but that the
+    quantity is no larger: the law is the far end, and any share of it down to nothing is as possible.
     """
 
     effect: str
@@ -42,6 +43,7 @@ class Input:
     members: tuple[Input, ...] = ()
     shares: Array | None = None
     cause: str = ""
+    bound: bool = False
 
     @property
     def id(self) -> str:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.evaluation.allowed import doubtful
 from vcmm.evaluation.pairs import Pairs
 from vcmm.gps import characteristics as gps
 from vcmm.part.part import Characteristic
@@ -141,6 +142,37 @@ class Inverse:
         return min(f.confidence(high, found, rest) - b for f, b in zip(self.families, below))
 
 
+@dataclass(frozen=True, eq=False)
+class United:
+    """The inverses for all machines that are allowed, from the least to the limit (`vcmm.evaluation.allowed`).
+
+    The interval holds those of all of them. The estimate is that of the least: nothing is taken off that no machine was shown to add.
+    """
+
+    of_share: tuple[Inverse, ...]
+
+    @property
+    def families(self) -> tuple[FamilyInverse, ...]:
+        """At the limit."""
+        return self.of_share[-1].families
+
+    def estimate(self, found: Array, rest: Array | None) -> Array:
+        return self.of_share[0].estimate(found, rest)
+
+    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+        ends = [one.interval(p, found, rest) for one in self.of_share]
+        return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+
+    def sight(self, p: float) -> float:
+        return min(one.sight(p) for one in self.of_share)
+
+    def within(self, low: float, high: float, found: float, rest: float | None) -> float:
+        return doubtful([one.within(low, high, found, rest) for one in self.of_share])
+
+
+Reading = Inverse | United
+
+
 def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse:
     """The inverse of characteristic number `index` from drawn parts, one family after another."""
     return Inverse(tuple(family_inverse(c, index, pairs) for pairs in drawn))
@@ -156,6 +188,8 @@ def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse
         not sorted_by_roughness(c) or rest.max() <= 1e-9
     ):  # as many points as the fits have freedoms: no residuals
         return FamilyInverse((whole,), whole, np.zeros(0), bounded)
+    rough = rest > 1e-9  # parts without form on a machine without errors leave nothing to divide by
+    true, indicated, rest = true[rough], indicated[rough], rest[rough]
     edges = np.quantile(rest, np.arange(1, CLASSES) / CLASSES)
     classes, t, y = np.searchsorted(edges, rest), true / rest, indicated / rest
     belts = [_belt(t[classes == k], y[classes == k], bounded) for k in range(len(edges) + 1)]
@@ -203,7 +237,7 @@ def _smoothed(rows: Array) -> Array:
     return out
 
 
-def coverage(inverse: Inverse, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
+def coverage(inverse: Reading, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
     """Share of drawn parts whose true value lies in the interval for p. seen: read with their roughness."""
     true, found, rest = there(index, drawn)
     low, high = inverse.interval(p, found, rest if seen else None)

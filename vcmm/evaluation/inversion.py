@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, coverage, inverse_of, lost, sorted_by_roughness
+from vcmm.evaluation.belts import Reading, United, coverage, inverse_of, lost, sorted_by_roughness
 from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.form_family import KNOWN, OTHER
 from vcmm.evaluation.linear import LinearModel
@@ -23,13 +23,12 @@ from vcmm.evaluation.pairs import (
     Drawing,
     Largest,
     Pairs,
-    both,
     families,
     machine_part,
     of_input,
-    pairs,
     prepared,
     surfaces,
+    together,
     values,
 )
 from vcmm.evaluation.truth import Limits, Statement
@@ -68,7 +67,7 @@ TOO_FEW = (
 class CountedInverse:
     """The inverse of one characteristic with what was counted of it: parts of the family, parts of another one."""
 
-    inverse: Inverse
+    inverse: Reading
     counted: tuple[float, float]
 
     def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
@@ -219,6 +218,9 @@ class Inverted:
         return replace(said, short=said.short or self.limit)
 
 
+ANY = Largest()
+
+
 @dataclass(frozen=True, eq=False)
 class DrawnParts:
     """Parts of every kind that go as far as `most`, drawn when they are asked for; characteristics number `numbers` of the task."""
@@ -226,7 +228,7 @@ class DrawnParts:
     inversion: Inversion
     numbers: tuple[int, ...]
     most: Largest
-    _kept: dict[str, Sequence[Pairs]] = field(default_factory=dict, repr=False)
+    _kept: dict[str, Sequence[Sequence[Pairs]]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def drawing(self) -> Drawing:
@@ -246,37 +248,50 @@ class DrawnParts:
 
     @property
     def known(self) -> Sequence[Pairs]:
-        """For the belts, one family after another."""
+        """For the belts, one family after another, on machines at their limit."""
+        return self.known_of_shares[-1]
+
+    @property
+    def known_of_shares(self) -> Sequence[Sequence[Pairs]]:
+        """The same for all machines that are allowed."""
         task = self.inversion.drawing.task  # as many parts for all characteristics
         few, many = BY_CONTACT if in_contact(task) else PARTS
         many = int(np.clip(NUMBERS / task.touches.run.n, few, many))
-        return self._of_families("known", int(np.clip(self.settings.trials, few, many)), self.settings.seed)
+        count = int(np.clip(self.settings.trials, few, many)) // len(KNOWN)
+        return self._families("known", count, self.settings.seed, most=self.most)
 
     @property
     def anew(self) -> Sequence[Pairs]:
-        """Of the same families, for counting."""
-        return self._of_families("anew", self.count, self.settings.seed + 1)
-
-    def _of_families(self, what: str, count: int, seed: int) -> Sequence[Pairs]:
-        if what not in self._kept:
-            self._kept[what] = families(self.drawing, count // len(KNOWN), seed, most=self.most)
-        return self._kept[what]
+        """Of the same families, for counting, on all machines that are allowed."""
+        drawn = self._families("anew", self.count // len(KNOWN), self.settings.seed + 1, most=self.most)
+        return [one for of_share in drawn for one in of_share]
 
     @property
-    def other(self) -> Pairs:
+    def other(self) -> Sequence[Pairs]:
         """Of another kind."""
-        if "other" not in self._kept:
-            one = pairs(self.drawing, self.count, self.settings.seed + 2, OTHER, most=self.most)
-            self._kept["other"] = [one]
-        return self._kept["other"][0]
+        drawn = self._families("other", self.count, self.settings.seed + 2, (OTHER,), self.most)
+        return [of_share[0] for of_share in drawn]
 
-    def fixed(self, ratio: float) -> Pairs:
+    def fixed(self, ratio: float) -> Sequence[Pairs]:
         """Of which the form of all is so many times the noise."""
-        what = f"form {ratio:g}"
+        seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
+        drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
+        return [together(of_share) for of_share in drawn]
+
+    def _families(
+        self,
+        what: str,
+        count: int,
+        seed: int,
+        names: Sequence[str] = KNOWN,
+        most: Largest = ANY,
+        ratio: float | None = None,
+    ) -> Sequence[Sequence[Pairs]]:
+        """A list of families for every share of the machines, drawn once."""
         if what not in self._kept:
-            seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
-            self._kept[what] = [both(self.drawing, self.count, seed, ratio=ratio)]
-        return self._kept[what][0]
+            shares = self.drawing.machines.shares
+            self._kept[what] = families(self.drawing, count, seed, names, most, ratio, shares)
+        return self._kept[what]
 
 
 def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inversion:
@@ -300,12 +315,15 @@ def _counted(
     if without > MOST_LOST:
         largest = 1e3 * drawn.most.form * max(drawn.drawing.noise[n] for n in gps.needs(c))
         return NoInverse(NO_ELEMENT.format(without, largest))
-    inverse = inverse_of(c, k, drawn.known)
+    of_share = [inverse_of(c, k, one) for one in drawn.known_of_shares]
+    inverse = of_share[0] if len(of_share) == 1 else United(tuple(of_share))
     blind = sorted_by_roughness(c) and not seen
     at = FIXED_BLIND if blind else FIXED
-    anew = [*drawn.anew, *(drawn.fixed(ratio) for ratio in at)]
-    least = min(coverage(inverse, k, one, p, not blind) for one in anew)
-    return CountedInverse(inverse, (least, coverage(inverse, k, drawn.other, p, not blind)))
+    anew = [*drawn.anew, *(one for ratio in at for one in drawn.fixed(ratio))]
+    least, other = (
+        min(coverage(inverse, k, one, p, not blind) for one in parts) for parts in (anew, drawn.other)
+    )
+    return CountedInverse(inverse, (least, other))
 
 
 def _of_parts(

@@ -16,6 +16,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
+from vcmm.evaluation.allowed import FULL, Share, at_share, shares_allowed, split
 from vcmm.evaluation.dense import surface_model
 from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
@@ -38,6 +39,9 @@ LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so m
 SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form
 APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
+
+
+Measured = tuple[Array, Array, Array]  # of parts: true, indicated, rest
 
 
 @dataclass(frozen=True)
@@ -65,18 +69,27 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Machines:
-    """What drawn machines do to the touches `kept` of a model (None: all); drawn once for parts of every size and kind."""
+    """What drawn machines do to the touches `kept` of a model (None: all); drawn once for parts of every size and kind.
+
+    shares: the machines allowed, from the least to those of the model itself (`vcmm.evaluation.allowed`).
+    """
 
     model: LinearModel
     kept: Ints | None = None
-    _drawn: dict[tuple[int, int, int], Array] = field(default_factory=dict, repr=False)
+    _drawn: dict[tuple[int, int, int], Sequence[Array]] = field(default_factory=dict, repr=False)
 
-    def errors(self, seed: int, first: int, count: int) -> Array:
+    @cached_property
+    def shares(self) -> tuple[Share, ...]:
+        return shares_allowed(self.model.influences)
+
+    def errors(self, seed: int, first: int, count: int, share: Share = FULL) -> Array:
         """Displacements (count, n) of the touches along their normals, see `machine_part`."""
         place = seed, first, count
         if place not in self._drawn:
-            self._drawn[place] = machine_part(self.model, *place)
-        found = self._drawn[place]
+            parts = [self.model] if len(self.shares) == 1 else split(self.model)
+            self._drawn[place] = [machine_part(one, *place) for one in parts]
+        drawn = self._drawn[place]
+        found = drawn[0] if len(drawn) == 1 else at_share(drawn, share)
         return found if self.kept is None else found[:, self.kept]
 
 
@@ -148,6 +161,8 @@ def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array
     Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are drawn together.
     """
     n = model.task.touches.run.n
+    if not model.influences:
+        return np.zeros((count, n))
     if n > FOLDED:
         return _one_by_one(model, seed, first, count)
     of_touches = replace(model, operator=np.eye(n), q0=np.zeros(n))
@@ -187,15 +202,17 @@ def families(
     names: Sequence[str] = KNOWN,
     most: Largest = Largest(),
     ratio: float | None = None,
-) -> list[Pairs]:
-    """`count` parts of each family, measured by the same machines. ratio: form over noise of all parts."""
-    blocks: list[list[tuple[Array, Array, Array]]] = [[] for _ in names]
+    shares: Sequence[Share] = (FULL,),
+) -> list[list[Pairs]]:
+    """`count` parts of each family, measured by the same machines; a list of families for every share. ratio: form over noise of all."""
+    blocks: list[list[list[Measured]]] = [[[] for _ in names] for _ in shares]
     for at in range(0, count, BLOCK):
         size = min(BLOCK, count - at)
-        noise = drawing.machines.errors(seed, at, size)
-        for name, found in zip(names, blocks):
-            found.append(_block(drawing, noise, (seed, at), (name, most, ratio)))
-    return [Pairs(*(np.concatenate(x) for x in zip(*found))) for found in blocks]
+        noise = [drawing.machines.errors(seed, at, size, share) for share in shares]
+        for k, name in enumerate(names):
+            for of_share, found in zip(blocks, _block(drawing, noise, (seed, at), (name, most, ratio))):
+                of_share[k].append(found)
+    return [[Pairs(*(np.concatenate(x) for x in zip(*one))) for one in of_share] for of_share in blocks]
 
 
 def pairs(
@@ -207,23 +224,28 @@ def pairs(
     ratio: float | None = None,
 ) -> Pairs:
     """`count` parts of one family."""
-    return families(drawing, count, seed, (family,), most, ratio)[0]
+    return families(drawing, count, seed, (family,), most, ratio)[0][0]
 
 
 def both(
     drawing: Drawing, count: int, seed: int, most: Largest = Largest(), ratio: float | None = None
 ) -> Pairs:
     """Parts of the families that the inverse knows, as many of each."""
-    drawn = families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)
+    return together(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
+
+
+def together(drawn: Sequence[Pairs]) -> Pairs:
+    """One after the other."""
     return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 
 
 def _block(
-    drawing: Drawing, noise: Array, place: tuple[int, int], how: tuple[str, Largest, float | None]
-) -> tuple[Array, Array, Array]:
-    touched, surface = surfaces(drawing, len(noise), place, how)
-    found = touched + noise
-    return values(drawing.surface, surface), values(drawing.measured, found), _rest(drawing, found)
+    drawing: Drawing, noise: Sequence[Array], place: tuple[int, int], how: tuple[str, Largest, float | None]
+) -> list[Measured]:
+    """The same parts for every noise (count, n)."""
+    touched, surface = surfaces(drawing, len(noise[0]), place, how)
+    true = values(drawing.surface, surface)
+    return [(true, values(drawing.measured, touched + one), _rest(drawing, touched + one)) for one in noise]
 
 
 def surfaces(

@@ -7,6 +7,7 @@ from typing import Any
 
 from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.files.certificate_findings import findings_in
 from vcmm.files.certificate_keys import stated_keys
 from vcmm.files.machine_tables import CertificateTable, MachineFile, found_machine
 from vcmm.files.problems import TableProblems
@@ -34,9 +35,10 @@ def certificate_from(table: CertificateTable) -> MachineCertificate:
     lengths = {name: limit(name, length_limit) for name in ("E0", "E150")}
     values = lengths | {name: limit(name, short_limit) for name in ("R0", "form", "size")}
     positioning = _positioning(table.iso230_2 or {}, found)
+    findings = findings_in(table.measured or {}, found)
     if found:
         raise TableProblems(found)
-    return MachineCertificate(**values, positioning=positioning, prior=table.prior)  # type: ignore[arg-type]
+    return MachineCertificate(**values, positioning=positioning, prior=table.prior, found=findings)  # type: ignore[arg-type]
 
 
 def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tuple[str, str], float]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.certified.certificate import MachineCertificate
-from vcmm.certified.machines import CertifiedKnowledge, certified
+from vcmm.certified.known import CertifiedKnowledge, certified, passing_machines
 from vcmm.core.axes import ALLOWED, is_axis, is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.expansions import unusual_expansion
@@ -35,21 +35,27 @@ def load_machine(path: str | Path) -> Machine:
 
 
 def load_machine_of(path: str | Path) -> Machine:
-    """The machine of a machine file or of a scenario, without the part's effects."""
-    return machine_from(*found_machine(path))
+    """The machine of a machine file or of a scenario, without the part's effects, as it takes its acceptance test.
+
+    Of a machine of which only a certificate is known these are machines that pass it with all their errors together.
+    """
+    return machine_from(*found_machine(path), passing=True)
 
 
-def machine_from(document: Document, data: dict[str, Any], at: Location) -> Machine:
-    """A machine table (a file, or [machine] of a scenario) to a Machine. Raises DataError with every problem."""
+def machine_from(document: Document, data: dict[str, Any], at: Location, *, passing: bool = False) -> Machine:
+    """A machine table (a file, or [machine] of a scenario) to a Machine. Raises DataError with every problem.
+
+    passing: errors that a certificate allows are those of machines that pass its test, and not all that each limit allows.
+    """
     problems = Problems(document)
-    machine = _checked_machine(document, data, at, problems)
+    machine = _checked_machine(document, data, at, problems, passing)
     problems.raise_if_any()
     assert machine is not None
     return machine
 
 
 def _checked_machine(
-    document: Document, data: dict[str, Any], at: Location, problems: Problems
+    document: Document, data: dict[str, Any], at: Location, problems: Problems, passing: bool
 ) -> Machine | None:
     before = len(problems.found)
     model = checked_model(MachineFile, {"vcmm": "machine/1", **data}, problems, at)
@@ -85,7 +91,7 @@ def _checked_machine(
         certificate = problems.attempt(here, lambda: certificate_from(stated))
         if certificate is None:
             return None
-        known = problems.attempt(here, lambda: _certified(machine, model, certificate))
+        known = problems.attempt(here, lambda: _certified(machine, model, certificate, passing))
         bare = replace(machine, remarks=(*machine.remarks, *certificate_remarks(stated, certificate)))
         effects += known.effects if known else ()
         inputs += known.inputs if known else ()
@@ -99,12 +105,12 @@ def _of_scales(model: MachineFile) -> tuple[str, ...]:
 
 
 def _certified(
-    machine: Machine, model: MachineFile, certificate: MachineCertificate
+    machine: Machine, model: MachineFile, certificate: MachineCertificate, passing: bool
 ) -> CertifiedKnowledge | None:
     """What the certificate says of the errors, where the file itself does not state them; its scatter is that of the file."""
     if model.errors is not None or model.effects:
         return None
-    known = certified(machine, certificate)
+    known = passing_machines(machine, certificate) if passing else certified(machine, certificate)
     if model.repeatability is None:
         return known
     return replace(

@@ -102,6 +102,10 @@ class CertificateTable(Table):
     PLTM_MPE: str | None = None
     iso230_2: dict[str, str] | None = Field(default=None, examples=['{ A = "8 um", R = "4 um" }'])
     prior: str = Field(default="limit", examples=['"limit"'])
+    measured: dict[str, Any] | None = Field(
+        default=None,
+        examples=['{ R0 = "0.8 um", P_Form = "0.9 um", E0_largest = { error = "1.1 um", u = "0.15 um" } }'],
+    )
 
 
 class MachineFile(Table):

@@ -17,11 +17,18 @@ import numpy as np
 
 from vcmm.core.blocks import Sharing, blocks_of
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, coverage, there
+from vcmm.evaluation.belts import Reading, United, coverage, there
 from vcmm.evaluation.exact import draw_inputs, exact_values
 from vcmm.evaluation.form_family import OTHER
 from vcmm.evaluation.indication import at_indication
-from vcmm.evaluation.inversion import LEAST, LEAST_OTHER, CountedInverse, Inversion, Inverted
+from vcmm.evaluation.inversion import (
+    LEAST,
+    LEAST_OTHER,
+    CountedInverse,
+    Inversion,
+    Inverted,
+    NoInverse,
+)
 from vcmm.evaluation.pairs import Pairs, both, pairs
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
@@ -185,9 +192,14 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return Audited(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
-        claimed=not why, least=least, most=p + ABOVE if kind == PRIOR else 1.0, why=why,
+        claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(one) else 1.0, why=why,
         oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
     )  # fmt: skip
+
+
+def _wider(one: CountedInverse | NoInverse) -> bool:
+    """Whether its interval also holds what better machines than those counted here would say (`vcmm.evaluation.allowed`)."""
+    return isinstance(one, CountedInverse) and isinstance(one.inverse, United)
 
 
 def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
@@ -202,7 +214,7 @@ def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths
     return lengths(inversion.characteristic(i), 0, one.inverse, known, fresh, inversion.settings.p)
 
 
-def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
+def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
     _, indicated, rest = there(k, drawn)
     low, high = inverse.interval(p, indicated, rest)
     return float((high - low).mean())

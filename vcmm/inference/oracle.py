@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, sorted_by_roughness, there
+from vcmm.evaluation.belts import Reading, sorted_by_roughness, there
 from vcmm.evaluation.pairs import Pairs
 from vcmm.gps import characteristics as gps
 from vcmm.part.part import Characteristic
@@ -43,7 +43,7 @@ class IntervalLengths:
 
 
 def lengths(
-    c: Characteristic, k: int, inverse: Inverse, known: Sequence[Pairs], drawn: Sequence[Pairs], p: float
+    c: Characteristic, k: int, inverse: Reading, known: Sequence[Pairs], drawn: Sequence[Pairs], p: float
 ) -> IntervalLengths:
     """c: characteristic in column k; known: parts per family from which belts and oracle are made; drawn: others, to count."""
     found = []

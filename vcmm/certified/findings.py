@@ -1,0 +1,66 @@
+"""What the acceptance test of a machine found: observations beside the limits of its certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from vcmm.core.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Found:
+    """One figure of the test as found, mm, with its standard uncertainty."""
+
+    error: float
+    u: float = 0.0
+
+
+@dataclass(frozen=True)
+class Findings:
+    """lengths: (length mm, error as found there); largest: largest |error| of all lengths; None where nothing is told."""
+
+    lengths: tuple[tuple[float, Found], ...] = ()
+    largest: Found | None = None
+    R0: Found | None = None
+    form: Found | None = None
+    size: Found | None = None
+
+    def __bool__(self) -> bool:
+        return bool(self.lengths) or any(x is not None for x in (self.largest, self.R0, self.form, self.size))
+
+    def words(self) -> str:
+        """What was found, as evidence of an Input; empty where nothing was."""
+        named = {"E0_largest": self.largest, "R0": self.R0, "P_Form": self.form, "P_Size": self.size}
+        parts = [f"{n} {_um(x)}" for n, x in named.items() if x is not None]
+        if self.lengths:
+            worst = max((f for _, f in self.lengths), key=lambda f: abs(f.error))
+            parts.insert(0, f"E0 on {len(self.lengths)} lengths, at most {_um(worst)}")
+        return ", ".join(parts)
+
+
+def _um(one: Found) -> str:
+    return f"{abs(one.error) * 1e3:g} um" + (f" (u {one.u * 1e3:g} um)" if one.u else "")
+
+
+def over_the_limit(
+    found: Findings, e0: Callable[[float], float] | None, short: Mapping[str, float | None]
+) -> None:
+    """UsageError for a finding above the limit of the certificate, by name, and for lengths without one."""
+    if (found.lengths or found.largest) and e0 is None:
+        raise UsageError("measured E0 needs its limit E0_MPE beside it; state E0_MPE")
+    problems = [
+        f"measured E0 at {length:g} mm: {abs(f.error) * 1e3:g} um is more than E0_MPE allows there ({e0(length) * 1e3:g} um)"
+        for length, f in found.lengths
+        if e0 is not None and abs(f.error) > e0(length)
+    ]
+    named = {"R0": found.R0, "P_Form": found.form, "P_Size": found.size}
+    problems += [
+        f"measured {n}: {f.error * 1e3:g} um is more than its limit of {limit * 1e3:g} um"
+        for n, f in named.items()
+        if f is not None and (limit := short.get(n)) is not None and f.error > limit
+    ]
+    if problems:
+        raise UsageError(
+            f"{'; '.join(problems)}: such a machine did not pass. Correct the value, or state the limit that it was held to"
+        )
