@@ -44,6 +44,7 @@ LOBES, HALF_WAVES, FLAT = (
 )  # single shapes: lobes; half waves along each side of a plane; waves of a plane in all
 POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number
 DRAWS, SIZES = 400, 64
+USED = 2000  # points of a feature of which residuals are read: forms of a few waves ask for no more
 CAP = 1000.0  # largest form over noise or residuals that is thought of
 SEEN = 1e-4  # of a shape, left by the fit: less is the spacing of the points by chance
 MOVES = 0.03  # an end that moves by more when the largest form is halved has no bound
@@ -91,10 +92,13 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class FeatureForms:
-    """All shapes of one feature, and the noise that the machine leaves in its residuals, root mean square, mm."""
+    """All shapes of one feature, and the noise that the machine leaves in its residuals, root mean square, mm. Of many points the
+    residuals of one in `every` is read.
+    """
 
     name: str
     points: int
+    every: int
     shapes: tuple[Shape, ...]
     noise: float
     known: Array  # (n,) what of the known errors of the machine stands in the residuals
@@ -136,34 +140,42 @@ def forms_of(
 
 
 def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int, Array]) -> FeatureForms:
-    t = model.task.touches
-    ground = Ground(feature, (t.points[rows], all_over(feature, t.points[rows])))
-    here, dense = (w.T for w in ground.waves)  # (n, c), (N, c)
-    moved = _moved(feature, t.points[rows])
-    left = here - moved @ here
-    error = (model.world.errors()[rows] * t.run.normal[rows]).sum(axis=1)
-    kept = np.linalg.norm(dense, axis=0) > 1e-6 * np.sqrt(len(dense))
-    basis, strengths, _ = np.linalg.svd(left[:, kept] / np.sqrt(len(rows)), full_matrices=False)
+    t, every = model.task.touches, -(-len(rows) // USED)
+    few = rows[::every]
+    at, dense = t.points[few], all_over(feature, t.points[few])
+    here, whole = (w.T for w in Ground(feature, (at, dense)).waves)  # (n, c), (N, c)
+    met = {i: _met(feature, t.points[rows], dense, a) for i, a in across.items()}
+    moved = _motions(feature, at)
+    left = here - moved @ (moved.T @ here)
+    error = (model.world.errors()[few] * t.run.normal[few]).sum(axis=1)
+    kept = np.linalg.norm(whole, axis=0) > 1e-6 * np.sqrt(len(whole))
+    basis, strengths, _ = np.linalg.svd(left[:, kept] / np.sqrt(len(few)), full_matrices=False)
     basis = basis[:, strengths > SEEN]
-    whitening, noise = _whitening(model, rows, basis)
+    whitening, noise = _whitening(model, few, basis)
     shapes = [
-        _shape(words, weight * kept, (here, dense, left), whitening @ basis.T, across)
+        _shape(words, weight * kept, (left, whole), whitening @ basis.T, met)
         for words, weight in _kinds(feature)
         if (weight * kept).any()
     ]
-    most = max(s.waves for s in shapes)
-    normals = np.random.default_rng(0).standard_normal((most, DRAWS))
-    return FeatureForms(feature.name, len(rows), tuple(shapes), noise, error - moved @ error, normals)
+    normals = np.random.default_rng(0).standard_normal((max(s.waves for s in shapes), DRAWS))
+    known = error - moved @ (moved.T @ error)
+    return FeatureForms(feature.name, len(rows), every, tuple(shapes), noise, known, normals)
 
 
-def _moved(feature: Feature, points: Array) -> Array:
-    """(n, n): what motions and sizes of the feature take up of displacements at its points."""
+def _met(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
+    """(c,): what each wave moves a result by that changes by across (n,) per height of the points, a block of them at a time."""
+    blocks = range(0, len(points), USED)
+    waves = ((Ground(feature, (points[k : k + USED], dense)).waves[0], across[k : k + USED]) for k in blocks)
+    return np.asarray(sum(w @ a for w, a in waves))
+
+
+def _motions(feature: Feature, points: Array) -> Array:
+    """(n, k) orthonormal: displacements of its points that motions and sizes of the feature take up."""
     columns = motions(feature, points, normal(feature, points))
     largest = np.abs(columns).max(axis=0)
     columns = columns[:, largest > 1e-9] / largest[largest > 1e-9]
     basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    basis = basis[:, sizes > 1e-9 * sizes[0]]
-    return np.asarray(basis @ basis.T)
+    return np.asarray(basis[:, sizes > 1e-9 * sizes[0]])
 
 
 def _whitening(model: LinearModel, rows: Ints, basis: Array) -> tuple[Array, float]:
@@ -216,16 +228,18 @@ def _half_waves(m: int, n: int, flat: bool) -> str:
 
 
 def _shape(
-    words: str, weight: Array, waves: tuple[Array, Array, Array], seeing: Array, across: Mapping[int, Array]
+    words: str, weight: Array, waves: tuple[Array, Array], seeing: Array, met: Mapping[int, Array]
 ) -> Shape:
-    """waves: at the points (n, c), all over (N, c), and what the fit leaves of them (n, c); seeing (d, n): residuals to independent numbers."""
+    """waves: what the fit leaves of them at the points (n, c), and all over (N, c); seeing (d, n): residuals to independent numbers;
+    met: per characteristic what each wave moves it by (c,).
+    """
     used = weight > 0
-    here, dense, left = (w[:, used] * weight[used] for w in waves)
-    whole = np.sqrt((dense**2).sum() / len(dense))
-    none = np.zeros((0, 0)), np.zeros(0), np.eye(here.shape[1])
-    p, s, q = np.linalg.svd(seeing @ left / whole) if len(seeing) else none
+    left, whole = (w[:, used] * weight[used] for w in waves)
+    size = np.sqrt((whole**2).sum() / len(whole))
+    none = np.zeros((0, 0)), np.zeros(0), np.eye(left.shape[1])
+    p, s, q = np.linalg.svd(seeing @ left / size) if len(seeing) else none
     k = int((s > SEEN * max(float(s.max(initial=0.0)), 1.0)).sum())
-    reach = {i: q @ (here.T @ a) / whole for i, a in across.items()}
+    reach = {i: q @ (m[used] * weight[used]) / size for i, m in met.items()}
     return Shape(words, p[:, :k].T @ seeing, s[:k], reach)
 
 
@@ -233,7 +247,7 @@ def told_by(
     forms: FeatureForms, residuals: Array, p: float, floors: Mapping[int, float]
 ) -> dict[int, FormTold]:
     """By residuals (n,) along the normals: how far the form moves each characteristic. floors: half of its U without any form, mm or rad."""
-    residuals = residuals - forms.known
+    residuals = residuals[:: forms.every] - forms.known
     found = float(np.sqrt((residuals**2).mean()))
     grid = np.geomspace(LEAST * forms.noise, CAP * max(forms.noise, found), SIZES)
     logs = [s.evidence(residuals, grid) for s in forms.shapes]

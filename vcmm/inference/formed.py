@@ -14,7 +14,7 @@ from vcmm.evaluation.truth import Additive
 from vcmm.evaluation.widened import together, widened
 from vcmm.inference.between_points import FormTold
 
-MATTERS = 1e-3  # of u: less is no line
+MATTERS = 1e-3  # of U: less is no line
 UNSEEN = "what lies between the points has no bound"
 NAMED = 3  # forms that a reason names
 CURE = 'touch more points, all over the feature, or state what is known of its form (form = { amplitude = "1 um" })'
@@ -33,16 +33,17 @@ def with_form(c: CharacteristicResult, told: Sequence[FormTold]) -> Characterist
     why = c.why_not_shown or _unseen(told)
     c = replace(c, why_not_shown=why, coverage_shown=not why)
     added = [(one, float(np.sqrt((one.sizes**2).mean()))) for one in told]
-    added = [(one, u) for one, u in added if u > MATTERS * c.u]
+    added = [(one, u) for one, u in added if u > MATTERS * c.expanded]
     if not added:
         return c
     u = float(np.sqrt(c.u**2 + sum(u**2 for _, u in added)))
-    lines = [replace(line, share=line.share * (c.u / u) ** 2) for line in c.budget]
+    rest = (c.u / u) ** 2 if np.isfinite(u) else 1.0
+    lines = [replace(line, share=line.share * rest) for line in c.budget]
     lines += [_line(one, own, u) for one, own in added]
     law = widened(truth.law, together([one.sizes for one, _ in added]))
     return replace(
         c, u=u, budget=PlottedBudget(sorted(lines, key=lambda line: -line.u)), truth=replace(truth, law=law),
-        interaction_share=c.interaction_share * (c.u / u) ** 2,
+        interaction_share=c.interaction_share * rest,
     )  # fmt: skip
 
 
