@@ -94,9 +94,12 @@ def test_several_parts_and_what_each_says(tmp_path: Path, capsys: pytest.Capture
                 assert c["true_value"]["coverage_claimed"] is True
                 assert low <= c["true_value"]["estimate_mm"] <= high
             else:
-                assert c["true_value"] is None
+                assert c["true_value"]["interval_mm"] == [low, high]
+                assert c["true_value"]["estimate_mm"] == c["value_mm"]
+                assert c["true_value"]["coverage_claimed"] is False  # eight angles do not see eight lobes
+                assert "at the 16 points of bore" in c["true_value"]["reason"]
                 assert low < c["value_mm"] < high
-    assert code == 0  # the bore lies at its lower limit: undecided
+    assert code == 0  # the bore is undecided
 
 
 def test_values_and_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,9 +20,11 @@ from vcmm.evaluation.montecarlo import simulate
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import with_products
 from vcmm.evaluation.truth import Additive
+from vcmm.evaluation.widened import Widened
 from vcmm.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED
 
 TRIALS = 100_000
+FORMS = 5  # names the stream of forms between points
 
 
 @dataclass(frozen=True)
@@ -67,13 +69,20 @@ def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, f
     terms, values = with_products(model, model.terms())
     start = np.zeros(len(terms[0].gain) if terms else len(model.q0))
     start[: len(model.q0)] = model.q0
-    held = 0
+    held, rng = 0, np.random.default_rng([seed, FORMS])
     for block in simulate(start, terms, seed=seed, trials=TRIALS):
         drawn, inside = values(block), np.ones(len(block), dtype=bool)
         for c, y in together:
-            inside &= _within(c, y, drawn[:, order.index(c.name)])
+            inside &= _within(c, y, drawn[:, order.index(c.name)] + _by_form(c, len(block), rng))
         held += int(inside.sum())
     return held / TRIALS
+
+
+def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> Array:
+    """(m,): what a form between the points adds, of every characteristic by itself."""
+    if not isinstance(c.truth, Additive) or not isinstance(c.truth.law, Widened):
+        return np.zeros(count)
+    return np.asarray(rng.choice(c.truth.law.sizes, count) * rng.choice([-1.0, 1.0], count))
 
 
 def _within(c: CharacteristicResult, y: float, drawn: Array) -> Array:

@@ -7,6 +7,7 @@ form = { amplitude = "1 um" }                                nothing but its siz
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,9 @@ PHASES, SHAPES = 720, 2000
 
 
 def without_unknown(task: Task) -> Task:
-    """The task with its known forms only: what is not known of them is drawn."""
+    """The task with its known forms only: what is not known of them is drawn. Measured points hold the form that they met: it stays."""
+    if task.from_points:
+        return task
     out = task.form.copy()
     for name, form in task.forms.items():
         rows = task.touches.rows.get(name)
@@ -79,6 +82,8 @@ def true_values(task: Task) -> Array:
     known = {n: f for n, f in task.forms.items() if f.known and n in task.touches.rows}
     if not known:
         return task.without_errors
+    if task.from_points:
+        return _less_known(task, known)
     still = np.zeros((task.touches.run.n, 3))
     points = {n: measured_points(task, still)[rows] for n, rows in task.touches.rows.items()}
     fitted = fit_features(task, measured_points(task, still))
@@ -87,6 +92,15 @@ def true_values(task: Task) -> Array:
         points[name], fitted[name] = _whole(feature, form)
     part = task.part
     return evaluate_all(task, with_criteria(part.characteristics, part.features, points.__getitem__, fitted))
+
+
+def _less_known(task: Task, known: Mapping[str, Lobes]) -> Array:
+    """Characteristics (C,) of measured points less the known forms at them, which have no size, place or direction of their own."""
+    form = task.form.copy()
+    for name, one in known.items():
+        rows = task.touches.rows[name]
+        form[rows] -= one.deviation(task.part.features[name], task.touches.points[rows])
+    return replace(task, form=form).without_errors
 
 
 def _whole(feature: Feature, form: Lobes) -> tuple[Array, Fitted]:

@@ -13,6 +13,7 @@ from typing import Protocol
 
 from vcmm.evaluation.interval import Linear
 from vcmm.evaluation.summary import Summary
+from vcmm.evaluation.widened import Widened
 
 MORE_MISSES = 0.1  # an interval for p may miss this share more often than 1 - p says: 5.5 % for 95 %
 Limits = tuple[float, float]
@@ -47,7 +48,7 @@ class Additive:
     error: mean of the law beyond `at`, which laws of samples may have; shift: the known bias that is taken off.
     """
 
-    law: Linear | Summary
+    law: Linear | Summary | Widened
     at: float
     error: float = 0.0
     shift: float = 0.0
@@ -55,7 +56,7 @@ class Additive:
     def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
         return _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
 
-    def of(self, y: float) -> Linear | Summary:
+    def of(self, y: float) -> Linear | Summary | Widened:
         """The law of the true value."""
         return self.law.reflected(y - self.shift + self.at)
 
@@ -78,7 +79,7 @@ class Predicted:
 
 
 def _statement(
-    law: Linear | Summary, estimate: float, p: float, kind: str, limits: Limits | None
+    law: Linear | Summary | Widened, estimate: float, p: float, kind: str, limits: Limits | None
 ) -> Statement:
     return Statement(estimate, law.interval(p, kind), None if limits is None else law.probability(*limits))
 

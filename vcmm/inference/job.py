@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,10 +19,13 @@ from vcmm.evaluation.pairs import rest_of
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate, warnings_of
+from vcmm.fit import Fitted
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
+from vcmm.inference.between_points import FeatureForms, FormTold, forms_of, told_by
 from vcmm.inference.checked import repeated
 from vcmm.inference.coarse_mesh import coarse_mesh
+from vcmm.inference.formed import UNSEEN, is_widened, with_form
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.points import measured_task
 from vcmm.measuring.scenario import Scenario
@@ -43,10 +47,11 @@ UNITS_TAKEN = {
 
 @dataclass(frozen=True, eq=False)
 class Evaluated:
-    """One characteristic of one measured part. measured: as handed in or as the points give it, mm or rad."""
+    """One characteristic of one measured part. measured: as handed in or as the points give it, mm or rad; by_points: which."""
 
     result: CharacteristicResult
     measured: float
+    by_points: bool = False
 
     @property
     def unit(self) -> str:
@@ -98,6 +103,23 @@ class PreparedTask:
             out[list(self.inversion.numbers)] = rest_of(self.inversion.drawing, points)
         return out
 
+    @cached_property
+    def forms(self) -> tuple[FeatureForms, ...]:
+        """Forms of the features that move sizes, distances and angles, but those that the scenario states."""
+        smooth = [i for i, c in enumerate(self.result.characteristics) if is_widened(c)]
+        return forms_of(self.result.model, smooth, self.task.forms) if smooth else ()
+
+    def told(self, task: Task, fitted: Mapping[str, Fitted]) -> dict[int, list[FormTold]]:
+        """By characteristic: what the residuals of its features say of the form between their points."""
+        p, out = self.result.characteristics[0].p, defaultdict[int, list[FormTold]](list)
+        for one in self.forms:
+            rows, found = task.touches.rows[one.name], fitted[one.name]
+            side = np.sign((found.normals * task.touches.normals[rows]).sum(axis=1))
+            floors = {i: self.result.characteristics[i].expanded for i in one.moves}
+            for i, form in told_by(one, side * found.residuals, p, floors).items():
+                out[i].append(form)
+        return out
+
 
 def evaluate_points(
     scenario: Scenario,
@@ -120,11 +142,21 @@ def evaluate_points(
         measured = np.asarray(evaluate_all(task, fitted))
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
-        rest = known.rest(points)
+        rest, forms = known.rest(points), known.told(task, fitted)
         coarse = coarse_mesh(task, known.result.characteristics)
         said = (*notes(task.part.characteristics, fitted), *coarse, *repeated(one))
         out.append(
-            _part(scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said)
+            _part(
+                scenario,
+                one.part,
+                known,
+                measured,
+                rest,
+                settings=chosen,
+                report=report,
+                said=said,
+                forms=forms,
+            )
         )
     return tuple(out)
 
@@ -223,8 +255,11 @@ def _part(
     settings: Settings,
     report: Progress,
     said: Sequence[str] = (),
+    forms: Mapping[int, Sequence[FormTold]] | None = None,
 ) -> EvaluatedPart:
-    """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points."""
+    """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
+    the form between them, by characteristic.
+    """
     rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
     found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
     if known.inversion is not None:
@@ -232,7 +267,8 @@ def _part(
     results, out = known.result.characteristics, []
     for n, (i, y, own) in enumerate(found):
         report(f"true value of {results[i].name}", n / len(found))
-        out.append(Evaluated(_read(results[i], y, own, settings), y))
+        one = with_form(results[i], (forms or {}).get(i, ()))
+        out.append(Evaluated(_read(one, y, own, settings), y, forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
@@ -247,7 +283,8 @@ def _not_claimed(found: Sequence[Evaluated]) -> list[str]:
     return [
         f"{e.result.name}: {e.result.why_not_shown}"
         for e in found
-        if e.result.true_value and not e.result.true_value.claimed
+        if (e.result.true_value and not e.result.true_value.claimed)
+        or e.result.why_not_shown.startswith(UNSEEN)
     ]
 
 

@@ -59,7 +59,10 @@ def _task(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array, st
     placed_touches = touches(
         replace(scenario.plan, steps=tuple(steps)), scenario.pose, machine, scenario.constants
     )
-    bare = Task(machine, scenario.part, scenario.plan, placed_touches, machine.inputs, np.zeros(len(order)))
+    bare = Task(
+        machine, scenario.part, scenario.plan, placed_touches, machine.inputs, np.zeros(len(order)),
+        forms=scenario.forms, from_points=True,
+    )  # fmt: skip
     indicated = measured_points(bare, machine.indication_error(placed_touches.run))
     beside = ((points[order] - indicated) * placed_touches.normals).sum(axis=1)
     return replace(bare, form=beside / (per_normal(placed_touches) * placed_touches.normals).sum(axis=1))

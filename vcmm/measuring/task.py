@@ -44,6 +44,9 @@ class Task:
     forms: Mapping[str, Lobes] = field(
         default_factory=dict
     )  # stated ones, of which `form` holds what is known
+    from_points: bool = (
+        False  # `form` is what measured points lie beside the nominal surface, stated forms included
+    )
 
     @cached_property
     def without_errors(self) -> Array:

@@ -133,7 +133,20 @@ def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
         f"estimate_{c.unit}": t.estimate,
         f"interval_{c.unit}": list(t.interval),
         "coverage_claimed": t.claimed,
+        "reason": None if t.claimed else c.why_not_shown,
         **counted,
+    }
+
+
+def true_value_by_points(c: CharacteristicResult) -> dict[str, Any] | None:
+    """The true value of any characteristic of measured points; of a size, distance or angle that of its interval."""
+    if c.true_value is not None:
+        return _true_value(c)
+    return {
+        f"estimate_{c.unit}": c.value,
+        f"interval_{c.unit}": list(c.interval),
+        "coverage_claimed": c.coverage_shown,
+        "reason": c.why_not_shown or None,
     }
 
 

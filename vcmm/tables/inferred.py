@@ -10,7 +10,7 @@ from vcmm.evaluation.jointly import JointJudgement
 from vcmm.evaluation.result import BIAS_LEFT_IN
 from vcmm.evaluation.truth import Additive
 from vcmm.inference.job import Evaluated, EvaluatedPart
-from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform
+from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform, true_value_by_points
 from vcmm.tables.quantities import DEVIATION, LENGTH, SPAN, percent
 from vcmm.tables.table import Column, ResultTable, csv_text, entry, records
 
@@ -24,8 +24,14 @@ def _of_result(column: Column[Any]) -> Column[Evaluated]:
     return replace(column, cell=cell)
 
 
+def _true_value(e: Evaluated) -> dict[str, Any] | None:
+    """Of points every characteristic has one: their residuals say what a value alone does not."""
+    return true_value_by_points(e.result) if e.by_points else TRUE_VALUE.cell(e.result)
+
+
+TRUE_VALUE = next(c for c in RESULTS if c.key == "true_value")
 DOCUMENT: tuple[Column[Evaluated], ...] = (
-    *(_of_result(c) for c in RESULTS),
+    *(entry("true_value", _true_value) if c is TRUE_VALUE else _of_result(c) for c in RESULTS),
     entry("measured_{unit}", lambda e: e.measured),
 )
 
