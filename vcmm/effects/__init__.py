@@ -45,6 +45,7 @@ from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
 from vcmm.effects.reversal_curve import LostMotionCurve, LostMotionTable
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
+from vcmm.effects.digits import Resolution
 from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.setting import ProbeTouch, ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.spindle_load import SpindleLoadGrowth
@@ -133,6 +134,7 @@ ALL: tuple[type[Effect], ...] = (
     ResidualField,
     CorrelatedField,
     Scatter,
+    Resolution,
 )
 BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in ALL}
 

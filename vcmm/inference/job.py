@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,8 +22,10 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
 from vcmm.inference.checked import repeated
 from vcmm.inference.coarse_mesh import coarse_mesh
+from vcmm.inference.examined import examined, withheld
 from vcmm.inference.given import GivenPoints, GivenValue
-from vcmm.inference.points import measured_task
+from vcmm.inference.points import task_and_rows
+from vcmm.inference.residual_tests import ResidualTests
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
@@ -85,6 +87,11 @@ class PreparedTask:
         apart = np.abs(mine.points - other.points).max(), np.abs(mine.pose.shift - other.pose.shift).max()
         return bool(max(apart) <= NEAR)
 
+    @cached_property
+    def tests(self) -> ResidualTests:
+        """Of the residuals of measured points; their nulls are drawn when first asked for."""
+        return ResidualTests(self.result.model, self.result.seed)
+
     @property
     def inversion(self) -> Inversion | None:
         """The belts, where a characteristic is extreme."""
@@ -114,17 +121,21 @@ def evaluate_points(
     known: PreparedTask | None = None
     for i, one in enumerate(given):
         report(f"part {one.part}" if one.part else "points", i / len(given))
-        task = measured_task(scenario, one, in_machine, tip_centres)
+        task, rows = task_and_rows(scenario, one, in_machine, tip_centres)
         points = measured_points(task, task.machine.indication_error(task.touches.run))
         fitted = fit_features(task, points)
         measured = np.asarray(evaluate_all(task, fitted))
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest = known.rest(points)
+        doubts = examined(known.tests, task, (points, fitted), (one, rows), known.result)
         coarse = coarse_mesh(task, known.result.characteristics)
-        said = (*notes(task.part.characteristics, fitted), *coarse, *repeated(one))
+        said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repeated(one))
+        why = doubts.reasons(task, known.result)
         out.append(
-            _part(scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said)
+            _part(
+                scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said, doubts=why
+            )
         )
     return tuple(out)
 
@@ -217,8 +228,11 @@ def _part(
     settings: Settings,
     report: Progress,
     said: Sequence[str] = (),
+    doubts: Mapping[str, str] | None = None,
 ) -> EvaluatedPart:
-    """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points."""
+    """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points. doubts: by the name
+    of a characteristic, why its coverage may not be claimed.
+    """
     rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
     found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
     if known.inversion is not None:
@@ -226,7 +240,7 @@ def _part(
     results, out = known.result.characteristics, []
     for n, (i, y, own) in enumerate(found):
         report(f"true value of {results[i].name}", n / len(found))
-        out.append(Evaluated(_read(results[i], y, own, settings), y))
+        out.append(Evaluated(_read(withheld(results[i], doubts), y, own, settings), y))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
@@ -234,14 +248,15 @@ def _part(
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )
-    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out)))
+    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out, doubts or {})))
 
 
-def _not_claimed(found: Sequence[Evaluated]) -> list[str]:
+def _not_claimed(found: Sequence[Evaluated], doubts: Mapping[str, str]) -> list[str]:
     return [
         f"{e.result.name}: {e.result.why_not_shown}"
         for e in found
-        if e.result.true_value and not e.result.true_value.claimed
+        if (e.result.true_value and not e.result.true_value.claimed)
+        or (e.result.name in doubts and not e.result.coverage_shown)
     ]
 
 
