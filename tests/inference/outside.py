@@ -32,7 +32,9 @@ points = {points}
 trials = 2000
 """
 NORMAL, T3 = 'law = "normal"\nu = "1 um"', 'law = "t"\nscale = "0.6 um"\ndof = 3'
-RING = '{name} = {{ type = "circle", point = "0 0 0 mm", axis = [0, 0, 1], diameter = "30 mm", inside = true }}'
+RING = (
+    '{name} = {{ type = "circle", point = "0 0 0 mm", axis = [0, 0, 1], diameter = "30 mm", inside = true }}'
+)
 BORE = (
     '{name} = {{ type = "cylinder", point = "0 0 -20 mm", axis = [0, 0, 1], diameter = "30 mm", length = "20 mm", '
     "inside = true }}"
@@ -43,7 +45,9 @@ def scenario(kind: str = RING, law: str = NORMAL, name: str = "ring", form: bool
     wanted = [("diameter", "size", 'limits = ["-0.02 mm", "0.02 mm"]')]
     if form:
         wanted.append(("form", "roundness" if kind == RING else "cylindricity", 'zone = "0.03 mm"'))
-    table = [f'[[part.characteristics]]\nname = "{n}"\ntype = "{t}"\nof = "{name}"\n{z}' for n, t, z in wanted]
+    table = [
+        f'[[part.characteristics]]\nname = "{n}"\ntype = "{t}"\nof = "{name}"\n{z}' for n, t, z in wanted
+    ]
     return SCENARIO.format(
         law=law, features=kind.format(name=name), characteristics="\n".join(table), first=name,
         points='{ strategy = "even", n = 24 }' if kind == RING else '{ strategy = "levels", at = ["5 mm", "15 mm"], n = 8 }',
@@ -70,7 +74,9 @@ def remembered(rho: float) -> Callable[[np.random.Generator, int], np.ndarray]:
     return noise
 
 
-def lobed(lobes: int, amplitude: float) -> Callable[[np.ndarray, np.ndarray, np.random.Generator], np.ndarray]:
+def lobed(
+    lobes: int, amplitude: float
+) -> Callable[[np.ndarray, np.ndarray, np.random.Generator], np.ndarray]:
     def form(a: np.ndarray, z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         return amplitude * np.cos(lobes * a + rng.uniform(0, 2 * np.pi))
 

@@ -21,9 +21,7 @@ from vcmm.part.part import Characteristic
 LARGEST = 200_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
 NAMED = 5  # outliers named in one reason
 IN_FRAME = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
-UNTESTED = (
-    "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
-)
+UNTESTED = "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
 OUTLIER = (
     '{where}: this point of "{feature}" lies {size:.3g} um {side} what the other points say of its place, p = {p}: touch it again, '
     "clean the surface, or remove the row, and evaluate again; until then nothing is claimed of what needs {feature}"
@@ -50,7 +48,9 @@ class Doubts:
         """By name of a characteristic, why its coverage may not be claimed."""
         out = {}
         for c, r in zip(task.part.characteristics, result.characteristics):
-            named = [self.features[n] for n in _needed(task, c) if n in self.features] if self.features else []
+            named = (
+                [self.features[n] for n in _needed(task, c) if n in self.features] if self.features else []
+            )
             why = [*dict.fromkeys(named), self.all, self.digits if leading(r) > 0.0 else ""]
             if any(why):
                 out[c.name] = "; ".join(w for w in why if w)
@@ -76,7 +76,9 @@ def examined(
     notes = [w for r in result.characteristics for w in said_of_digits(r, step)]
     n = task.touches.run.n
     if n > LARGEST:
-        return Doubts((*notes, UNTESTED.format(n=n, most=LARGEST)), all=f"its {n} points were not tested", digits=digits)
+        return Doubts(
+            (*notes, UNTESTED.format(n=n, most=LARGEST)), all=f"its {n} points were not tested", digits=digits
+        )
     residuals = {name: _outward(task, name, *found) for name in tests.features}
     outliers = tests.outliers(residuals, step)
     order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}

@@ -134,7 +134,15 @@ def evaluate_points(
         why = doubts.reasons(task, known.result)
         out.append(
             _part(
-                scenario, one.part, known, measured, rest, settings=chosen, report=report, said=said, doubts=why
+                scenario,
+                one.part,
+                known,
+                measured,
+                rest,
+                settings=chosen,
+                report=report,
+                said=said,
+                doubts=why,
             )
         )
     return tuple(out)

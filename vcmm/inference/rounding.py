@@ -67,5 +67,3 @@ def said_of_digits(c: CharacteristicResult, step: float) -> tuple[str, ...]:
     """The warning of a characteristic that the digits lead."""
     share = leading(c)
     return (LEADS.format(name=c.name, step=step, share=share),) if share > 0.0 else ()
-
-
