@@ -13,8 +13,8 @@ from tests.inference import outside
 from vcmm.evaluation.linear import prepared
 from vcmm.files.measured import read_measured_points
 from vcmm.files.scenario import load_scenario
-from vcmm.inference.examined import _outward
-from vcmm.inference.memory import RHOS, likelihood_ratio, whitened
+from vcmm.inference.doubts import _outward
+from vcmm.inference.memory import RHOS, likelihood_ratio, whitening
 from vcmm.inference.points import task_and_rows
 from vcmm.inference.residual_tests import ALARM, ResidualTests, as_large
 from vcmm.measuring.task import fit_features, measured_points
@@ -111,11 +111,11 @@ def test_likelihood_by_the_whole_covariance() -> None:
     back = np.linalg.inv(covariance)
     inner = q.T @ back @ q
     projected = back - back @ q @ np.linalg.inv(inner) @ q.T @ back
-    one = whitened(q, rho)
+    one = whitening(q, rho)
     assert one.rest(d[None])[0] == pytest.approx(d @ projected @ d, rel=1e-12)
     logs = np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(inner)[1]
     assert one.penalty == pytest.approx(logs, rel=1e-12)
-    ratio, best = likelihood_ratio({"a": [whitened(q, r) for r in RHOS]}, {"a": d[None]})
+    ratio, best = likelihood_ratio({"a": [whitening(q, r) for r in RHOS]}, {"a": d[None]})
     assert ratio[0] >= 0.0
     assert best[0] in RHOS
 

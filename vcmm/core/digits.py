@@ -15,8 +15,8 @@ def written_step(columns: Sequence[Sequence[str]]) -> float:
     Numbers that were rounded before they were written with more digits ("12.340000") have the step at which their digits end,
     where the digits before it vary. Only steps of 1, 2 and 5 in a decade are told.
     """
-    told = [_step([d for d in map(_decimal, column) if d is not None]) for column in columns]
-    return min((s for s in told if s > 0.0), default=0.0)
+    steps = [_step([d for d in map(_decimal, column) if d is not None]) for column in columns]
+    return min((s for s in steps if s > 0.0), default=0.0)
 
 
 def _decimal(cell: str) -> Decimal | None:

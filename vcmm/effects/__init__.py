@@ -22,6 +22,7 @@ from vcmm.effects.component import (
     ComponentWarming,
 )
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
+from vcmm.effects.digits import Resolution
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
@@ -45,7 +46,6 @@ from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
 from vcmm.effects.reversal_curve import LostMotionCurve, LostMotionTable
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
-from vcmm.effects.digits import Resolution
 from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.setting import ProbeTouch, ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.spindle_load import SpindleLoadGrowth

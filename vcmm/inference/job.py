@@ -22,7 +22,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
 from vcmm.inference.checked import repeated
 from vcmm.inference.coarse_mesh import coarse_mesh
-from vcmm.inference.examined import examined, withheld
+from vcmm.inference.doubts import doubts_of, without_claim
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.points import task_and_rows
 from vcmm.inference.residual_tests import ResidualTests
@@ -128,7 +128,7 @@ def evaluate_points(
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest = known.rest(points)
-        doubts = examined(known.tests, task, (points, fitted), (one, rows), known.result)
+        doubts = doubts_of(known.tests, task, (points, fitted), (one, rows), known.result)
         coarse = coarse_mesh(task, known.result.characteristics)
         said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repeated(one))
         why = doubts.reasons(task, known.result)
@@ -248,7 +248,7 @@ def _part(
     results, out = known.result.characteristics, []
     for n, (i, y, own) in enumerate(found):
         report(f"true value of {results[i].name}", n / len(found))
-        out.append(Evaluated(_read(withheld(results[i], doubts), y, own, settings), y))
+        out.append(Evaluated(_read(without_claim(results[i], doubts), y, own, settings), y))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w

@@ -20,7 +20,7 @@ RHOS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.98)  # rho that are tried
 
 
 @dataclass(frozen=True, eq=False)
-class Whitened:
+class Whitening:
     """A base in the order of the scan as rho sees it: orthonormal base (n, k) of X, and ln |R| + ln |X' X|."""
 
     rho: float
@@ -40,15 +40,15 @@ def through(d: Array, rho: float) -> Array:
     return y
 
 
-def whitened(base: Array, rho: float) -> Whitened:
+def whitening(base: Array, rho: float) -> Whitening:
     """base (n, k): orthonormal, rows in the order of the scan."""
     q, r = np.linalg.qr(through(base.T, rho).T)
     inside = (len(base) - 1) * np.log(1.0 - rho**2)  # ln |R|
-    return Whitened(rho, q, float(inside + 2.0 * np.log(np.abs(np.diag(r))).sum()))
+    return Whitening(rho, q, float(inside + 2.0 * np.log(np.abs(np.diag(r))).sum()))
 
 
 def likelihood_ratio(
-    bases: Mapping[str, Sequence[Whitened]], departures: Mapping[str, Array]
+    bases: Mapping[str, Sequence[Whitening]], departures: Mapping[str, Array]
 ) -> tuple[Array, Array]:
     """2 ln of the largest likelihood over that of no memory (m,), and the rho of it (m,); one rho for all features.
 

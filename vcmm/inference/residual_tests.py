@@ -30,7 +30,7 @@ from vcmm.core.run import Array
 from vcmm.evaluation.form_family import ALONG, AROUND, FAMILIES, KNOWN, Ground, motions
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.pairs import SMALLEST, machine_part
-from vcmm.inference.memory import RHOS, Whitened, likelihood_ratio, whitened
+from vcmm.inference.memory import RHOS, Whitening, likelihood_ratio, whitening
 from vcmm.part.part import Feature
 
 Ints = npt.NDArray[np.integer]
@@ -81,10 +81,10 @@ class ResidualTests:
     _kept: dict[str, Array] = field(default_factory=dict, repr=False)
 
     @cached_property
-    def features(self) -> Mapping[str, Tested]:
+    def features(self) -> Mapping[str, FeatureTest]:
         """What can be tested: features with an element and with residuals."""
         t, parts = self.model.task.touches, self.model.task.part.features
-        found = {n: _tested(parts[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
+        found = {n: _feature_test(parts[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
         return {n: f for n, f in found.items() if f is not None}
 
     @cached_property
@@ -179,7 +179,7 @@ class ResidualTests:
             0,
             -1,
         ):  # with all that the elements leave, and without the waves that forms may be made of
-            white = {n: [whitened(f.bases[number][order[n]], rho) for rho in RHOS] for n, f in scans.items()}
+            white = {n: [whitening(f.bases[number][order[n]], rho) for rho in RHOS] for n, f in scans.items()}
             seen, rho = likelihood_ratio(white, {n: residuals[n][order[n]][None] for n in scans})
             p = 0.0
             for k, share in product(range(len(KNOWN)), NOISES):
@@ -189,7 +189,7 @@ class ResidualTests:
 
     def _as_much(
         self,
-        white: Mapping[str, Sequence[Whitened]],
+        white: Mapping[str, Sequence[Whitening]],
         order: Mapping[str, Ints],
         seen: float,
         how: tuple[int, float, Mapping[str, float]],
@@ -238,7 +238,7 @@ def as_large(noise: Array, shapes: Array, size: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Tested:
+class FeatureTest:
     """A feature with its bases Q (n, k): motions and sizes, then also waves; each has freedoms left."""
 
     feature: Feature
@@ -260,7 +260,7 @@ class Tested:
         return np.asarray(d - (d @ q) @ q.T)
 
 
-def _tested(feature: Feature, points: Array, normals: Array) -> Tested | None:
+def _feature_test(feature: Feature, points: Array, normals: Array) -> FeatureTest | None:
     """None where no residuals are left, or there is no element whose residuals they were."""
     if feature.kind in ("point", "mesh"):
         return None
@@ -275,7 +275,7 @@ def _tested(feature: Feature, points: Array, normals: Array) -> Tested | None:
         wider = _with_waves(base, ground, most)
         if wider.shape[1] > bases[-1].shape[1] and n - wider.shape[1] - 1 >= LEFT:
             bases.append(wider)
-    return Tested(feature, ground, tuple(bases))
+    return FeatureTest(feature, ground, tuple(bases))
 
 
 def _with_waves(base: Array, ground: Ground, most: int) -> Array:
@@ -303,7 +303,7 @@ def orthonormal(columns: Array) -> Array:
     return np.asarray(basis[:, sizes > 1e-9 * sizes[0]])
 
 
-def outlier_scores(f: Tested, d: Array) -> Iterator[tuple[int, Array, Array, Ints]]:
+def outlier_scores(f: FeatureTest, d: Array) -> Iterator[tuple[int, Array, Array, Ints]]:
     """Of departures d (m, n): number of the base, score (m,), size (m,) and place (m,) of the most suspicious point, stage by stage.
 
     Score: -log10 of n P(|t| > |t_i|), dof n - k - 1 - points taken out; size: how far the point lies from what the others say.

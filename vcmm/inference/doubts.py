@@ -64,7 +64,7 @@ def _needed(task: Task, c: Characteristic) -> list[str]:
     return list(dict.fromkeys([*gps.needs(c), *frame]))
 
 
-def examined(
+def doubts_of(
     tests: ResidualTests,
     task: Task,
     found: tuple[Array, Mapping[str, Fitted]],
@@ -83,7 +83,7 @@ def examined(
     outliers = tests.outliers(residuals, step)
     order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}
     memory = tests.memory(residuals, order)
-    told = {o: _told(o, given, task, tests) for o in outliers}
+    lines = [_of_outlier(o, given, task, tests) for o in outliers]
     lost = {
         name: _reason(name, [o for o in outliers if o.feature == name], given, task)
         for name in dict.fromkeys(o.feature for o in outliers)
@@ -91,7 +91,7 @@ def examined(
     why = ""
     if memory is not None and memory.p <= ALARM:
         why = _of_memory(memory, max(f.n for f in tests.features.values()), tests)
-    return Doubts((*notes, *told.values()), lost, why, digits)
+    return Doubts((*notes, *lines), lost, why, digits)
 
 
 def _outward(task: Task, name: str, points: Array, fitted: Mapping[str, Fitted]) -> Array:
@@ -108,7 +108,7 @@ def _at(o: Outlier, given: tuple[GivenPoints, Ints], task: Task) -> str:
     return given[0].where[int(given[1][task.touches.rows[o.feature][o.place]])]
 
 
-def _told(o: Outlier, given: tuple[GivenPoints, Ints], task: Task, tests: ResidualTests) -> str:
+def _of_outlier(o: Outlier, given: tuple[GivenPoints, Ints], task: Task, tests: ResidualTests) -> str:
     side = "outside" if o.size > 0 else "inside"
     return OUTLIER.format(
         where=_at(o, given, task), feature=o.feature, size=abs(o.size) * 1e3, side=side, p=_p(o.p, tests)
@@ -132,7 +132,7 @@ def _p(p: float, tests: ResidualTests) -> str:
     return f"{p:.2g}" if p > 1.5 * least else f"{least:.2g} or less"
 
 
-def withheld(r: CharacteristicResult, doubts: Mapping[str, str] | None) -> CharacteristicResult:
+def without_claim(r: CharacteristicResult, doubts: Mapping[str, str] | None) -> CharacteristicResult:
     """The result, of which no coverage is claimed where there are doubts."""
     why = (doubts or {}).get(r.name, "")
     if not why:
