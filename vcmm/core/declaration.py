@@ -28,6 +28,7 @@ ROLES: Mapping[str, str] = {
     "residual field": "(nodes, interpolation, values), Input of `values`: nodes of a machine measured by a LaserTracer",
     "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
     "repeatability": "(): one touch, Input of `value`; [repeatability]",
+    "digits of a file": "(): one touch, Input of `value`; the last digit of points.csv",
     "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
     "part temperature": "(alpha, corrected), Input of `alpha`; [part] expansion",
     "temperature drift": "(direction, sensor, k, tau, trained): what a calibration finds of a sensor",

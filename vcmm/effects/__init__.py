@@ -22,6 +22,7 @@ from vcmm.effects.component import (
     ComponentWarming,
 )
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
+from vcmm.effects.digits import Resolution
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
@@ -133,6 +134,7 @@ ALL: tuple[type[Effect], ...] = (
     ResidualField,
     CorrelatedField,
     Scatter,
+    Resolution,
 )
 BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in ALL}
 

@@ -33,7 +33,7 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     half = result.half_width or half
     true, bias = None, result.bias
     if result.extreme and not isinstance(result.truth, Predicted):
-        true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted)
+        true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted, said.interval_u)
         bias = bias if isinstance(result.truth, Additive) else y - said.estimate
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(

@@ -7,7 +7,7 @@ Belts reach to parts some times rougher than what was indicated; they are drawn 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.evaluation.belts import Reading, United, coverage, inverse_of, lost, sorted_by_roughness
+from vcmm.evaluation.ends import ends_u, inverses_without
 from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.form_family import KNOWN, OTHER
 from vcmm.evaluation.linear import LinearModel
@@ -69,6 +70,14 @@ class CountedInverse:
 
     inverse: Reading
     counted: tuple[float, float]
+    without: Callable[[], tuple[Reading, ...]] = (
+        tuple  # made of all drawn parts but a group, group after group
+    )
+
+    @cached_property
+    def groups(self) -> tuple[Reading, ...]:
+        """Inverses from which the ends take their own uncertainty."""
+        return self.without()
 
     def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
         found, rests = np.array([y]), None if rest is None else np.array([rest])
@@ -77,7 +86,8 @@ class CountedInverse:
         estimate = float(self.inverse.estimate(found, rests)[0])
         if self.blind(p):
             estimate, high = np.nan, np.inf
-        return Statement(estimate, (low, high), within, self.shortfall(p), self.counted)
+        u = ends_u(self.groups, p, found, rests)
+        return Statement(estimate, (low, high), within, self.shortfall(p), self.counted, u)
 
     def blind(self, p: float) -> bool:
         """Whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
@@ -323,7 +333,7 @@ def _counted(
     least, other = (
         min(coverage(inverse, k, one, p, not blind) for one in parts) for parts in (anew, drawn.other)
     )
-    return CountedInverse(inverse, (least, other))
+    return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))
 
 
 def _of_parts(

@@ -85,13 +85,15 @@ def budget_interaction(c: CharacteristicResult) -> float:
 @dataclass(frozen=True)
 class TrueValue:
     """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it;
-    counted: in what share of drawn parts it did, and in what share of parts of another kind.
+    counted: in what share of drawn parts it did, and in what share of parts of another kind. interval_u: standard uncertainty of
+    its two ends from the number of draws, None where that is not known.
     """
 
     estimate: float
     interval: tuple[float, float]
     claimed: bool
     counted: tuple[float, float] | None = None
+    interval_u: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,6 +96,10 @@ class Summary:
             errors.append(math.sqrt(max(m4 / m2 - m2, 0.0) / self.trials) / 2)
         return max(errors)
 
+    def ends_u(self, p: float = 0.95) -> tuple[float, float]:
+        """Standard deviations, over repeated runs, of the ends of the symmetric interval for p."""
+        return self._error((1 - p) / 2), self._error((1 + p) / 2)
+
     def digits(self, p: float = 0.95) -> int:
         """Significant digits of u to which all results are established, 0 to 6 (JCGM 101, 7.9.2).
 

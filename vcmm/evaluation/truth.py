@@ -31,6 +31,7 @@ class Statement:
     p_conform: float | None
     short: str = ""  # why its coverage may not be claimed, where that was counted
     counted: tuple[float, float] | None = None  # of drawn parts, and of parts of another kind
+    interval_u: tuple[float, float] | None = None  # of the ends, from the number of draws
 
 
 class Truth(Protocol):
@@ -81,7 +82,9 @@ class Predicted:
 def _statement(
     law: Linear | Summary | Widened, estimate: float, p: float, kind: str, limits: Limits | None
 ) -> Statement:
-    return Statement(estimate, law.interval(p, kind), None if limits is None else law.probability(*limits))
+    within = None if limits is None else law.probability(*limits)
+    u = law.ends_u(p) if isinstance(law, Summary) else (0.0, 0.0)  # an inversion draws nothing
+    return Statement(estimate, law.interval(p, kind), within, interval_u=u)
 
 
 def holds(attained: float, p: float) -> bool:

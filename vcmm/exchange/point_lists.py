@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of
 from vcmm.exchange.foreign_text import foreign_number, foreign_text
@@ -122,4 +123,5 @@ def _given(path: Path, rows: Sequence[tuple[int, str]], factor: float) -> GivenP
         part="", points=factor * values[:, :3], where=tuple(f"{path}:{n}" for n, _ in rows),
         features=tuple(row[0] for row in cells) if named else None,
         normals=None if normals is None else normals,
+        step=factor * written_step([[row[named + i] for row in cells] for i in range(3)]),
     )  # fmt: skip

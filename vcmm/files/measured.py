@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.text import to_number
 from vcmm.core.units import UNITS, dimension_of
@@ -51,6 +52,7 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
     points = factor * np.stack([sheet.numbers(n) for n in names], axis=1)
     normals = np.stack([sheet.numbers(n) for n in NORMALS], axis=1) if has_normals else None
     feature, stylus = (_words(sheet, name) for name in ("feature", "stylus"))
+    step = factor * written_step([list(sheet.texts(n)) for n in names])
     found = []
     for part, rows in _parts(sheet):
         found.append(
@@ -59,6 +61,7 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
                 features=None if feature is None else tuple(feature[i] for i in rows),
                 styli=None if stylus is None else tuple(stylus[i] for i in rows),
                 normals=None if normals is None else normals[rows],
+                step=step,
             )
         )  # fmt: skip
     return tuple(found)

@@ -17,6 +17,7 @@ class GivenPoints:
     features: tuple[str, ...] | None = None
     styli: tuple[str, ...] | None = None
     normals: Array | None = None
+    step: float = 0.0  # mm: of the last digit of the coordinates; 0 where the file does not tell it
 
 
 @dataclass(frozen=True)

@@ -25,9 +25,11 @@ from vcmm.gps.criteria import notes
 from vcmm.inference.between_points import FeatureForms, FormTold, forms_of, told_by
 from vcmm.inference.checked import repeated
 from vcmm.inference.coarse_mesh import coarse_mesh
+from vcmm.inference.doubts import doubts_of, without_claim
 from vcmm.inference.formed import UNSEEN, is_widened, with_form
 from vcmm.inference.given import GivenPoints, GivenValue
-from vcmm.inference.points import measured_task
+from vcmm.inference.points import task_and_rows
+from vcmm.inference.residual_tests import ResidualTests
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
@@ -90,6 +92,11 @@ class PreparedTask:
         apart = np.abs(mine.points - other.points).max(), np.abs(mine.pose.shift - other.pose.shift).max()
         return bool(max(apart) <= NEAR)
 
+    @cached_property
+    def tests(self) -> ResidualTests:
+        """Of the residuals of measured points; their nulls are drawn when first asked for."""
+        return ResidualTests(self.result.model, self.result.seed)
+
     @property
     def inversion(self) -> Inversion | None:
         """The belts, where a characteristic is extreme."""
@@ -136,15 +143,17 @@ def evaluate_points(
     known: PreparedTask | None = None
     for i, one in enumerate(given):
         report(f"part {one.part}" if one.part else "points", i / len(given))
-        task = measured_task(scenario, one, in_machine, tip_centres)
+        task, rows = task_and_rows(scenario, one, in_machine, tip_centres)
         points = measured_points(task, task.machine.indication_error(task.touches.run))
         fitted = fit_features(task, points)
         measured = np.asarray(evaluate_all(task, fitted))
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
         rest, forms = known.rest(points), known.told(task, fitted)
+        doubts = doubts_of(known.tests, task, (points, fitted), (one, rows), known.result)
         coarse = coarse_mesh(task, known.result.characteristics)
-        said = (*notes(task.part.characteristics, fitted), *coarse, *repeated(one))
+        said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repeated(one))
+        why = doubts.reasons(task, known.result)
         out.append(
             _part(
                 scenario,
@@ -156,6 +165,7 @@ def evaluate_points(
                 report=report,
                 said=said,
                 forms=forms,
+                doubts=why,
             )
         )
     return tuple(out)
@@ -256,9 +266,10 @@ def _part(
     report: Progress,
     said: Sequence[str] = (),
     forms: Mapping[int, Sequence[FormTold]] | None = None,
+    doubts: Mapping[str, str] | None = None,
 ) -> EvaluatedPart:
     """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
-    the form between them, by characteristic.
+    the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed.
     """
     rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
     found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
@@ -267,7 +278,7 @@ def _part(
     results, out = known.result.characteristics, []
     for n, (i, y, own) in enumerate(found):
         report(f"true value of {results[i].name}", n / len(found))
-        one = with_form(results[i], (forms or {}).get(i, ()))
+        one = without_claim(with_form(results[i], (forms or {}).get(i, ())), doubts)
         out.append(Evaluated(_read(one, y, own, settings), y, forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
@@ -276,15 +287,16 @@ def _part(
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )
-    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out)))
+    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out, doubts or {})))
 
 
-def _not_claimed(found: Sequence[Evaluated]) -> list[str]:
+def _not_claimed(found: Sequence[Evaluated], doubts: Mapping[str, str]) -> list[str]:
     return [
         f"{e.result.name}: {e.result.why_not_shown}"
         for e in found
         if (e.result.true_value and not e.result.true_value.claimed)
         or e.result.why_not_shown.startswith(UNSEEN)
+        or (e.result.name in doubts and not e.result.coverage_shown)
     ]
 
 

@@ -18,6 +18,7 @@ from vcmm.core.run import Array
 from vcmm.fit import Fitted, gauss
 from vcmm.inference.checked import OnSurface, check_points, labelled, surfaces
 from vcmm.inference.given import GivenPoints
+from vcmm.inference.rounding import with_digits
 from vcmm.measuring.plan import Ints, Step, Stylus, touches
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.task import Task, measured_points, nominal_element, per_normal
@@ -31,7 +32,14 @@ ROUNDS = 3  # of the alignment from points in the machine frame; the second only
 def measured_task(
     scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
 ) -> Task:
-    """The task of measured points. in_machine: they are in the machine frame, and the part is found by the alignment of
+    """The task of measured points, see `task_and_rows`."""
+    return task_and_rows(scenario, given, in_machine, tip_centres)[0]
+
+
+def task_and_rows(
+    scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
+) -> tuple[Task, Ints]:
+    """The task of measured points, and the row of the file of every touch. in_machine: they are in the machine frame, and the part is found by the alignment of
     the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see `checked`.
     """
     rows = labelled(scenario, given)
@@ -47,15 +55,17 @@ def measured_task(
     if in_machine and scenario.plan.alignment:
         pose, points = _aligned(scenario, given, rows, points)
         placed = surfaces(scenario.part, rows, points)
-    return _task(scenario.at(pose), placed, points, stylus)
+    return _task(scenario.at(pose), placed, points, stylus, given.step)
 
 
-def _task(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array, stylus: list[str]) -> Task:
+def _task(
+    scenario: Scenario, placed: Mapping[str, OnSurface], points: Array, stylus: list[str], step: float
+) -> tuple[Task, Ints]:
     steps = []
     for p, name, at in _runs(placed, stylus):
         steps.append(Step(p.feature.name, name, p.foot[at], p.normal[at]))
     order = np.concatenate([p.rows[at] for p, _, at in _runs(placed, stylus)])
-    machine = scenario.informed_machine()
+    machine = with_digits(scenario.informed_machine(), step)
     placed_touches = touches(
         replace(scenario.plan, steps=tuple(steps)), scenario.pose, machine, scenario.constants
     )
@@ -65,7 +75,8 @@ def _task(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array, st
     )  # fmt: skip
     indicated = measured_points(bare, machine.indication_error(placed_touches.run))
     beside = ((points[order] - indicated) * placed_touches.normals).sum(axis=1)
-    return replace(bare, form=beside / (per_normal(placed_touches) * placed_touches.normals).sum(axis=1))
+    form = beside / (per_normal(placed_touches) * placed_touches.normals).sum(axis=1)
+    return replace(bare, form=form), order
 
 
 def _runs(placed: Mapping[str, OnSurface], stylus: list[str]) -> list[tuple[OnSurface, str, Ints]]:

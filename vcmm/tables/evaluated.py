@@ -132,6 +132,7 @@ def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
     return {
         f"estimate_{c.unit}": t.estimate,
         f"interval_{c.unit}": list(t.interval),
+        f"interval_u_{c.unit}": None if t.interval_u is None else _ends(t.interval_u),
         "coverage_claimed": t.claimed,
         "reason": None if t.claimed else c.why_not_shown,
         **counted,
