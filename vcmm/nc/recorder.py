@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NoReturn
+from typing import ClassVar, NoReturn
 
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
+from vcmm.nc.leading import held_after, leading, let_go, unit
 from vcmm.nc.levels import Assumed, SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
@@ -309,28 +310,14 @@ class Recorder(ModalState):
             rotary_end=self.rotary if rotary is None else rotary, plane=plane or self.plane, centre=centre, turns=turns,
             clockwise=clockwise, feed=feed, spindle=self.spindle(start, end), tool=self.tool, tool_offset=self.tool_offset,
             compensation=None, seconds=seconds, exact_stop=stop, tolerance=None if stop else self.tolerance,
-            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **self.leading(rewritable),
+            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **leading(self, rewritable), held=self.held,
         )  # fmt: skip
 
     def point_to(self, direction: Point) -> None:
         """The tool is to point along a direction of the workpiece, from its tip to the spindle."""
-        size = math.hypot(*direction)
-        if size < 1e-9:
+        self.aim = unit(direction)
+        if self.aim is None:
             self.fault("the direction of the tool has no length; give a vector, as in I0 J0 K1")
-        self.aim = (direction[0] / size, direction[1] / size, direction[2] / size)
-
-    def leading(self, rewritable: bool) -> dict[str, Any]:
-        """What of a move says that its tip is led over the workpiece, and which way the tool points."""
-        if not rewritable or not (self.led or self.tilted):
-            return {}
-        if not self.tilted:
-            if self.over_face:
-                return {"led": True, "over_face": True}
-            return {"led": True, "tool_axis_start": self.aimed or self.aim, "tool_axis_end": self.aim}
-        x, y, z = (row[2] for row in self.world.matrix)
-        size = math.hypot(x, y, z)
-        axis = (x / size, y / size, z / size)
-        return {"led": True, "tool_axis_start": axis, "tool_axis_end": axis}
 
     def emit(
         self, kind: str, end: Point, *, start: Point | None = None, rotary: Point | None = None, feed: float | None = None,
@@ -338,6 +325,11 @@ class Recorder(ModalState):
         seconds: float = 0.0, rewritable: bool = True,
     ) -> None:  # fmt: skip
         """Make a move from where the tip is (or `start`) and note where the axes now are. Machine coordinates."""
+        if self.tilted and rotary is not None and math.dist(rotary, self.rotary) > 1e-9:
+            said = "a rotary axis in a tilted plane, which has turned them"
+            self.assume(said, "passed over", f"{said}, is not understood; end the plane before")
+        if self.held:
+            let_go(self, self.tip() if start is None else start, end, rotary)
         self.moves.append(
             self.move(
                 kind, self.tip() if start is None else start, end, rotary=rotary, feed=feed, plane=plane, centre=centre,
@@ -351,7 +343,7 @@ class Recorder(ModalState):
         self.q = (end[0] + o[0], end[1] + o[1], end[2] + o[2])
         if rotary is not None:
             self.rotary = rotary
-        self.aimed = self.aim
+        self.aimed, self.held = self.aim, held_after(self.moves[-1], self.held)
 
     def side_on(self, rewritable: bool) -> RadiusCompensation | None:
         """Compensation of a move; a mirror image is cut with the tool on the other side."""

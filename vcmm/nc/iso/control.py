@@ -56,6 +56,10 @@ class IsoControl(Recorder):
     scale: tuple[Point, Point] | None = None  # G51: centre, factors
     mirrors: dict[int, float] = field(default_factory=dict)  # G51.1: axis -> where its mirror stands
     tilt: AffineMap = UNMOVED  # G68.2
+    is_tilt_given: bool = False
+    plane_words: dict[int, tuple[Point, Point, float]] = field(
+        default_factory=dict
+    )  # of G68.2 P2, P3 so far: X Y Z, I J K, R
     vectors: bool = False  # G43.5: I J K of a line are the direction of the tool
     polar: PolarWords | None = None  # G16
     winding: Any = None  # G12.1, G7.1: vcmm.nc.iso.winding.Winding

@@ -12,7 +12,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, lathe_cycle, rigid_tap
-from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
+from vcmm.nc.iso.frames import mirror, polar_words, scaling
 from vcmm.nc.iso.grooving import SINGLE, single_cut
 from vcmm.nc.iso.groups import PROBING
 from vcmm.nc.iso.lengths import length
@@ -29,8 +29,10 @@ from vcmm.nc.iso.offsets import (
     store_home,
 )
 from vcmm.nc.iso.patterns import nonmodal
+from vcmm.nc.iso.planes import tilted
 from vcmm.nc.iso.tools import radius_compensation, tool_length
 from vcmm.nc.iso.winding import wind
+from vcmm.nc.leading import named
 from vcmm.nc.moves import Source
 
 
@@ -128,6 +130,8 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _motion(c: IsoControl, w: IsoWords) -> None:
+    if c.held and w.any_axis:
+        named(c, "".join("XYZ"["UVW".index(a)] if a in "UVW" else a for a in "XYZABCUVW" if w.has(a)))
     if w.g.get("motion") in PROBING:
         probe(c, w, w.g["motion"], column_of(w, "motion"))
         return

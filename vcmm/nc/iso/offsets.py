@@ -206,7 +206,8 @@ def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
 def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G68: turn the programmed points about a centre, in the plane; G69 ends it."""
     if code == "G69":
-        c.turn, c.tilt, c.tilted = None, UNMOVED, False
+        c.turn, c.tilt, c.tilted, c.posture, c.is_tilt_given = None, UNMOVED, False, None, False
+        c.plane_words.clear()
     else:
         if c.compensation:
             raise BlockFault(column, "G68 while cutter radius compensation is on; cancel it with G40 before")

@@ -73,6 +73,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             or modes.cycle
             or modes.rnd
             or r.exact_once
+            or r.held
             or r.diameter
             or not r.absolute
         ):
@@ -204,7 +205,9 @@ class SinumerikInterpreter(SinumerikSpecials):
                 words.commands.remove(command)
             elif command.name in SWITCHES:
                 self.column = command.first
-                SWITCHES[command.name](self)
+                is_end = command.value is not None and words.number(command) == 0.0  # TCARR=0
+                if not is_end:
+                    SWITCHES[command.name](self)
                 words.commands.remove(command)
         if names & {"COMPON", "COMPCURV", "COMPCAD", "COMPSURF"}:
             self.r.remark("a compressor (COMPON ...) is on; the programmed lines are kept as they are")
