@@ -152,14 +152,14 @@ def test_a_turned_arc_about_a_centre_in_diameters_reads_its_own_output(tmp_path,
     """A quarter of R10 about X 60 (30 mm from the axis) on a lathe whose X runs 100 um/m too far: X 60 is cut at 30.003 mm, written 59.994.
 
     The centre goes with it: 30 / 1.0001 = 29.997 mm from the axis, 59.994 in diameters; a way of 10 mm is one of 9.999."""
-    text = f"G54 G90 G18 DIAMON\nG0 X40 Z0\nG1 F200 X40 Z0\nG3 X60 Z-10 {centre}\nM30\n"
+    text = f"G54 G90 G18 DIAMON\nG0 X40 Z0\nG1 F200 X40 Z0\nG2 X60 Z-10 {centre}\nM30\n"
     found = go(tmp_path, text, scale(100.0), tolerance=2e-4, decimals=4)
     assert found.before.largest == pytest.approx(3e-3, rel=1e-2)
     assert found.after.largest < 0.3e-3
     arcs = [m for m in interpret(found.text, "sinumerik", SIEMENS).moves if m.kind == "arc"]
     assert arcs[-1].end[0] == pytest.approx(29.997, abs=1e-4)
     assert arcs[-1].centre[0] == pytest.approx(29.997, abs=2e-3)
-    written = next(line for line in body(found) if "G3" in line)
+    written = next(line for line in body(found) if "G2" in line)
     assert ("I=AC(59.99" in written) is ("AC" in centre)
 
 
