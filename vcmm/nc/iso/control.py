@@ -72,6 +72,7 @@ class IsoControl(Recorder):
     radii: dict[int, float] = field(default_factory=dict)
     home: Point = ORIGIN
     home2: Point = ORIGIN
+    between: dict[int, float] = field(default_factory=dict)  # by axis XYZABC: where G28 has gone by, for G29
     cycle: dict[str, float] = field(default_factory=dict)
     cycle_level: float | None = None  # initial level of a series of cycles
     counted_on: frozenset[str] = frozenset()  # of R and Z (the depth) of the cycle: those given under G91
@@ -126,6 +127,12 @@ class IsoControl(Recorder):
     def set_unit(self, unit: float) -> None:
         """mm per unit of the program; the feed counts in it too."""
         self.unit = self.feed_scale = unit
+
+
+def mirrored_for(c: IsoControl, spindle: int) -> None:
+    """Haas lathes: G14 gives the words to the second spindle and mirrors Z; G15 ends both (lathe operator's manual, G14 and G15)."""
+    c.mirrors = {axis: at for axis, at in c.mirrors.items() if axis != 2} | ({2: 0.0} if spindle == 2 else {})
+    c.rebuild()
 
 
 def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:

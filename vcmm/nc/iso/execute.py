@@ -15,7 +15,7 @@ from vcmm.nc.iso.cycles import CYCLES, drill, lathe_cycle, rigid_tap
 from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
 from vcmm.nc.iso.grooving import SINGLE, single_cut
 from vcmm.nc.iso.groups import PROBING
-from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.lengths import length, waiting
 from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
 from vcmm.nc.iso.motion import arc, line, probe, thread
 from vcmm.nc.iso.offsets import (
@@ -24,6 +24,7 @@ from vcmm.nc.iso.offsets import (
     local_shift,
     machine_move,
     preset,
+    return_from_home,
     select_offset,
     set_data,
     store_home,
@@ -80,6 +81,8 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
     for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
         if group in g:
             action(c, w, g[group], column_of(w, group))
+    if "dynamic" in g:
+        _dynamic_offset(c, w, column_of(w, "dynamic"))
     if "winding" in g:
         wind(c, w, g["winding"], column_of(w, "winding"))
     if "polar" in g:
@@ -90,19 +93,37 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
 
 def _dwell(c: IsoControl, w: IsoWords) -> None:
     column = column_of(w, "dwell")
-    if c.language.words == "o" and not (c.language.cycles_apart and (w.has("S") or w.has("X"))):
+    other = next((k for k in "SX" if w.has(k)), "") if c.language.cycles_apart else ""
+    if c.language.words == "o" and (w.has("P") or not other):
         seconds: float = w.need("P", "the time of G4 in seconds, as in G4 P0.5", column)
+    elif c.language.words == "o":
+        seconds = w.take(other) or 0.0
+        c.assume(
+            f"the time of G4 {other}{seconds:g}", f"{seconds:g} s, as the firmware of printers reads it",
+            f"G4 needs P, its time in seconds: {c.language.name} stops here with an error; write G4 P{seconds:g}", column=column, matters=False,
+        )  # fmt: skip
     else:
-        seconds = 0.0
-        if w.has("P"):
-            seconds = (w.take("P") or 0.0) * c.language.dwell
-        for letter in "XUS" if c.language.words == "o" else "XU":
+        seconds = waiting(c, w, w.take("P") or 0.0) if w.has("P") else 0.0
+        for letter in "XU":
             if w.has(letter):
                 seconds = w.take(letter) or 0.0
                 if c.language.decimal_point == "increment" and not w.words[letter].pointed:
                     seconds *= 0.001
     c.column = column
     c.dwell(seconds)
+
+
+def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
+    """G54.2 Pn moves the work zero with the rotary axes, which is not modelled; P0 ends it."""
+    if w.whole("P", column) != 0:
+        text = (
+            "G54.2 (dynamic work offsets) leads the work zero with the rotary axes, which vcmm does not model"
+        )
+        raise BlockFault(
+            column,
+            f"{text}; have the program posted without it, with G43.4 or a work offset for each position",
+        )
+    c.remark("G54.2 P0: no dynamic work offset is in force", column, "G54.2")
 
 
 def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
@@ -113,7 +134,7 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         )
     actions: dict[str, Any] = {
         "G10": lambda: set_data(c, w, column), "G28": lambda: go_home(c, w, False, column),
-        "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: store_home(c, False),
+        "G29": lambda: return_from_home(c, w, column), "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: store_home(c, False),
         "G30.1": lambda: store_home(c, True), "G52": lambda: local_shift(c, w, column),
     }  # fmt: skip
     if code in actions:

@@ -37,6 +37,22 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
     )
 
 
+def waiting(c: IsoControl, w: IsoWords, number: float) -> float:
+    """P of a dwell in seconds. Haas: seconds where it has a decimal point, else milliseconds (mill operator's manual, G04). Fanuc:
+    milliseconds, and no point (B-64304EN, "dwell (G04)": the decimal point cannot be used with P)."""
+    small = c.language.dwell
+    word = w.words.get("P")
+    if small == 1.0 or word is None or not word.pointed or callable(word.value):
+        return number * small
+    if not c.language.haas:
+        c.assume(
+            f"the time of P{word.text}, which has a decimal point", f"{number:g} s",
+            f"P{word.text}: P counts milliseconds and takes no decimal point on this control; write P{number * 1000:.0f}, or X{number:g} with G4",
+            column=word.first, matters=False,
+        )  # fmt: skip
+    return number
+
+
 def turned(c: IsoControl, w: IsoWords) -> Point:
     """The rotary position that a block asks for, rad."""
     out = list(c.rotary)

@@ -238,7 +238,10 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if block.called is not None:
         call_named(r, block.called, index)
         return
-    if block.deleted:
+    if block.optional is not None and c.setup.block_delete:
+        words, assigns = block.optional
+        block = replace(block, words=block.words[:words], assigns=block.assigns[:assigns], flow=None)
+    elif block.deleted or block.optional is not None:
         c.remark(
             'blocks with "/" are executed; write block_delete = true in the set-up file to leave them out',
             kind="delete",
