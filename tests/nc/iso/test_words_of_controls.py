@@ -88,7 +88,7 @@ def test_engraving_of_haas_is_a_hole_in_the_path():
 @pytest.mark.parametrize("setup", [Setup(), SURVEY])
 def test_dynamic_work_offsets_are_refused(setup: Setup):
     # with A20 the work zero turns with the table; only P0, which ends it, changes no path
-    with pytest.raises(DataError, match="G54.2 .*does not model"):
+    with pytest.raises(DataError, match=r"G54\.2 .*does not model"):
         interpret("G54.2 P1\nG0 A20.\nG1 X10. F100.\nM30", "fanuc", setup)
     assert len(interpret("G54.2 P0\nG0 X10.\nM30", "fanuc", setup).moves) == 1
 

@@ -11,6 +11,7 @@ from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.iso.expressions import Parameters
+from vcmm.nc.iso.misfits import Misfit
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.recorder import UNMOVED, Recorder
 from vcmm.nc.setup import Setup, Tool
@@ -49,6 +50,8 @@ class IsoControl(Recorder):
     lead: float | None = None  # of the last thread: F of Fanuc, K of LinuxCNC; mm
     turning_feed: float | None = None  # F as written: degrees per minute where rotary axes alone move
     length_word: int = 0  # H in force
+    radius_word: int | None = None  # D in force
+    misfits: list[Misfit] = field(default_factory=list)
     g92: Point = ORIGIN
     g92_kept: Point = ORIGIN
     g52: Point = ORIGIN

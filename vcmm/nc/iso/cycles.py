@@ -14,10 +14,15 @@ from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.lengths import length, turned, waiting
 from vcmm.nc.iso.motion import CENTRE_WORDS, target, thread_to
+from vcmm.nc.levels import pass_over
 from vcmm.nc.moves import PLANES
 
 CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
 _STICKY = {"G73": "Q", "G83": "Q", "G82": "P", "G89": "P", "G86": "P", "G88": "P", "G76": "Q"}
+USES = {  # of Q, P and I J K: what changes a hole (Fanuc and its kin; Haas: I J K of the pecks)
+    "G73": "QPIJK", "G83": "QPIJK", "G74": "QP", "G84": "QP", "G76": "QPIJK", "G81": "", "G82": "P", "G85": "", "G86": "P", "G87": "QPIJK",
+    "G88": "P", "G89": "P",
+}  # fmt: skip
 _MOST_PECKS = 20_000
 SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
@@ -143,7 +148,7 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
     """Q, P and the words of boring cycles, kept in force."""
     pecks = w.take("Q")
     if pecks is not None:
-        if pecks <= 0 and code in ("G73", "G83") or pecks < 0 and code in ("G74", "G84"):
+        if (pecks <= 0 and code in ("G73", "G83")) or (pecks < 0 and code in ("G74", "G84")):
             raise BlockFault(w.column("Q"), f"Q{pecks:g}: the depth of a peck must be positive; correct it")
         c.cycle["Q"] = length(c, w, "Q", pecks)
     wait = w.take("P")
@@ -157,6 +162,11 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
         number = w.take(letter)
         if number is not None:
             c.cycle[letter] = length(c, w, letter, number)
+    if c.language.words == "macro":
+        for letter in ("Q", "P", *CENTRE_WORDS):
+            given = "" if letter == "K" and _k_counts(c, w) else letter
+            if given and w.values.get(given) and given not in USES[code]:
+                pass_over(c, f"{given}{w.words[given].text}", w.column(given))
     needed = _STICKY.get(code)
     if needed and c.language.words == "o" and needed not in c.cycle:
         meaning = "the depth of a peck" if needed == "Q" else "the dwell in seconds"

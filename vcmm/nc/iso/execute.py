@@ -32,6 +32,7 @@ from vcmm.nc.iso.offsets import (
 from vcmm.nc.iso.patterns import nonmodal
 from vcmm.nc.iso.tools import radius_compensation, tool_length
 from vcmm.nc.iso.winding import wind
+from vcmm.nc.levels import pass_over
 from vcmm.nc.moves import Source
 
 
@@ -53,7 +54,7 @@ def execute(c: IsoControl, w: IsoWords) -> None:
     modes(c, w)
     _shifts(c, w)
     _motion(c, w)
-    _unused(c, w)
+    unused_words(c, w)
     if c.feed_mode == "G93":
         c.feed = None  # inverse time is that of each block
     _stop(c, w)
@@ -68,12 +69,14 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
         radius_compensation(c, w, g["compensation"], column_of(w, "compensation"))
     elif w.has("D") and c.compensation is not None and c.language.words == "macro":
         radius_compensation(c, w, "G41" if c.compensation.side == "left" else "G42", w.column("D"))
+    elif w.has("D") and c.language.words == "macro" and not c.language.lathe and "pocket" not in g:
+        c.radius_word = w.whole("D", 1)  # the next G41 without D takes it
     if "length" in g:
         tool_length(c, w, g["length"], column_of(w, "length"))
     elif w.has("H") and c.language.words == "macro" and any(c.tool_offset):
         tool_length(c, w, "G43", w.column("H"))
-    elif w.has("H") and c.language.words == "macro":
-        w.take("H")
+    elif w.has("H") and c.language.words == "macro" and c.language.codes != "lathe" and "macro" not in g:
+        c.length_word = w.whole("H", 1) or 0  # the next G43 without H takes it
     if "offset" in g:
         select_offset(c, w, g["offset"], column_of(w, "offset"))
     if "rotation" in g:
@@ -266,20 +269,18 @@ def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
 _HARMLESS_WORDS = frozenset("NOS")
 
 
-def _unused(c: IsoControl, w: IsoWords) -> None:
-    """IsoWords that nothing in the block uses."""
+def unused_words(c: IsoControl, w: IsoWords) -> None:
+    """Words that nothing in the block uses."""
+    if w.passed:
+        return
     left = [letter for letter in w.values if letter not in w.used and letter not in _HARMLESS_WORDS]
-    if not left or w.passed:
-        return
-    letter = min(left, key=w.column)
-    if letter in "UVW" and not c.language.lathe:
-        refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
-        c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
-        return
-    text = f'nothing in this block uses the word "{letter}"'
-    if c.language.unused == "refuse" or letter in "XYZABC@^":
-        raise BlockFault(w.column(letter), f"{text}; remove it, or add the code that it belongs to")
-    c.remark(f"{text}; it is passed over", w.column(letter), f"unused {letter}")
+    for letter in sorted(left, key=w.column):
+        if letter in "UVW" and not c.language.lathe:
+            refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
+            c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
+            continue
+        refused = c.language.unused == "refuse" or letter in "XYZABC@^"
+        pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter), refused)
 
 
 def _stop(c: IsoControl, w: IsoWords) -> None:

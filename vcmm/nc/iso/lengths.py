@@ -42,7 +42,7 @@ def waiting(c: IsoControl, w: IsoWords, number: float) -> float:
     milliseconds, and no point (B-64304EN, "dwell (G04)": the decimal point cannot be used with P)."""
     small = c.language.dwell
     word = w.words.get("P")
-    if small == 1.0 or word is None or not word.pointed or callable(word.value):
+    if small == 1.0 or not number or word is None or not word.pointed or callable(word.value):
         return number * small
     if not c.language.haas:
         c.assume(

@@ -19,7 +19,7 @@ from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.channels import marks_of, one_channel, tell_other_channels
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
-from vcmm.nc.iso.execute import execute
+from vcmm.nc.iso.execute import execute, unused_words
 from vcmm.nc.iso.fixed_format import fixed_format, read_fixed
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
 from vcmm.nc.iso.macros import (
@@ -31,6 +31,7 @@ from vcmm.nc.iso.macros import (
     macro_call,
     modal_call,
 )
+from vcmm.nc.iso.misfits import tell_misfits
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
@@ -89,6 +90,7 @@ def run(
                 "the moves of this program",
                 "none: what it needs from its caller or its machine keeps them from being reached",
             )
+    tell_misfits(c, c.misfits)
     tell_left_in_the_changer(c)
     program = c.program(name)
     if c.wound_from is not None:
@@ -298,7 +300,11 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if c.tracer is not None and before is not None and len(c.moves) > made:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:
+        w.used -= set("PQUWRXYZVIKDAE")
+        here = c.source
         turning(r, w, index, lambda at: _run_line(r, at))
+        c.source = here
+        unused_words(c, w)
     if call == 198 and not w.has("P"):
         c.assume(
             "M198, a code of the machine builder",
