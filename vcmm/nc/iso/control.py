@@ -68,6 +68,7 @@ class IsoControl(Recorder):
     turning_words: dict[str, float] = field(
         default_factory=dict
     )  # of the first of two blocks of G71 to G76, mm
+    c_turns: bool = False  # the program moves an axis C
     points_written: bool = False  # all coordinates of the program have a decimal point
     arcs_seen: bool = False  # an arc has been read: how its centre counts is settled
     tools: dict[int, Tool] = field(default_factory=dict)
@@ -148,5 +149,8 @@ def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
     c.retract = "G98" if language.cycles_apart else "G99"  # as the controls wake up
     if language.lathe:
         c.plane, c.diameter, c.feed_mode = "ZX", "always", "G95"
+    if setup.unit is not None:
+        c.set_unit(setup.unit)
+        c.unit_said = True
     c.rebuild()
     return c

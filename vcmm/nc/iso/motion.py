@@ -14,6 +14,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import in_plane
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
+from vcmm.nc.iso.drawing import angle_of, at_angle, chamfer_of, cut_corner, draws
 from vcmm.nc.iso.lengths import length
 from vcmm.nc.iso.misfits import Misfit
 from vcmm.nc.iso.polar import polar_ends, radial_ends
@@ -64,11 +65,16 @@ def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
     if c.vectors and any(w.has(k) for k in "IJK"):
         x, y, z = (w.take(k) or 0.0 for k in "IJK")
         c.point_to((x, y, z))
+    drawn = not rapid and draws(c)
+    chamfer, angle = (chamfer_of(c, w), angle_of(c, w)) if drawn else (None, None)
     p, rotary = target(c, w)
     if c.winding is not None and c.winding.radius:
         wound_line(c, p, rapid, rotary)
         return
-    c.straight(p, rapid, rotary)
+    start = c.p
+    c.straight(p if angle is None else at_angle(c, w, p, angle), rapid, rotary)
+    if chamfer is not None:
+        cut_corner(c, start, chamfer[0], length(c, w, *chamfer), w.column(chamfer[0]))
     corner_words(c, w)
 
 

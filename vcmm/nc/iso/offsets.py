@@ -8,7 +8,7 @@ from dataclasses import replace
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.lengths import length, need_axis
 from vcmm.nc.iso.motion import target
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.recorder import UNMOVED
@@ -258,6 +258,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     for i, axis in enumerate("ABC"):
         number = w.take(axis)
         if number is not None:
+            need_axis(c, w, axis)
             rotary[i] = math.radians(number)
     c.column = column
     go_to_axes(c, (q[0], q[1], q[2]), rapid, (rotary[0], rotary[1], rotary[2]))

@@ -19,6 +19,7 @@ from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.channels import marks_of, one_channel, tell_other_channels
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
+from vcmm.nc.iso.drawing import turns_c
 from vcmm.nc.iso.execute import execute, unused_words
 from vcmm.nc.iso.fixed_format import fixed_format, read_fixed
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
@@ -32,6 +33,7 @@ from vcmm.nc.iso.macros import (
     modal_call,
 )
 from vcmm.nc.iso.misfits import tell_misfits
+from vcmm.nc.iso.numbers import points_written, tell_unit
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
@@ -51,7 +53,6 @@ _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", 
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
 _AXIS_WORDS = re.compile(r"(?<![A-Z#<_])[XYZ][ \t]*[-+]?[ \t]*[.\d#\[]", re.IGNORECASE)
 _NOTE = re.compile(r"\([^()]*\)|;.*")
-LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
@@ -69,7 +70,8 @@ def run(
     marks = marks_of(text) if language.lathe and "$" in text else {}
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
-    c.points_written = language.survey and not setup.decimal_point and points_written(text)
+    c.points_written = not setup.decimal_point and points_written(text)
+    c.c_turns = language.lathe and turns_c(text)
     if marks:
         text = one_channel(text, marks, setup.channel)
         tell_other_channels(c, marks)
@@ -81,8 +83,7 @@ def run(
         _alone(runner)
     made = made or len(c.moves)
     if made and not c.unit_said:
-        c.source = Source(1, 1, 1)
-        c.assume("the unit, for want of G20 and G21", "mm", matters=False)
+        tell_unit(c, text)
     if not made:
         c.remark("no axis moves in this program", 1)
         if language.survey and _AXIS_WORDS.search(_NOTE.sub("", text)):
@@ -99,15 +100,6 @@ def run(
         return program
     flow.take(program.moves)
     return replace(program, moves=())
-
-
-_POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
-
-
-def points_written(text: str) -> bool:
-    """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
-    plain = re.sub(r"\([^()\n]*\)", "", text[:LOOKED_AT])
-    return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
 def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
