@@ -220,6 +220,7 @@ def test_g53_6_keeps_the_tip_while_the_axes_turn():
 )  # fmt: skip
 def test_no_machine_turns_an_axis_that_it_lacks(dialect, text):
     with pytest.raises(
-        UsageError, match=r"part:[34]: this turns axis A, which mill lacks \(its rotary axes: C, B\)"
+        UsageError,
+        match=r"part:[34]: the machine has no axis A \(it has B C X Y Z\), and its control stops here",
     ):
         in_machine_axes(moves(text, dialect), machine(HEAD), "part")

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
-from vcmm.nc.levels import Assumed
+from vcmm.nc.levels import Assumed, UnusedWord
 
 Point = tuple[float, float, float]
 PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
@@ -131,4 +131,5 @@ class Program:
     touches: tuple[
         Any, ...
     ] = ()  # vcmm.nc.touching.ProbeContact of each probing move that met a surface, in order
+    unused: tuple[UnusedWord, ...] = ()  # words that nothing uses, in order of their lines
     dialect_reason: str = ""  # why this dialect was taken, where it was guessed

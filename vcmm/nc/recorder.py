@@ -14,7 +14,7 @@ from typing import ClassVar, NoReturn
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
 from vcmm.nc.leading import held_after, leading, let_go, unit
-from vcmm.nc.levels import Assumed, SetupEntry
+from vcmm.nc.levels import Assumed, SetupEntry, UnusedWord
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
@@ -64,6 +64,7 @@ class Recorder(ModalState):
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
     assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
+    unused: dict[tuple[int, str], UnusedWord] = field(default_factory=dict)
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
     touches: list[ProbeContact] = field(default_factory=list)
@@ -362,18 +363,17 @@ class Recorder(ModalState):
     # -- result --
     def program(self, file: str = "") -> Program:
         """Everything together: rounded corners, approaches, centre path. file: where the program began, for messages."""
-        name = file or self.file
         traces, steps = ((), ()) if self.tracer is None else self.tracer.result(self)
         moves, sides = self.moves, self.sides
         if self.corners:
-            moves, sides = round_corners(moves, sides, self.corners, name)
+            moves, sides = round_corners(moves, sides, self.corners, file or self.file)
         for finish in self.finishes:
             moves, sides = finish(moves, sides)
         if any(side is not None for side in sides):
-            moves = centre_path(moves, sides, name)
+            moves = centre_path(moves, sides, file or self.file)
         return Program(
             self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), offsets=dict(self.selected), traces=traces, steps=steps,
-            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches),
+            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches), unused=tuple(sorted(self.unused.values())),
         )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from vcmm.core.machine import Machine
 from vcmm.nc.moves import Move, Program, Remark
@@ -65,6 +65,22 @@ def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple
             )
             out.append(Remark(program.offsets.get(move.offset, move.source).line, 1, text))
     return (*out, *(_kind(moves, machine) if machine else ()), *(_beyond(moves, machine) if machine else ()))
+
+
+def lacking(axes: Collection[str], axis: str) -> str:
+    """What is wrong with a word of an axis that the machine has not."""
+    has = " ".join(sorted(axes))
+    return f"the machine has no axis {axis} (it has {has}), and its control stops here; take {axis} out, or name the right machine"
+
+
+def without_axis(moves: Sequence[Move], axes: Collection[str]) -> tuple[Move, str] | None:
+    """The first move that turns an axis which the machine has not, and that axis."""
+    lost = [(i, a) for i, a in enumerate(ROTARY) if a not in axes]
+    for move in moves:
+        for i, axis in lost:
+            if move.rotary_start[i] != move.rotary_end[i]:
+                return move, axis
+    return None
 
 
 def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
