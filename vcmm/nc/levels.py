@@ -82,10 +82,10 @@ class Listening(Telling, Protocol):
     def fault(self, text: str, column: int | None = None) -> NoReturn: ...
 
 
-def pass_over(r: Listening, word: str, column: int, refused: bool = False) -> None:
+def pass_over(r: Listening, word: str, column: int, refused: bool = False, name: str = "") -> None:
     """A word that nothing in its block uses. Strict (or where the control stops, `refused`): a fault. Survey: kept with its line, and
-    told once for each letter."""
-    letter = word[:2] if word.startswith(",") else word[:1]
+    told once for each letter, or `name` where words have longer ones."""
+    letter = name or (word[:2] if word.startswith(",") else word[:1])
     text = f'nothing in this block uses the word "{letter}"'
     if r.setup.strict or refused:
         r.fault(f"{text}; remove it, or add the code that it belongs to", column)

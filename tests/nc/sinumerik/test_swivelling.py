@@ -90,3 +90,17 @@ def test_words_that_turn_frames_or_tools_are_refused(word):
     with pytest.raises(DataError, match="is not understood"):
         moves(f"T1 D1\nG17 G1 F100\n{word}\nX10")
     assert moves("TCARR=0\nTCOABS\n".replace("TCOABS\n", "") + "G0 X1")[-1].end[0] == 1
+
+
+def test_words_that_nothing_uses_reach_the_list_and_those_of_speeds_are_told_once():
+    program = read("G90 G54 F100\nG0 X1 K-2\nG1 X5 CR=3 FRC=20\nX6 FRC=20\nM30\n", "part.mpf", SURVEY)
+    assert [(u.line, u.word) for u in program.unused] == [(2, "K-2"), (3, "CR=3")]
+    assert sum("FRC= changes speeds" in r.text for r in program.warnings) == 1
+    with pytest.raises(DataError, match='nothing in this block uses the word "CR"; remove it'):
+        moves("G1 F100 X5 CR=3")
+    for text, said in (
+        ("DL=1", "sum offset of the tool"),
+        ("PRESETON(X,0)", "actual values of axes are set"),
+    ):
+        with pytest.raises(DataError, match=said):
+            moves(f"G1 F100 X5\n{text}\nX6")

@@ -13,7 +13,7 @@ from vcmm.nc.heidenhain.approach import Said
 from vcmm.nc.heidenhain.cycles import KlartextCycles
 from vcmm.nc.heidenhain.words import BESIDE, KlartextWords
 from vcmm.nc.leading import named
-from vcmm.nc.levels import SetupEntry
+from vcmm.nc.levels import SetupEntry, pass_over
 from vcmm.nc.offsetting import Vec
 from vcmm.nc.radius import HEIDENHAIN
 from vcmm.nc.recorder import Recorder
@@ -151,8 +151,5 @@ class KlartextTechnology:
     def leftover(self, words: KlartextWords) -> None:
         """Words that the block had no use for, such as a rotary axis in an arc."""
         for name in list(words.values):
-            words.take(name)
-            self.r.assume(
-                f"{name} in a block that has no use for it", "passed over", column=words.columns[name],
-                otherwise=f"{name} has no use in this block; program it with L",
-            )  # fmt: skip
+            value = words.take(name)
+            pass_over(self.r, f"{name}{value:+g}", words.columns[name], name=name)
