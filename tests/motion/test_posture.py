@@ -224,3 +224,12 @@ def test_no_machine_turns_an_axis_that_it_lacks(dialect, text):
         match=r"part:[34]: the machine has no axis A \(it has B C X Y Z\), and its control stops here",
     ):
         in_machine_axes(moves(text, dialect), machine(HEAD), "part")
+
+
+def test_an_endless_axis_takes_the_nearest_turn():
+    """C stands at 725 deg; the direction that C 0 gives is found at 720 deg, two whole turns on, whatever travel the others have."""
+    mill = machine(TRUNNION)
+    object.__setattr__(mill.axes["C"], "is_endless", True)
+    near = np.radians([-30.0, 0.0, 725.0])
+    axis = tables(np.radians([-40.0, 0.0, 0.0]), "CA")
+    assert np.degrees(pointed(mill, axis, near)) == pytest.approx([-40, 0, 720], abs=1e-6)

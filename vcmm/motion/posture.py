@@ -139,7 +139,7 @@ def _starts(near: Array, letters: list[int]) -> Iterator[Array]:
 
 def _value(machine: Machine, angle: float, letter: int) -> float | None:
     """The angle plus whole turns, within the travel and as near to zero as can be; None where it cannot be reached."""
-    low, high = machine.axes[ROTARY[letter]].travel
+    low, high = machine.axes[ROTARY[letter]].limits
     first = float(_wrapped(np.array(angle)))
     allowed = [v for v in (first, first - TURN, first + TURN) if low - SLACK <= v <= high + SLACK]
     return min(allowed, key=abs, default=None)
@@ -229,7 +229,7 @@ def _within(machine: Machine, angle: Array, near: Array, letters: list[int]) -> 
     """The same orientation with every axis turned by whole turns: within its travel and as near as can be."""
     out = angle.copy()
     for letter in letters:
-        low, high = machine.axes[ROTARY[letter]].travel
+        low, high = machine.axes[ROTARY[letter]].limits
         first = near[letter] + np.remainder(angle[letter] - near[letter] + np.pi, TURN) - np.pi
         allowed = [v for v in (first, first - TURN, first + TURN) if low - SLACK <= v <= high + SLACK]
         if not allowed:

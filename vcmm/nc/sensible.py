@@ -104,7 +104,7 @@ def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
 def _beyond(moves: Sequence[Move], machine: Machine) -> list[Remark]:
     """The first move of each axis that ends outside its travel."""
     out: list[Remark] = []
-    left = {a: machine.axes[a].travel for a in machine.axes}
+    left = {a: machine.axes[a].limits for a in machine.axes}
     for move in moves:
         for letter, (low, high) in list(left.items()):
             turning = letter in ROTARY

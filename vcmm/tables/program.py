@@ -126,9 +126,12 @@ def travels(program: Program, machine: Machine) -> ResultTable[Any]:
             (m.rotary_end[index] if turning else m.end[index] + m.tool_offset[index]) * scale
             for m in program.moves
         ]
-        low, high = (limit * scale for limit in axis.travel)
+        low, high = (limit * scale for limit in axis.limits)
         inside = "yes" if low <= min(reached) and max(reached) <= high else "no"
-        text = (f"{min(reached):.3f} to {max(reached):.3f} {unit}", f"{low:.3f} to {high:.3f} {unit}")
+        text = (
+            f"{min(reached):.3f} to {max(reached):.3f} {unit}",
+            "endless" if axis.is_endless else f"{low:.3f} to {high:.3f} {unit}",
+        )
         rows.append([letter, *text, inside])
     return listing("", ["axis", "goes", "can go", "inside"], rows, words=(0, 3))
 
