@@ -30,10 +30,7 @@ FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis. travel in mm or rad; centre, measured_at in mm (machine frame with all axes at zero).
-
-    is_endless: a rotary axis that turns on and on; its travel is then the one turn over which it is looked at.
-    """
+    """One axis. travel in mm or rad (endless: one turn to look at); centre, measured_at in mm (machine frame, all axes at zero)."""
 
     letter: str
     travel: tuple[float, float]
@@ -47,13 +44,6 @@ class Axis:
     def limits(self) -> tuple[float, float]:
         """Lowest and highest position that the axis reaches, mm or rad; infinite where it turns endlessly."""
         return (-np.inf, np.inf) if self.is_endless else self.travel
-
-    @property
-    def travel_text(self) -> str:
-        """The travel in words: 0 to 600 mm, -120 to 30 deg, endless."""
-        scale, unit = (180.0 / np.pi, "deg") if self.rotary else (1.0, "mm")
-        low, high = (q * scale for q in self.travel)
-        return "endless" if self.is_endless else f"{low:g} to {high:g} {unit}"
 
     @property
     def rotary(self) -> bool:

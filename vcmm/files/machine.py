@@ -132,7 +132,9 @@ def _axis(letter: str, table: AxisTable) -> Axis:
                 f'travel of {letter} is "endless": only rotary axes turn on and on; write its ends, as in ["0 mm", "600 mm"]'
             )
         turn = (0.0, 2.0 * math.pi)
-        return Axis(letter, turn, table.centre, table.measured_at, table.error_frame, dynamics, True)
+        return Axis(
+            letter, turn, centre=table.centre, measured_at=table.measured_at, error_frame=table.error_frame, dynamics=dynamics, is_endless=True,
+        )  # fmt: skip
     low, high = (
         quantity(t, "angle", "travel", "90 deg")
         if is_rotary(letter)

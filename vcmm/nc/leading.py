@@ -7,6 +7,7 @@ plane, and the rotary axes stay where they are.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from vcmm.nc.frames import UNITY, AffineMap
@@ -85,3 +86,13 @@ def held_after(move: Move, held: str) -> str:
         return held
     turned = "ABC" if move.tool_axis_end is not None else "".join(a for a in held if a in "ABC")
     return f"XYZ{turned}"
+
+
+def waits_for_words(r: Leader) -> bool:
+    """Whether a linear axis stands where the control has led it, so that a block that does not name it must not move it."""
+    return not r.led and any(letter in "XYZ" for letter in r.held)
+
+
+def held_behind(r: Leader, moves: Sequence[Move]) -> str:
+    """The same behind the last of many moves that were made without the recorder."""
+    return held_after(moves[-1], r.held) if r.led and moves else r.held

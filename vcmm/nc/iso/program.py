@@ -39,7 +39,7 @@ from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.iso.tools import tell_left_in_the_changer
 from vcmm.nc.iso.turning import turning
-from vcmm.nc.leading import held_after
+from vcmm.nc.leading import held_behind, waits_for_words
 from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
@@ -328,8 +328,7 @@ def _plain_lines(r: IsoRunner) -> None:
     if (
         c.motion not in ("G0", "G1") or c.world.matrix is not UNITY or c.feed_mode != "G94" or c.surface
         or c.diameter or c.exact_once or c.language.lathe or c.polar is not None or c.winding is not None
-        or (c.language.words == "macro" and c.language.decimal_point != "calculator")
-        or (not c.led and any(k in "XYZ" for k in c.held))
+        or (c.language.words == "macro" and c.language.decimal_point != "calculator") or waits_for_words(c)
     ):  # fmt: skip
         return
     lines, match, emit, sides = r.text.lines, _PLAIN.match, c.moves.append, c.sides.append
@@ -380,9 +379,7 @@ def _plain_lines(r: IsoRunner) -> None:
         start = goal
     c.source = Source(r.at + 1, 1, 1)
     r.executed(r.at, at)
-    r.at, c.motion = at, "G0" if rapid else "G1"
-    if c.led and c.moves:
-        c.held = held_after(c.moves[-1], c.held)
+    r.at, c.motion, c.held = at, "G0" if rapid else "G1", held_behind(c, c.moves)
     o = c.tool_offset
     c.p, c.q = (x, y, z), (start[0] + o[0], start[1] + o[1], start[2] + o[2])
 

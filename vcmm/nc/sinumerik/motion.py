@@ -13,7 +13,7 @@ from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
 from vcmm.nc.sinumerik.codes import CODES, IDLE, IDLE_G, LATER, SWITCHES
 from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.specials import FRAMES, SinumerikSpecials
-from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords
+from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords, written_word
 from vcmm.nc.sinumerik.text import FUNCTIONS
 from vcmm.nc.sinumerik.traces import words_of
 from vcmm.nc.state import Modal
@@ -32,14 +32,6 @@ PASSED = (  # they change speeds and spindles, not the path
     "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "SPINU",
 )  # fmt: skip
 DIRECTIONS = (*(f"{a}{n}" for a in ROTARY for n in (2, 3, 4, 5)), "LEAD", "TILT", "THETA")
-
-
-def written_word(words: SinumerikWords, item: Item) -> str:
-    """The word of an item that is left over: K-2, CR=5; its name alone where it has no number."""
-    if item.value is None:
-        return item.name
-    number = f"{words.number(item):g}"
-    return f"{item.name}{number}" if len(item.name) == 1 else f"{item.name}={number}"
 
 
 class SinumerikInterpreter(SinumerikSpecials):
