@@ -138,7 +138,7 @@ def test_the_unit_of_a_program_that_states_none():
 
 
 @pytest.mark.parametrize(
-    ("comment", "unit"), [("METRIC PROGRAM", "mm"), ("UNITS: IN", "inch"), ("1/2 INCH MILL", "inch"), ("PINCH", None), ("INCH, NOT METRIC", None)]
+    ("comment", "unit"), [("METRIC PROGRAM", "mm"), ("UNITS: IN", "inch"), ("1/2 INCH MILL", "inch"), ("T2 .375 DRILL", "inch"), ("T3 = 3/8 END MILL", "inch"), ("DIA-0.5000 TOOL", "inch"), ("D=6MM", "mm"), ("DATE 1/2", None), ("L0.5 F.015", None), ("PINCH", None), ("INCH, NOT METRIC", None)]
 )  # fmt: skip
 def test_what_a_comment_says_of_the_unit(comment: str, unit: str | None):
     from vcmm.nc.iso.numbers import stated_unit

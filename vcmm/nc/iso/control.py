@@ -11,7 +11,7 @@ from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.iso.expressions import Parameters
-from vcmm.nc.iso.misfits import Misfit
+from vcmm.nc.iso.misfits import ArcMisfit
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.recorder import UNMOVED, Recorder
 from vcmm.nc.setup import Setup, Tool
@@ -51,7 +51,7 @@ class IsoControl(Recorder):
     turning_feed: float | None = None  # F as written: degrees per minute where rotary axes alone move
     length_word: int = 0  # H in force
     radius_word: int | None = None  # D in force
-    misfits: list[Misfit] = field(default_factory=list)
+    misfits: list[ArcMisfit] = field(default_factory=list)
     g92: Point = ORIGIN
     g92_kept: Point = ORIGIN
     g52: Point = ORIGIN

@@ -15,7 +15,7 @@ MANY = {
 }  # fmt: skip
 
 
-class Misfit(NamedTuple):
+class ArcMisfit(NamedTuple):
     """kind: a key of MANY. um: by how much; text: the sentence where it is the only one."""
 
     kind: str
@@ -25,7 +25,7 @@ class Misfit(NamedTuple):
     text: str
 
 
-def tell_misfits(c: Recorder, misfits: list[Misfit]) -> None:
+def tell_misfits(c: Recorder, misfits: list[ArcMisfit]) -> None:
     """One remark of each kind, at the first of its arcs."""
     for kind, text in MANY.items():
         rows = [m for m in misfits if m.kind == kind]

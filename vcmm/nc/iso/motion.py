@@ -16,7 +16,7 @@ from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.drawing import angle_of, at_angle, chamfer_of, cut_corner, draws
 from vcmm.nc.iso.lengths import length
-from vcmm.nc.iso.misfits import Misfit
+from vcmm.nc.iso.misfits import ArcMisfit
 from vcmm.nc.iso.polar import polar_ends, radial_ends
 from vcmm.nc.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.nc.levels import SetupEntry
@@ -311,7 +311,7 @@ def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
             f"the radii of the arc at its start and end differ by {off * 1000:.1f} um ({r1:.4f} and {r2:.4f} mm); "
             "the end point is kept, the radius changes evenly on the way"
         )
-        c.misfits.append(Misfit("radii", c.line, c.column, off * 1000, text))
+        c.misfits.append(ArcMisfit("radii", c.line, c.column, off * 1000, text))
 
 
 def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) -> list[float]:
@@ -336,7 +336,7 @@ def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) 
     if half > abs(radius):
         short = 1000 * (half - abs(radius))
         text = f"R is {short:.2f} um smaller than half the distance; a half circle is taken"
-        c.misfits.append(Misfit("R", c.line, column, short, text))
+        c.misfits.append(ArcMisfit("R", c.line, column, short, text))
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     side = (1.0 if clockwise else -1.0) * (1.0 if radius > 0 else -1.0)
     centre = list(before)

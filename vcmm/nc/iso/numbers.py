@@ -11,9 +11,14 @@ from vcmm.nc.moves import Source
 LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
 _COMMENT = re.compile(r"\(([^()\n]*)\)|;([^\n]*)")
-_UNITS = {
-    "inch": re.compile(r"\bINCH(?:ES)?\b|\bIMPERIAL\b|\bUNITS?\W{1,3}IN\b", re.IGNORECASE),
-    "mm": re.compile(r"\bMILLIM|\bMETRIC\b|\bUNITS?\W{1,3}MM\b|\bIN MM\b", re.IGNORECASE),
+_TOOL = r"(?:END|EM|E\.M\.|DRILL|BALL|REAM|TAP|SPOT|MILL|CHAMFER|DIA)"
+_UNITS = {  # words, and sizes of tools as they are called: 1/2 END MILL, .375 DRILL, DIA-0.5000, 6MM DRILL
+    "inch": re.compile(
+        rf"\bINCH(?:ES)?\b|\bIMPERIAL\b|\bUNITS?\W{{1,3}}IN\b|\d[ ]?IN\b|\b\d+/\d+[ -]*(?:\"|{_TOOL})|(?<![\d.])0?\.\d{{3,4}}[ -]*{_TOOL}"
+        r"|\bDIA[ .=:-]*0?\.\d{3,4}\b",
+        re.IGNORECASE,
+    ),
+    "mm": re.compile(r"\bMILLIM|\bMETRIC\b|\bUNITS?\W{1,3}MM\b|\bIN MM\b|\d[ ]?MM\b", re.IGNORECASE),
 }
 
 
