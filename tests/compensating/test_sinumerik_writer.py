@@ -145,3 +145,26 @@ def test_inverse_time_is_shared_out(tmp_path):
     feeds = [m.feed for m in interpret(found.text, "sinumerik", SIEMENS).moves]
     assert len(feeds) > 1
     assert feeds == pytest.approx([600.0] * len(feeds), rel=1e-3)  # 300 mm in 1/2 min
+
+
+@pytest.mark.parametrize("centre", ["I=AC(60) K=AC(0)", "I10 K0"])
+def test_a_turned_arc_about_a_centre_in_diameters_reads_its_own_output(tmp_path, centre):
+    """A quarter of R10 about X 60 (30 mm from the axis) on a lathe whose X runs 100 um/m too far: X 60 is cut at 30.003 mm, written 59.994.
+
+    The centre goes with it: 30 / 1.0001 = 29.997 mm from the axis, 59.994 in diameters; a way of 10 mm is one of 9.999."""
+    text = f"G54 G90 G18 DIAMON\nG0 X40 Z0\nG1 F200 X40 Z0\nG2 X60 Z-10 {centre}\nM30\n"
+    found = go(tmp_path, text, scale(100.0), tolerance=2e-4, decimals=4)
+    assert found.before.largest == pytest.approx(3e-3, rel=1e-2)
+    assert found.after.largest < 0.3e-3
+    arcs = [m for m in interpret(found.text, "sinumerik", SIEMENS).moves if m.kind == "arc"]
+    assert arcs[-1].end[0] == pytest.approx(29.997, abs=1e-4)
+    assert arcs[-1].centre[0] == pytest.approx(29.997, abs=2e-3)
+    written = next(line for line in body(found) if "G2" in line)
+    assert ("I=AC(59.99" in written) is ("AC" in centre)
+
+
+def test_a_point_between_in_diameters_reads_its_own_output(tmp_path):
+    text = "G54 G90 G18 DIAMON\nG0 X40 Z0\nG1 F200 X40 Z0\nCIP X40 Z-20 I1=60 K1=-10\nCIP X40 Z-40 I1=IC(10) K1=IC(-10)\nM30\n"
+    found = go(tmp_path, text, scale(100.0), tolerance=2e-4, decimals=4)
+    assert found.before.largest == pytest.approx(3e-3, rel=1e-2)
+    assert found.after.largest < 0.3e-3

@@ -15,6 +15,9 @@ def test_the_rounded_centre_keeps_both_radii_alike() -> None:
     """From (0, 0) to (2, 0): a centre at I 1.04, J 0.3 rounds to 1.0 in X, where both ends are equally far, not to 1.1."""
     wanted, origin, end = np.array([1.04, 0.3]), np.zeros(2), np.array([2.0, 0.0])
     assert best_centre(wanted, origin, end, 0.1) == pytest.approx((1.0, 0.3))
+    # the same in diameters along X: 2.08, counted from 0, on whole steps of 0.1: 2.0
+    twice = best_centre(wanted * [2, 1], origin, end, 0.1, (0.5, 1.0))
+    assert twice == pytest.approx((2.0, 0.3))
 
 
 def test_only_numbers_that_must_change_change(tmp_path) -> None:

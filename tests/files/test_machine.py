@@ -226,3 +226,38 @@ def test_a_correlated_table_keeps_its_uncertainty_between_the_nodes(tmp_path):
     u = np.linalg.norm(moved, axis=1)
     assert u.max() == pytest.approx(1e-3, rel=1e-3)
     assert u.min() > 0.9975e-3
+
+
+ENDLESS = """vcmm = "machine/1"
+kind = "machine-tool"
+structure = "w C' X' Y' b Z t"
+[axes.X]
+travel = ["-500 mm", "500 mm"]
+[axes.Y]
+travel = ["-500 mm", "500 mm"]
+[axes.Z]
+travel = ["-500 mm", "500 mm"]
+[axes.C]
+travel = "endless"
+"""
+
+
+def test_a_rotary_axis_may_turn_on_and_on(tmp_path):
+    """10 turns are inside; where the axis is looked at, it is over one turn. It is written as it was read."""
+    from vcmm.calibrating.machine_file import bare_text
+    from vcmm.core.machine import check_travel
+
+    path = tmp_path / "m.toml"
+    path.write_text(ENDLESS)
+    axis = load_machine(path).axes["C"]
+    check_travel(axis, np.array([20 * np.pi, -20 * np.pi]))
+    assert axis.travel == pytest.approx((0.0, 2 * np.pi))
+    assert axis.limits == (-np.inf, np.inf)
+    path.write_text(bare_text(load_machine(path)))
+    assert load_machine(path).axes["C"] == axis
+    path.write_text(ENDLESS.replace('travel = ["-500 mm", "500 mm"]', 'travel = "endless"', 1))
+    with pytest.raises(DataError, match='travel of X is "endless": only rotary axes turn on and on'):
+        load_machine(path)
+    path.write_text(ENDLESS.replace('"endless"', '"endles"'))
+    with pytest.raises(DataError, match='a rotary axis that turns on and on has travel = "endless"'):
+        load_machine(path)

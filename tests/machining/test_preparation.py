@@ -10,6 +10,7 @@ from vcmm.cli import run as command
 from vcmm.core.errors import DataError, UsageError
 from vcmm.cutting.solid import thinning
 from vcmm.machining.job import cut
+from vcmm.machining.preparation import set_up
 from vcmm.nc.interpret import interpret
 from vcmm.pages.cut import MOST_FACES
 
@@ -68,3 +69,21 @@ def test_a_square_stock_has_a_picture(tmp_path, monkeypatch):
     for nx, ny in ((601, 601), (601, 2), (90, 600)):  # 2 triangles per cell above and below
         every = thinning(nx, ny, MOST_FACES)
         assert 4 * -(-nx // every) * -(-ny // every) <= MOST_FACES
+
+
+def test_g1_before_the_length_is_in_force_only_positions(tmp_path):
+    program = shop.PROGRAM.replace("G54 G0 X-20. Y90. S3000 M3", "G54 G1 X-20. Y90. F2000 S3000 M3")
+    plain = set_up(vcmm.load_cut(shop.write(tmp_path)))
+    job = set_up(vcmm.load_cut(shop.write(tmp_path, program=program)))
+    assert [m.end for m in job.program.moves] == [m.end for m in plain.program.moves]
+
+
+def test_the_tool_that_is_in_the_spindle_cuts(tmp_path):
+    program = shop.PROGRAM.replace("T1 M6\n", "").replace("G43 H1 ", "G0 ")
+    with pytest.raises(UsageError, match=r"none has been called; add \[tools.spindle\]"):
+        set_up(vcmm.load_cut(shop.write(tmp_path, program=program)))
+    setup = shop.SETUP.replace("[tools.1]", "[tools.spindle]").replace('"100 mm"', '"0 mm"')
+    scenario = shop.SCENARIO + '[cut.tools.spindle]\nu_radius = "2 um"\n'
+    job = set_up(vcmm.load_cut(shop.write(tmp_path, program=program, setup=setup, scenario=scenario)))
+    assert {m.tool for m in job.program.moves} == {0}
+    assert "tool_radius[0].dr" in [one.id for one in job.scenario.inputs]

@@ -17,7 +17,7 @@ import pytest
 
 from tests.nc.oracle import Step, steps
 
-_CALL = re.compile(r"([A-Z0-9_]+)\(([^)]*)\)")
+_CALL = re.compile(r"(?:N\d+)?([A-Z]+(?:_[A-Z0-9]+)*)\(([^)]*)\)")
 _PLANE = {"CANON_PLANE_XY": 1, "CANON_PLANE_YZ": 2, "CANON_PLANE_XZ": 3}
 _TABLE = "T1 P1 Z0 D0.393700787\nT2 P2 Z0.492125984 D0.236220472\n"  # inches, whatever the program says
 
@@ -32,24 +32,34 @@ def binary() -> str:
     return found
 
 
-def lines_of(text: str, folder: Path) -> list[str]:
-    """What the interpreter prints for a program."""
-    program, table = folder / "p.ngc", folder / "tool.tbl"
-    program.write_text(text, encoding="utf-8")
-    table.write_text(_TABLE, encoding="utf-8")
-    said = subprocess.run(
-        [binary(), "-g", "-t", str(table), str(program)], capture_output=True, text=True, timeout=30,
-        env={**os.environ, "HOME": str(folder)}, check=False,
-    )  # fmt: skip
-    assert said.returncode == 0, said.stdout[-300:] + said.stderr[-300:]
-    return said.stdout.splitlines()
+def said_of(program: Path, folder: Path, tools: str = _TABLE, seconds: float = 30.0) -> tuple[int, str]:
+    """Exit code of the interpreter (124: it does not end) and what it prints for a program."""
+    table = folder / "tool.tbl"
+    table.write_text(tools, encoding="utf-8")
+    try:
+        said = subprocess.run(
+            [binary(), "-g", "-t", str(table), str(program)], capture_output=True, timeout=seconds,
+            env={**os.environ, "HOME": str(folder)}, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return 124, ""
+    return said.returncode, said.stdout.decode("latin-1")
 
 
 def path_of(text: str, folder: Path) -> list[Step]:
     """The path of a program, mm."""
+    program = folder / "p.ngc"
+    program.write_text(text, encoding="utf-8")
+    code, said = said_of(program, folder)
+    assert code == 0, said[-300:]
+    return path_said(said)
+
+
+def path_said(said: str) -> list[Step]:
+    """The path in what the interpreter has printed, mm."""
     events: list[list[Any]] = []
     unit, offset = 1.0, [0.0] * 9
-    for line in lines_of(text, folder):
+    for line in said.splitlines():
         call = _CALL.search(line)
         if call is None:
             continue

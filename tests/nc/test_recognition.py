@@ -66,3 +66,21 @@ def test_where_it_is_not_sure_the_second_is_tried():
     assert unsure(candidates(text, None))
     program = interpret(text, None, Setup(strict=False))
     assert program.moves[-1].offset == "G54.1 P1"
+
+
+@pytest.mark.parametrize(
+    ("whose", "text"),
+    [
+        ("Brother", "%\nO1\nG21 G90\nG100 T1 X10. Y5. Z50. G43 H1 S8000 M3\nG1 Z-1. F100\nG53 G0 Z0\nM97 P10\nM30\n%"),
+        ("Fagor", "%NAME,MX--,\nN10 G90 G21\nN20 G81 X10 Y5 Z2 I-10 F100\nM30\n"),
+        ("Fagor", "%PLATE 1 ,MX-,\nG0 X1 Y2\nM30\n"),
+    ],
+)  # fmt: skip
+def test_controls_that_are_not_here_are_named(whose: str, text: str):
+    with pytest.raises(DataError, match=f"seems to be written for {whose} .*name one with --dialect"):
+        interpret(text, None, Setup(strict=False))
+
+
+@pytest.mark.parametrize("name", ["PART 1.MIN%", "A.B+C.MIN%", "A(1)[2].SSB%", "PART-2.MIN", " PART.SUB%"])
+def test_names_of_okuma_files(name: str):
+    assert guess(f"${name}\nG0 X50 Z2\nG1 Z-5 F.2\nM2\n", None)[0] == "okuma"

@@ -126,3 +126,30 @@ def test_a_tool_that_states_no_length_is_told(tmp_path):
         read = read_for("cut", program, None, load_setup(tmp_path / "s.toml"))
         said[length] = [(r.line, "[tools.1] of the set-up states no length" in r.text) for r in read.warnings]
     assert said == {"": [(4, True)], 'length = "0 mm"\n': [], 'length = "90 mm"\n': []}
+
+
+def test_g1_that_only_positions_needs_no_length():
+    # 80 mm long: the tip stands at -80 while Z is at 0; G43 Z-100 goes down from there, so nothing was cut before
+    text = "T1 M6\nG21 F100.\nG54 G1 X10. Y5.\nG43 H1 Z-100.\nG1 X20.\nM30"
+    assert without_length(interpret(text, "fanuc", SETUP).moves, SETUP.tools) is None
+    low = text.replace("Z-100.", "Z-20.")  # the tip has to come up: it was below its first height
+    late = without_length(interpret(low, "fanuc", SETUP).moves, SETUP.tools)
+    assert late is not None
+    assert late.source.line == 3
+    down = text.replace("G1 X10. Y5.", "G0 Z-5.\nG1 X10. Y5.")
+    assert without_length(interpret(down, "fanuc", SETUP).moves, SETUP.tools) is not None
+    never = "T1 M6\nG21 F100.\nG54 G1 X10. Y5.\nM30"
+    assert without_length(interpret(never, "fanuc", SETUP).moves, SETUP.tools) is not None
+
+
+def test_the_tool_that_is_in_the_spindle(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(
+        'vcmm = "setup/1"\n[tools.spindle]\nlength = "30 mm"\ndiameter = "6 mm"\n', encoding="utf-8"
+    )
+    setup = load_setup(path)
+    assert (setup.tools[0].number, setup.tools[0].diameter) == (0, 6.0)
+    cut = interpret("G21 F100.\nG0 Z-5.\nG1 X10.\nM30", "fanuc", setup)
+    late = without_length(cut.moves, setup.tools)
+    assert late is not None
+    assert late.tool == 0

@@ -123,7 +123,8 @@ def bare_text(machine: Machine) -> str:
     for letter, axis in machine.axes.items():
         unit, scale = ("deg", 180 / np.pi) if axis.rotary else ("mm", 1.0)
         low, high = (f'"{q * scale:.10g} {unit}"' for q in axis.travel)
-        lines += [f"[axes.{letter}]", f"travel = [{low}, {high}]"]
+        travel = '"endless"' if axis.is_endless else f"[{low}, {high}]"
+        lines += [f"[axes.{letter}]", f"travel = {travel}"]
         for key, place in (
             ("centre", axis.centre if any(axis.centre) else None),
             ("measured_at", axis.measured_at),

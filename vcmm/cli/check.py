@@ -106,9 +106,8 @@ def _describe_machine(machine: Any) -> list[list[str]]:
     rows = [["machine", f"{machine.name} ({machine.kind}), structure {machine.chain.structure}"]]
     for letter, axis in machine.axes.items():
         scale, unit = (57.29577951308232, "deg") if axis.rotary else (1.0, "mm")
-        rows.append(
-            [f"axis {letter}", f"travel {axis.travel[0] * scale:g} to {axis.travel[1] * scale:g} {unit}"]
-        )
+        ends = f"{axis.travel[0] * scale:g} to {axis.travel[1] * scale:g} {unit}"
+        rows.append([f"axis {letter}", f"travel {'endless' if axis.is_endless else ends}"])
     names: dict[str, list[str]] = {}
     for effect in machine.effects:
         names.setdefault(effect.name, []).append(effect.where)

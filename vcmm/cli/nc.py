@@ -191,11 +191,14 @@ def _show(program: Path, read: Any, total: Any, moves: bool) -> None:
     from vcmm.tables import program as tables
 
     name = program.name
+    if read.unused:
+        show_table(tables.unused(name, read))
     if moves:
         show_table(tables.moves(name, read))
     show_table(tables.kinds(name, read, total))
     show_table(tables.extents(read, total))
     if read.assumed:
         show_table(tables.assumed(name, read))
-    if read.warnings:
-        show_table(tables.remarks(name, read))
+    remarks = tables.remarks(name, read)
+    if remarks.rows:
+        show_table(remarks)

@@ -32,6 +32,10 @@ class BlockFrame:
         """A vector instead of a point; never a diameter."""
         return np.asarray(way @ self.inverse.T * abs(self.scale[1]))
 
+    def radii(self) -> Array:
+        """(3,) Length of one unit of the numbers of each axis, as ways count: 0.5 where they are diameters."""
+        return np.asarray(np.abs(self.scale[1] / self.scale))
+
     def tip(self, numbers: Array) -> Array:
         return np.asarray(self.matrix @ (numbers / self.scale) + self.shift)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from vcmm.compensating.source import SourceText, read_source
@@ -28,6 +29,7 @@ def loaded(
         from vcmm.files.machine import load_machine
 
         machine_file, machine = setup.machine, load_machine(setup.machine)
+    setup = replace(setup, axes=frozenset(machine.axes))
     source = read_source(Path(program))
     name = dialect or setup.dialect or guess(source.text, Path(program))[0]
     return source, setup, machine, machine_file, name

@@ -52,7 +52,7 @@ def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array)
     run = field.run(move, share, tips)
     linear = field.axes_at(move, tips, angle, -run.offset) - run.offset
     travel = {
-        a: field.known.machine.axes[a].travel for a in run.position
+        a: field.known.machine.axes[a].limits for a in run.position
     }  # what leads beyond is refused by its line
     both = {
         a: linear[:, "XYZ".index(a)] if a in "XYZ" else np.clip(angle[:, ROTARY.index(a)], *travel[a])
@@ -147,7 +147,7 @@ def _check(field: PathErrors, trace: Trace, name: str, found: Aimed, row: int) -
         )
         raise at_line(ModelLimit, name, trace.line, said, first)
     for k in rotary_of(machine):
-        low, high = machine.axes[ROTARY[k]].travel
+        low, high = machine.axes[ROTARY[k]].limits
         q = found.angle[row, k]
         if not low - 1e-9 <= q <= high + 1e-9:
             said = f"axis {ROTARY[k]} = {math.degrees(q):.4f} deg is outside its travel {math.degrees(low):g} to {math.degrees(high):g} deg after correction"

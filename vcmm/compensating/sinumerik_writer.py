@@ -112,7 +112,8 @@ class SinumerikWriter(Writer):
         point = piece.centre + nominal * radius / math.hypot(nominal[a], nominal[b])
         wanted = frame.numbers(point)
         centre = frame.numbers(piece.centre)
-        size = math.hypot(*(new - centre)[[a, b]])
+        unit = frame.radii()
+        size = math.hypot(*((new - centre) * unit)[[a, b]])
         best = min(
             (
                 (nearest(float(wanted[a]), step) + i * step, nearest(float(wanted[b]), step) + j * step)
@@ -120,7 +121,7 @@ class SinumerikWriter(Writer):
                 for j in (-1, 0, 1)
             ),
             key=lambda p: (
-                abs(math.hypot(p[0] - centre[a], p[1] - centre[b]) - size)
+                abs(math.hypot((p[0] - centre[a]) * unit[a], (p[1] - centre[b]) * unit[b]) - size)
                 + 0.1 * math.hypot(p[0] - wanted[a], p[1] - wanted[b])
             ),
         )
@@ -130,7 +131,7 @@ class SinumerikWriter(Writer):
             steps = (
                 word.mode == "IC" if word is not None and word.mode else self.relative(trace, frame, i, False)
             )
-            out[VIA[i]] = value - float(cur[i]) if steps else value
+            out[VIA[i]] = (value - float(cur[i])) * float(unit[i]) if steps else value
         return out
 
     def _nominal_centre(self, trace: Trace, frame: BlockFrame) -> dict[str, float]:
@@ -148,7 +149,7 @@ class SinumerikWriter(Writer):
             if not word.plain:
                 return 0.5
             steps = word.mode == "IC" or (not word.mode and not frame.absolute)
-            point[i] = value_of(word) + (start[i] if steps else 0.0)
+            point[i] = value_of(word) / frame.radii()[i] + start[i] if steps else value_of(word)
         return float(nearest_share(m, frame.tip(point)[None])[0])
 
 

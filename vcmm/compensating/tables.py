@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.compensating.table_signs import of_the_axes, of_the_tool
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.kinematics import Axis
@@ -96,17 +97,19 @@ def _rest(machine: Machine, held: set[str], why: str) -> list[str]:
 
 def isg_tables(machine: Machine, nodes: int) -> Tables:
     """One file with all axes and the squareness errors."""
-    tables, held = [], set()
+    tables, held, own = [], set(), {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, left = component_errors(machine, letter, q)
+        own[letter] = q, values[:, "XYZ".index(letter)]
         held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
         columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
         tables.append(ErrorTable((letter,), (q,), columns, 0))
     square: list[Any] = [e for e in machine.effects if e.role == "angle between axes"]
     angles = {e.where: float(e.angle) for e in square}
     held |= {e.id for e in square}
-    said = f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)"
+    lines = [f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)", *of_the_axes(machine, own)]
+    said = "\n// ".join(lines)
     why = "depends on more than the position of its axis; a table cannot hold it"
     return Tables(
         {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), said)}, tuple(_rest(machine, held, why))
@@ -128,7 +131,8 @@ def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, s
 
 
 def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
-    """COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm."""
+    """COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm. Behind the last row it says whose motion that is: LinuxCNC
+    ends its reading at the first line without three numbers (usrmotLoadComp)."""
     files, held = {}, set()
     left = []
     for letter, axis in linear(machine).items():
@@ -136,7 +140,8 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
         up, down, own = _both_ways(machine, letter, q)
         held |= own
         rows = [f"{x:.6f} {x + a:.6f} {x + b:.6f}" for x, a, b in zip(q, up, down)]
-        files[f"comp_{letter.lower()}.txt"] = "\n".join(rows) + "\n"
+        said = [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
+        files[f"comp_{letter.lower()}.txt"] = "\n".join([*rows, *said]) + "\n"
         values, _ = component_errors(machine, letter, q)
         names = [
             f"E{n}{letter}"
@@ -152,12 +157,13 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
 
 def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
     """COM tables, one for each axis: AXISPOS, BACKLASH, C1 to C3 in mm."""
-    files, held, left = {}, set(), []
+    files, held, left, own = {}, set(), [], {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, _ = component_errors(machine, letter, q)
-        up, down, own = _both_ways(machine, letter, q)
-        held |= own
+        up, down, held_here = _both_ways(machine, letter, q)
+        held |= held_here
+        own[letter] = q, values[:, "XYZ".index(letter)]
         lines = [f"BEGIN {letter}.COM MM", "NR AXISPOS BACKLASH C1 C2 C3"]
         for i, x in enumerate(q):
             numbers = (x, down[i] - up[i], *values[i, :3])
@@ -171,8 +177,11 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
                 f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"
             )
     left += _rest(machine, held, "not a component error over one axis")
+    files["signs.txt"] = "\n".join(
+        [f"{machine.name}: C1 C2 C3 of the tables", *of_the_axes(machine, own), ""]
+    )
     left.append(
-        "the values are errors, actual - nominal: check the sign with one axis before all are switched on"
+        "signs.txt says whose motion the values are and gives an example: check the sign with one axis before all are switched on"
     )
     return Tables(files, tuple(left))
 

@@ -261,7 +261,8 @@ class Writer(Wording):
         from_zero = np.array([self.centre_absolute(trace, frame, i) for i in range(3)])
         wanted = np.where(from_zero, frame.numbers(piece.centre), frame.ways(piece.centre - start))
         origin = np.where(from_zero, frame.numbers(start), 0.0)
-        one, two = best_centre(wanted[[a, b]], origin[[a, b]], frame.ways(end - start)[[a, b]], step)
+        share = np.where(from_zero, frame.radii(), 1.0)[[a, b]]
+        one, two = best_centre(wanted[[a, b]], origin[[a, b]], frame.ways(end - start)[[a, b]], step, share)
         return {CENTRES[a]: one, CENTRES[b]: two}
 
 
@@ -274,13 +275,15 @@ def _gap(p: Array, c: Array, a: int, b: int) -> float:
     return math.hypot(p[a] - c[a], p[b] - c[b])
 
 
-def best_centre(wanted: Array, origin: Array, end: Array, step: float) -> tuple[float, float]:
-    """The rounded centre near the wanted one whose distances from both ends agree best."""
+def best_centre(
+    wanted: Array, origin: Array, end: Array, step: float, share: Sequence[float] | Array = (1.0, 1.0)
+) -> tuple[float, float]:
+    """The rounded centre near the wanted one whose distances from both ends agree best; share: 0.5 where a number is a diameter."""
     best, least = (0.0, 0.0), math.inf
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):
             c = (nearest(float(wanted[0]), step) + i * step, nearest(float(wanted[1]), step) + j * step)
-            rel = (c[0] - origin[0], c[1] - origin[1])
+            rel = ((c[0] - origin[0]) * share[0], (c[1] - origin[1]) * share[1])
             uneven = math.hypot(*rel) - math.hypot(rel[0] - end[0], rel[1] - end[1])
             cost = uneven**2 + (c[0] - wanted[0]) ** 2 + (c[1] - wanted[1]) ** 2
             if cost < least - 1e-18:

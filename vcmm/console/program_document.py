@@ -102,6 +102,7 @@ def nc_json(read: Any, total: Any) -> dict[str, Any]:
         "summary": total.as_json(),
         "tools": {str(number): name for number, name in read.tools.items()},
         "assumed": [{"line": a.line, "what": a.what, "value": a.value} for a in read.assumed],
+        "unused": [{"line": u.line, "word": u.word, "text": u.text} for u in read.unused],
         "touches": [
             {
                 "line": t.line,

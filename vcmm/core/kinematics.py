@@ -30,7 +30,7 @@ FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis. travel in mm or rad; centre, measured_at in mm (machine frame with all axes at zero)."""
+    """One axis. travel in mm or rad (endless: one turn to look at); centre, measured_at in mm (machine frame, all axes at zero)."""
 
     letter: str
     travel: tuple[float, float]
@@ -38,6 +38,12 @@ class Axis:
     measured_at: tuple[float, float, float] | None = None
     error_frame: str = "moving"
     dynamics: Mapping[str, float] = field(default_factory=dict)
+    is_endless: bool = False
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest position that the axis reaches, mm or rad; infinite where it turns endlessly."""
+        return (-np.inf, np.inf) if self.is_endless else self.travel
 
     @property
     def rotary(self) -> bool:

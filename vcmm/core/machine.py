@@ -171,7 +171,7 @@ class Machine:
 
 def check_travel(axis: Axis, q: Array) -> None:
     """Raises ModelLimit, with its row, for the first row outside the travel (1 nm or 1 nrad of rounding is allowed)."""
-    low, high = axis.travel
+    low, high = axis.limits
     outside = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
     if len(outside):
         row = int(outside[0])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from vcmm.core.effect import Effect
 from vcmm.core.errors import DataError, VcmmError, choose_from
@@ -38,7 +39,7 @@ from vcmm.files.scenario import (
     with_knowledge,
 )
 from vcmm.files.schema import Compliance, Point, Size, Spread, Table, checked_model, read_model
-from vcmm.files.setup import load_setup
+from vcmm.files.setup import by_number, load_setup
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
 from vcmm.machining.spindle_load import LOAD
@@ -86,7 +87,9 @@ class CutTable(Table):
     setup: str = Field(examples=['"setup.toml"'])
     dialect: str | None = None
     work_offset: OffsetTable = Field(default_factory=OffsetTable)
-    tools: dict[str, ToolKnowledge] = Field(default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }'])
+    tools: Annotated[dict[str, ToolKnowledge], BeforeValidator(by_number)] = Field(
+        default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }']
+    )
     step: Size = 1.0
     work_spindle: Annotated[int, Field(ge=1, le=9)] = 1
     batch_part: Annotated[int, Field(ge=1)] = Field(default=1, examples=["20"])
@@ -161,6 +164,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         )
     if model is None or setup is None:
         return None
+    setup = setup if machine is None else replace(setup, axes=frozenset(machine.axes))
     log, load = (
         problems.attempt(("cut", key), partial(_log, document, getattr(model.cut, key), names)) or {}
         for key, names in (("force_log", FORCES), ("load_log", (LOAD,)))

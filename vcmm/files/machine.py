@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -142,6 +143,16 @@ def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems
 def _axis(letter: str, table: AxisTable) -> Axis:
     if not is_axis(letter):
         raise UsageError(f'unknown axis "{letter}"; allowed are {ALLOWED}')
+    dynamics = _dynamics(letter, table.dynamics.model_dump())
+    if table.travel == ["endless"]:
+        if not is_rotary(letter):
+            raise UsageError(
+                f'travel of {letter} is "endless": only rotary axes turn on and on; write its ends, as in ["0 mm", "600 mm"]'
+            )
+        turn = (0.0, 2.0 * math.pi)
+        return Axis(
+            letter, turn, centre=table.centre, measured_at=table.measured_at, error_frame=table.error_frame, dynamics=dynamics, is_endless=True,
+        )  # fmt: skip
     low, high = (
         quantity(t, "angle", "travel", "90 deg")
         if is_rotary(letter)
@@ -152,7 +163,6 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         raise UsageError(
             f"travel of {letter} runs from {table.travel[0]} to {table.travel[1]}; the first end must be the lower one"
         )
-    dynamics = _dynamics(letter, table.dynamics.model_dump())
     return Axis(letter, (low, high), table.centre, table.measured_at, table.error_frame, dynamics)
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from vcmm.core.errors import DataError
 from vcmm.files.schema import (
@@ -22,9 +22,34 @@ from vcmm.files.schema import (
     Size,
     Spread,
     Table,
-    Travel,
+    pair_of,
 )
 from vcmm.files.toml import Document, Location, check_version, read_toml
+
+
+def _travel(value: object) -> list[str]:
+    """Two ends, or "endless", kept as a list of one."""
+    if value == ["endless"] or value == "endless":
+        return ["endless"]
+    try:
+        return pair_of('["0 mm", "600 mm"]', value)
+    except ValueError as error:
+        raise ValueError(f'{error}; a rotary axis that turns on and on has travel = "endless"') from None
+
+
+AxisTravel = Annotated[
+    list[str],
+    BeforeValidator(_travel),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
+                {"type": "string", "const": "endless"},
+            ],
+            "examples": ['["0 mm", "600 mm"]', '"endless"'],
+        }
+    ),
+]
 
 
 class Dynamics(Table):
@@ -36,7 +61,7 @@ class Dynamics(Table):
 
 
 class AxisTable(Table):
-    travel: Travel
+    travel: AxisTravel
     centre: Point = (0.0, 0.0, 0.0)
     measured_at: Point | None = None
     error_frame: Literal["moving", "fixed"] = "moving"

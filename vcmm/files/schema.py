@@ -165,7 +165,7 @@ def _direction(value: object) -> Any:
     return numbers
 
 
-def _pair(example: str, value: object) -> Any:
+def pair_of(example: str, value: object) -> Any:
     """Two texts with units; the unit depends on other keys and is checked later."""
     if not (isinstance(value, list) and len(value) == 2 and all(isinstance(v, str) for v in value)):
         raise ValueError(
@@ -186,7 +186,7 @@ def _pair_type(example: str) -> Any:
         "maxItems": 2,
         "examples": [example],
     }
-    return Annotated[list[str], BeforeValidator(partial(_pair, example)), WithJsonSchema(schema)]
+    return Annotated[list[str], BeforeValidator(partial(pair_of, example)), WithJsonSchema(schema)]
 
 
 Size = _quantity_type("length", "30 mm", "positive")

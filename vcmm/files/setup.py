@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, VcmmError, choose_from
 from vcmm.core.units import quantity
 from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
 from vcmm.files.environment import Temperatures, columns_of
@@ -27,6 +27,8 @@ from vcmm.response.logs import sensor_of
 _OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")
 
 
+SPINDLE = "spindle"  # the key of the tool that is in the spindle before any is called: tool 0
+
 NEGATIVE_LENGTH = (
     'length = "{0:g} mm" is negative; it counts from the gauge line of the spindle to the tip. An offset H that was touched off '
     "from machine zero becomes length = H - Z, with Z the machine position of the work zero, which then stands in [offsets]: "
@@ -39,6 +41,9 @@ TOOL_SIZES = {  # mm: smallest and largest that a tool has; below and above, a u
     "stick_out": (0.1, 3000.0), "cutting_length": (0.02, 3000.0), "shank_diameter": (0.1, 1000.0), "width": (0.02, 100.0),
     "offset_x": (0.0, 3000.0), "offset_y": (0.0, 3000.0),
 }  # fmt: skip
+
+
+UNITS = {"mm": 1.0, "inch": 25.4}  # mm
 
 
 class ToolTable(Table):
@@ -100,6 +105,8 @@ class SetupFile(Table):
     decimal_point: Literal["calculator", "increment"] | None = None
     arc_centre: Literal["incremental", "absolute"] | None = None
     block_delete: bool = False
+    unit: Literal["mm", "inch"] | None = None
+    drawing_dimensions: bool | None = Field(default=None, examples=["true"])
     subprograms: list[str] = Field(default_factory=list, examples=['["../macros"]'])
     offsets: dict[str, Point] = Field(default_factory=dict)
     rotations: dict[str, Angle] = Field(default_factory=dict)
@@ -151,12 +158,30 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
+        unit=None if model.unit is None else UNITS[model.unit], drawing_dimensions=model.drawing_dimensions,
+        axes=_axes_of(folder / model.machine) if model.machine else None,
         control=control, compensation=active, log=log, set_with=model.set_with, channel=model.channel, work_spindles=dict(model.work_spindles),
         subprograms=tuple(folder / name for name in model.subprograms),
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
         thrust=model.stock.thrust_ratio if model.stock else None, surfaces=surfaces,
     )  # fmt: skip
+
+
+def by_number(tools: Any) -> Any:
+    """A table of tools with the number 0 for the one that is in the spindle."""
+    return (
+        {"0" if key == SPINDLE else key: t for key, t in tools.items()} if isinstance(tools, dict) else tools
+    )
+
+
+def _axes_of(machine: Path) -> frozenset[str] | None:
+    """Letters of the axes of a machine file; None where it cannot be read, which whoever reads the machine says."""
+    try:
+        axes = read_toml(machine).data.get("axes")
+    except VcmmError:
+        return None
+    return frozenset(axes) if isinstance(axes, dict) and axes else None
 
 
 def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
@@ -271,8 +296,10 @@ def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
 
 def _tool(key: str, t: ToolTable) -> Tool:
     """One tool, its shape and sizes checked against each other."""
-    if not re.fullmatch(r"[0-9]{1,9}", key) or int(key) < 1:
-        raise UsageError(f'"{key}" is no tool number; write for example [tools.1]')
+    if key != SPINDLE and not re.fullmatch(r"[0-9]{1,9}", key):
+        raise UsageError(
+            f'"{key}" is no tool number; write for example [tools.1], or [tools.{SPINDLE}] for the tool that is in the spindle'
+        )
     if t.length < 0 and t.shape != "turning":
         raise TableProblems([("length", NEGATIVE_LENGTH.format(t.length))])
     if wrong := _wrong_sizes(t):
@@ -302,7 +329,7 @@ def _tool(key: str, t: ToolTable) -> Tool:
             f"corner_radius of {t.corner_radius:g} mm is more than half the diameter of {t.diameter:g} mm"
         )
     return Tool(
-        number=int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
+        number=0 if key == SPINDLE else int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
         offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
         length_stated="length" in t.model_fields_set,
     )  # fmt: skip

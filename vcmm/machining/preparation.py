@@ -206,7 +206,7 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
     """The whole program stays within the travels, but for the way from where the machine happens to stand."""
     later = np.flatnonzero(path.move != path.timing.moving[0])
     for letter, axis in scenario.machine.axes.items():
-        q, (low, high) = path.axes[letter][later], axis.travel
+        q, (low, high) = path.axes[letter][later], axis.limits
         bad = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
         if len(bad):
             line = path.columns["line"][later[bad[0]]]

@@ -107,6 +107,11 @@ def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
         return tools[move.tool].shape != "probe"
     if move.kind == "rapid":
         return False
+    if not move.tool:
+        raise UsageError(
+            f"line {move.source.line} cuts with the tool that is in the spindle, none has been called; add [tools.spindle] with length "
+            "and diameter to the set-up, or the tool change (T1 M6) to the program"
+        )
     known = [str(n) for n in tools]
     raise UsageError(
         f"line {move.source.line} cuts with tool {move.tool}, which is not in the set-up."

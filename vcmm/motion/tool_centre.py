@@ -4,8 +4,8 @@ Under tool centre point control (G43.4, G43.5, TRAORI, M128) and in tilted plane
 are those of the tip in the workpiece, the tool is long along its own axis, and F is the feed of the tip in the workpiece. The
 control works out the axes:
 
-    rotary axes   by their words, or so that the tool points along the direction of the program (the nearest position that does);
-                  from block end to block end they run in proportion to the path, as controls do by default
+    rotary axes   by their words, or so that the tool points along the direction of the program (the position that it asks for, else
+                  the nearest: vcmm.motion.posture); those that the control has turned stay until a word moves them; from block end to block end they run in proportion to the path, as controls do by default
     linear axes   from the tip, the angles and the kinematic chain (vcmm.motion.tool_pose), point by point
 
 Each such move becomes short moves of the axes, no more than CHORD off the led path, with the feed that gives the tip its speed.
@@ -24,10 +24,12 @@ from vcmm.core.axes import ROTARY
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.motion.lacking import check_axes
 from vcmm.motion.led_path import led_path, swept_angle
 from vcmm.motion.polar import polar_samples
-from vcmm.motion.tool_pose import pointed, rotary_of, tip_and_axis, tip_as_at_zero
-from vcmm.nc.moves import Move, Point, Remark
+from vcmm.motion.posture import pointed, swept
+from vcmm.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
+from vcmm.nc.moves import Move, Point, Posture, Remark
 
 CHORD = 1e-5  # mm by which the axes may leave the led path between two points
 EVERY = 0.02  # rad of the rotary axes, or of an arc, between two looks at it
@@ -52,6 +54,7 @@ class Leading:
     offset: Array  # of the tool, mm: a tool change leaves the axes where they stand, and moves the tip
     moves: list[Move] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
+    chosen: tuple[Posture, Point] | None = None  # which position has been taken last, and for what direction
 
     def pose(self, offset: Array) -> tuple[Array, Array]:
         """Tip and tool axis (3,) in the workpiece."""
@@ -71,6 +74,7 @@ def in_machine_axes(
 
     Raises UsageError for a machine without rotary axes, ModelLimit where no position of its axes turns the tool as asked.
     """
+    check_axes(moves, machine, name)
     if not leads(moves):
         return tuple(moves), ()
     state = _beginning(moves, machine, name)
@@ -87,6 +91,7 @@ def oriented(
     moves: Sequence[Move], machine: Machine, name: str = "the program"
 ) -> tuple[tuple[Move, ...], tuple[Remark, ...]]:
     """The same moves with the angles of their rotary axes and the tool axes at both ends, and remarks; raises as `in_machine_axes`."""
+    check_axes(moves, machine, name)
     if (not rotary_of(machine) and not leads(moves)) or _lacks_linear(machine):
         return tuple(moves), ()  # without Y the path over the end face (G12.1) has its angles already
     state = _beginning(moves, machine, name)
@@ -163,9 +168,7 @@ def _taken(state: Leading, m: Move) -> None:
     offset = np.array(m.tool_offset)
     if m.tool_axis_start is not None and m.tool_axis_start == m.tool_axis_end:
         _brought(state, m, _angle(state, m, np.array(m.tool_axis_end)))
-    target = (
-        np.array(m.rotary_end) if m.tool_axis_end is None else _angle(state, m, np.array(m.tool_axis_end))
-    )
+    target = _spoken(state, m) if m.tool_axis_end is None else _angle(state, m, np.array(m.tool_axis_end))
     _check_swing(state, m, target)
     share, at, angle = _samples(state, m, target, offset)
     pieces = _pieces(state, m, share, at, angle)
@@ -175,9 +178,27 @@ def _taken(state: Leading, m: Move) -> None:
 
 def _plain(state: Leading, m: Move) -> None:
     """A move of the axes themselves: it begins where they really stand; arcs begin where they are programmed."""
-    start = m.start if m.centre is not None else _point(state.tip)
-    state.moves.append(m._replace(start=start, rotary_start=_point(state.angle)))
-    state.tip, state.angle = np.array(m.end), np.array(m.rotary_end)
+    if m.tool_axis_end is not None:  # a tilted plane is in force, and this block runs in machine coordinates
+        _brought(state, m, _angle(state, m, np.array(m.tool_axis_end)))
+        m = m._replace(rotary_end=_point(state.angle), tool_axis_start=None, tool_axis_end=None)
+    start, angle = m.start if m.centre is not None else _point(state.tip), _spoken(state, m)
+    if np.abs(angle - state.angle).max() > STILL:
+        state.chosen = None
+    end = np.array(m.end)
+    stays = [i for i, a in enumerate("XYZ") if a in m.held and m.centre is None]
+    end[stays] = state.tip[stays]
+    state.moves.append(
+        m._replace(start=start, end=_point(end), rotary_start=_point(state.angle), rotary_end=_point(angle))
+    )
+    state.tip, state.angle = end, angle
+
+
+def _spoken(state: Leading, m: Move) -> Array:
+    """Angles (3,) that the words of the program say; of axes that the control has turned those at which they stand."""
+    angle = np.array(m.rotary_end)
+    stays = [i for i, a in enumerate(ROTARY) if a in m.held]
+    angle[stays] = state.angle[stays]
+    return angle
 
 
 def _over_face(state: Leading, m: Move) -> None:
@@ -202,21 +223,35 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     """Angles (3,) at which the tool points along `axis` (3,), workpiece axes."""
     none = np.zeros(3)
     now = tip_and_axis(state.machine, none[None], state.angle[None], none[None])[1][0]
-    if np.abs(now - axis).max() < SAME:
+    aim = _point(axis)
+    is_chosen = m.posture is None or state.chosen == (m.posture, aim)
+    if np.abs(now - axis).max() < SAME and is_chosen:
         return state.angle
-    found = pointed(state.machine, axis, state.angle)
+    found = pointed(state.machine, axis, state.angle, m.posture)
+    state.chosen = None if m.posture is None else (m.posture, aim)
     if found is None:
         letters = " and ".join(ROTARY[i] for i in rotary_of(state.machine))
+        as_asked = f" as {m.posture.said} asks for" if m.posture is not None and m.posture.said else ""
         raise ModelLimit(
-            f"{state.name}:{m.source.line}: no position of {letters} within their travels points the tool along ({axis[0]:.4f} {axis[1]:.4f} "
+            f"{state.name}:{m.source.line}: no position of {letters} within their travels{as_asked} points the tool along ({axis[0]:.4f} {axis[1]:.4f} "
             f"{axis[2]:.4f}) of the workpiece; turn the part in its fixture, or check travels and structure of {state.machine.name}"
         )
     return found
 
 
 def _brought(state: Leading, m: Move, angle: Array) -> None:
-    """The rotary axes turn into a tilted plane while X, Y and Z stand."""
+    """The rotary axes turn into a tilted plane while X, Y and Z stand, or keep the tip where it is on the workpiece (G53.6, MOVE)."""
     if np.abs(angle - state.angle).max() <= STILL:
+        return
+    if m.posture is not None and m.posture.keeps_tip:
+        offset = np.array(m.tool_offset)
+        at = _point(state.pose(offset)[0])
+        turn = m._replace(
+            kind="rapid", start=at, end=at, centre=None, clockwise=None, feed=None, compensation=None
+        )
+        pieces = _pieces(state, turn, *_samples(state, turn, angle, offset))
+        state.moves += pieces
+        state.tip, state.angle = np.array(pieces[-1].end), angle
         return
     here = _point(state.tip)
     plain = m._replace(
@@ -252,12 +287,26 @@ def _samples(state: Leading, m: Move, target: Array, offset: Array) -> tuple[Arr
     turned = np.abs(target - state.angle).max()
     count = max(LEAST_LOOKS, math.ceil(max(turned, abs(swept_angle(m))) / EVERY))
     share = np.linspace(0.0, 1.0, count + 1)
-    angle = state.angle + share[:, None] * (target - state.angle)
+    angle, looks = _turning(state, m, target, share), count
     tip = tip_as_at_zero(state.machine, led_path(m, begin, share), angle, np.tile(offset, (count + 1, 1)))
     bend = np.linalg.norm(np.diff(tip, 2, axis=0), axis=1).max() * count**2  # of the whole move, mm
-    count = max(1, math.ceil(math.sqrt(bend / (8.0 * CHORD))))
+    count = max(looks if m.sweeps and turned > STILL else 1, math.ceil(math.sqrt(bend / (8.0 * CHORD))))
     share = np.linspace(0.0, 1.0, count + 1)
-    return share, led_path(m, begin, share), state.angle + share[:, None] * (target - state.angle)
+    return share, led_path(m, begin, share), _turning(state, m, target, share)
+
+
+def _turning(state: Leading, m: Move, target: Array, share: Array) -> Array:
+    """Angles (k, 3) at shares (k,) of the path: in proportion to it, or so that the tool axis sweeps the plane of both directions."""
+    angle = state.angle + share[:, None] * (target - state.angle)
+    if not m.sweeps or np.abs(target - state.angle).max() <= STILL:
+        return angle
+    found = swept(state.machine, state.angle, target, share)
+    if found is None:
+        raise ModelLimit(
+            f"{state.name}:{m.source.line}: the rotary axes cannot sweep the tool axis from one direction to the other (PATHCTRL VECTOR, "
+            "ORIVECT) without a jump of an axis; program a direction between, or interpolate the axes (PATHCTRL AXIS, ORIAXES)"
+        )
+    return found
 
 
 def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> list[Move]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from vcmm.nc.moves import ORIGIN, PLANES, Point
@@ -98,3 +99,25 @@ def in_plane(mapped: AffineMap, plane: str) -> tuple[float, bool] | None:
     if abs(math.hypot(a, c) - math.hypot(b, d)) > 1e-9 or abs(a * b + c * d) > 1e-9:
         return None
     return math.hypot(a, c), a * d - b * c < 0
+
+
+def with_axes(x: Sequence[float], z: Sequence[float]) -> AffineMap | None:
+    """The plane square to z whose first axis is as near to x as it can be; None where the two are parallel or zero."""
+    size = math.hypot(*z)
+    if size < 1e-9:
+        return None
+    n = [v / size for v in z]
+    along = sum(p * q for p, q in zip(x, n))
+    first = [p - along * q for p, q in zip(x, n)]
+    size = math.hypot(*first)
+    if size < 1e-9:
+        return None
+    u = [v / size for v in first]
+    v = [n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]]
+    rows: Rows = tuple((_whole(u[k]), _whole(v[k]), _whole(n[k])) for k in range(3))  # type: ignore[assignment]
+    return AffineMap() if rows == UNITY else AffineMap(rows)
+
+
+def _whole(x: float) -> float:
+    """1 is 1, not 0.9999999999999999."""
+    return float(round(x)) if abs(x - round(x)) < 1e-12 else x

@@ -10,11 +10,12 @@ from pathlib import Path
 
 from vcmm.core.errors import DataError, VcmmError
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE_READER, TRACED, check_name, late
+from vcmm.nc.faults import ProgramFault
 from vcmm.nc.levels import demand
 from vcmm.nc.moves import MoveFlow, Program, Remark
 from vcmm.nc.reading import guess, read_bytes, runner_up
 from vcmm.nc.recognition import SURE, Candidate, candidates, kin
-from vcmm.nc.sensible import lengths_taken
+from vcmm.nc.sensible import lacking, lengths_taken, without_axis
 from vcmm.nc.setup import Setup
 
 CLEAR = 8.0  # score of signs from which on they speak against what was said
@@ -118,6 +119,15 @@ def read_for(
         raise
 
 
+def check_unit(dialect: str, name: str) -> None:
+    """Languages whose programs say their unit themselves take none from the set-up. Raises DataError."""
+    how = {"heidenhain": "BEGIN PGM ... MM or INCH", "sinumerik": "G70, G71, G700 or G710"}.get(dialect)
+    if how is not None:
+        raise DataError(
+            f"{name}:1:1: the set-up states a unit, but a {dialect} program says it itself ({how}); leave unit out"
+        )
+
+
 @contextmanager
 def _no_search_for_rings() -> Iterator[None]:
     """A program becomes very many small objects without rings; to look for rings takes the longer the more there are."""
@@ -135,7 +145,13 @@ def _read(text: str, dialect: str, setup: Setup, *, name: str, trace: bool, flow
     if dialect not in FRONT_ENDS:
         program: Program = late(G_CODE_READER, "run")(text, dialect, setup, name, trace, flow=flow)
         return program
+    if setup.unit is not None:
+        check_unit(dialect, name)
     program = (TRACED if trace and dialect in TRACED else FRONT_ENDS)[dialect](text, name, setup)
+    lost = None if setup.axes is None else without_axis(program.moves, setup.axes)
+    if lost is not None and setup.axes is not None:
+        move, axis = lost
+        raise ProgramFault(name, move.source.line, move.source.first, lacking(setup.axes, axis))
     if flow is None:
         return program
     flow.take(program.moves)

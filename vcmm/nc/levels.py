@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, NoReturn, Protocol
 
 from vcmm.core.errors import DataError
 
@@ -43,6 +43,15 @@ class Assumed(NamedTuple):
     matters: bool = True
 
 
+class UnusedWord(NamedTuple):
+    """A word of the program that nothing uses, as written: "K-2."."""
+
+    line: int
+    column: int
+    word: str
+    text: str
+
+
 class Telling(Protocol):
     """Who is told what is assumed: vcmm.nc.recorder.Recorder."""
 
@@ -63,6 +72,26 @@ class Telling(Protocol):
         blank: SetupEntry | None = None,
         column: int | None = None,
     ) -> None: ...
+
+
+class Listening(Telling, Protocol):
+    """Who also keeps words that nothing uses."""
+
+    unused: dict[tuple[int, str], UnusedWord]
+
+    def fault(self, text: str, column: int | None = None) -> NoReturn: ...
+
+
+def pass_over(r: Listening, word: str, column: int, refused: bool = False, name: str = "") -> None:
+    """A word that nothing in its block uses. Strict (or where the control stops, `refused`): a fault. Survey: kept with its line, and
+    told once for each letter, or `name` where words have longer ones."""
+    letter = name or (word[:2] if word.startswith(",") else word[:1])
+    text = f'nothing in this block uses the word "{letter}"'
+    if r.setup.strict or refused:
+        r.fault(f"{text}; remove it, or add the code that it belongs to", column)
+    text += "; it is passed over"
+    r.unused.setdefault((r.line, word), UnusedWord(r.line, column, word, text))
+    r.remark(text, column, f"unused {letter}")
 
 
 def toml_text(text: str) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
-from vcmm.nc.levels import Assumed
+from vcmm.nc.levels import Assumed, UnusedWord
 
 Point = tuple[float, float, float]
 PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
@@ -24,6 +24,25 @@ class Source(NamedTuple):
     line: int
     first: int
     last: int
+
+
+class Posture(NamedTuple):
+    """Which of the positions of the rotary axes that point the tool alike is asked for; without one it is the nearest.
+
+    sign: of the angle of the axis that is meant (PLANE SEQ+, G53.1 P1). larger: its larger (+1) or smaller (-1) value of the
+    two (PLANE SYM+, CYCLE800). axis: "primary" (HEIDENHAIN), "first" (FANUC, Siemens): vcmm.motion.posture says which that is.
+    binding: where that one lies beyond the travels it is refused; else the other is taken.
+    along: direction of the workpiece that a free rotary axis turns along X of the machine (TABLE ROT). keeps_tip: the tip stays where
+    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z stand. said: as the program says it.
+    """
+
+    axis: str = "primary"
+    sign: int = 0
+    larger: int = 0
+    binding: bool = True
+    along: Point | None = None
+    keeps_tip: bool = False
+    said: str = ""
 
 
 class Move(NamedTuple):
@@ -67,6 +86,9 @@ class Move(NamedTuple):
     tool_axis_end: Point | None = None
     over_face: bool = False  # polar interpolation: X and C lead the tip over the end face, Y stands still
     work_spindle: int = 1  # which spindle holds the part: 2 = the sub-spindle
+    posture: Posture | None = None  # which position of the rotary axes brings the tool along its axis
+    sweeps: bool = False  # the tool axis stays in the plane of its directions at both ends; else the rotary axes run in proportion
+    held: str = ""  # axes that no word has moved since the tip was led: they stand where the control has left them, "XYABC"
 
 
 class Remark(NamedTuple):
@@ -109,4 +131,5 @@ class Program:
     touches: tuple[
         Any, ...
     ] = ()  # vcmm.nc.touching.ProbeContact of each probing move that met a surface, in order
+    unused: tuple[UnusedWord, ...] = ()  # words that nothing uses, in order of their lines
     dialect_reason: str = ""  # why this dialect was taken, where it was guessed

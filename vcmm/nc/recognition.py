@@ -42,7 +42,7 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("sinumerik",), 5, _B + r"(?:DEF[ \t]+(?:REAL|INT|BOOL|STRING|AXIS|FRAME)|A?TRANS\b|A?ROT[ \t]+[XYZR]|A?MIRROR\b|EXTERN\b|PROC\b|WORKPIECE[ \t]*\(|STOPRE\b|TRAFOOF\b|SUPA\b)", "Sinumerik words"),
     Sign(("sinumerik",), 5, r"\b(?:CYCLE\d+[ \t]*\(|POCKET\d[ \t]*\(|HOLES\d[ \t]*\(|MSG[ \t]*\(\"|CR[ \t]*=|AC[ \t]*\(|IC[ \t]*\()", "Sinumerik words with brackets"),
     Sign(("sinumerik",), 3, r"^[ \t]*(?:N\d+[ \t]*)?R\d+[ \t]*=|\bGOTO[FB]?[ \t]+[A-Z_]|\bIF[ \t]+[$R(]|\bT[ \t]*=[ \t]*\"|\bS\d*[ \t]*=[ \t]*\d|\bM17\b", "R parameters, GOTOF, T="),
-    Sign(("okuma",), 12, r"^\$[\w-]+\.(?:MIN|SSB|SUB|LIB|MSB)%?", "the name of an Okuma file at its head", "all"),
+    Sign(("okuma",), 12, r"^\$[ \t]*[\w.+()\[\] \t-]+\.(?:MIN|SSB|SUB|LIB|MSB)(?![A-Z])%?", "the name of an Okuma file at its head", "all"),
     Sign(("okuma",), 6, r"\bG8[5-7][ \t]*N[A-Z]|^[ \t]*N[A-Z][A-Z0-9]{0,3}[ \t]+[GXZTSM\d]|\bIF[ \t]*\[[^\]]*\][ \t]*N[A-Z0-9]|\bG56[ \t]*H", "sequence names and LAP"),
     Sign(("okuma",), 6, r"\bCALL[ \t]+O|\bVZOF[XZ]|\bG15[ \t]*H\d|\bLAP\b|\bV[CL]?\d*[ \t]*=|\bNOEX\b|\bMODIN\b|\bRTS\b", "words of Okuma"),
     Sign(("linuxcnc",), 8, _B + r"O[ \t]*(?:<[^>]*>|\d+)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|ENDSUB|RETURN)\b", "O-words"),
@@ -79,6 +79,8 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("fanuc-lathe-b",), 7, r"\bG92[ \t]*S\d", "G92 S"),
     Sign(("fanuc-lathe-b",), 3, r"\bG9[45]\b", "G94 and G95"),
     # controls that are not here: named, and refused
+    Sign(("Brother",), 20, r"\bG100[ \t]*T\d", "G100 T, which changes the tool and moves"),
+    Sign(("Fagor",), 20, r"^%[^,\n]{1,24},[ \t]*[MVX]{1,3}[ \t-]*,", "% with a name and attributes, as in %NAME,MX--,", "all"),
     Sign(("Fagor",), 12, r"\bT\d+\.\d+[ \t]*(?:M0?6|$)", "tool and offset as T1.1"),
     Sign(("Fagor",), 6, r"^%\d{5}[ \t]*$", "a five-digit number behind %"),
     Sign(("Fagor",), 5, r"^[ \t]*\(RPT|^[ \t]*\(P\d+=|\bP\d+=P\d+|#PATH ORIGIN|\$IF\b", "Fagor words", "all"),

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NoReturn
+from typing import ClassVar, NoReturn
 
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
-from vcmm.nc.levels import Assumed, SetupEntry
+from vcmm.nc.leading import held_after, leading, let_go, unit
+from vcmm.nc.levels import Assumed, SetupEntry, UnusedWord
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
@@ -63,6 +64,7 @@ class Recorder(ModalState):
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
     assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
+    unused: dict[tuple[int, str], UnusedWord] = field(default_factory=dict)
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
     touches: list[ProbeContact] = field(default_factory=list)
@@ -309,28 +311,14 @@ class Recorder(ModalState):
             rotary_end=self.rotary if rotary is None else rotary, plane=plane or self.plane, centre=centre, turns=turns,
             clockwise=clockwise, feed=feed, spindle=self.spindle(start, end), tool=self.tool, tool_offset=self.tool_offset,
             compensation=None, seconds=seconds, exact_stop=stop, tolerance=None if stop else self.tolerance,
-            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **self.leading(rewritable),
+            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **leading(self, rewritable), held=self.held,
         )  # fmt: skip
 
     def point_to(self, direction: Point) -> None:
         """The tool is to point along a direction of the workpiece, from its tip to the spindle."""
-        size = math.hypot(*direction)
-        if size < 1e-9:
+        self.aim = unit(direction)
+        if self.aim is None:
             self.fault("the direction of the tool has no length; give a vector, as in I0 J0 K1")
-        self.aim = (direction[0] / size, direction[1] / size, direction[2] / size)
-
-    def leading(self, rewritable: bool) -> dict[str, Any]:
-        """What of a move says that its tip is led over the workpiece, and which way the tool points."""
-        if not rewritable or not (self.led or self.tilted):
-            return {}
-        if not self.tilted:
-            if self.over_face:
-                return {"led": True, "over_face": True}
-            return {"led": True, "tool_axis_start": self.aimed or self.aim, "tool_axis_end": self.aim}
-        x, y, z = (row[2] for row in self.world.matrix)
-        size = math.hypot(x, y, z)
-        axis = (x / size, y / size, z / size)
-        return {"led": True, "tool_axis_start": axis, "tool_axis_end": axis}
 
     def emit(
         self, kind: str, end: Point, *, start: Point | None = None, rotary: Point | None = None, feed: float | None = None,
@@ -338,6 +326,11 @@ class Recorder(ModalState):
         seconds: float = 0.0, rewritable: bool = True,
     ) -> None:  # fmt: skip
         """Make a move from where the tip is (or `start`) and note where the axes now are. Machine coordinates."""
+        if self.tilted and rotary is not None and math.dist(rotary, self.rotary) > 1e-9:
+            said = "a rotary axis in a tilted plane, which has turned them"
+            self.assume(said, "passed over", f"{said}, is not understood; end the plane before")
+        if self.held:
+            let_go(self, self.tip() if start is None else start, end, rotary)
         self.moves.append(
             self.move(
                 kind, self.tip() if start is None else start, end, rotary=rotary, feed=feed, plane=plane, centre=centre,
@@ -351,7 +344,7 @@ class Recorder(ModalState):
         self.q = (end[0] + o[0], end[1] + o[1], end[2] + o[2])
         if rotary is not None:
             self.rotary = rotary
-        self.aimed = self.aim
+        self.aimed, self.held = self.aim, held_after(self.moves[-1], self.held)
 
     def side_on(self, rewritable: bool) -> RadiusCompensation | None:
         """Compensation of a move; a mirror image is cut with the tool on the other side."""
@@ -370,18 +363,17 @@ class Recorder(ModalState):
     # -- result --
     def program(self, file: str = "") -> Program:
         """Everything together: rounded corners, approaches, centre path. file: where the program began, for messages."""
-        name = file or self.file
         traces, steps = ((), ()) if self.tracer is None else self.tracer.result(self)
         moves, sides = self.moves, self.sides
         if self.corners:
-            moves, sides = round_corners(moves, sides, self.corners, name)
+            moves, sides = round_corners(moves, sides, self.corners, file or self.file)
         for finish in self.finishes:
             moves, sides = finish(moves, sides)
         if any(side is not None for side in sides):
-            moves = centre_path(moves, sides, name)
+            moves = centre_path(moves, sides, file or self.file)
         return Program(
             self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), offsets=dict(self.selected), traces=traces, steps=steps,
-            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches),
+            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches), unused=tuple(sorted(self.unused.values())),
         )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ LATEST = 3  # moves that later ones may look back at
 FIRST = 1024  # passes backwards before states are looked at: hardly a program has as many
 OUTSIDE_STATE = frozenset({  # what is read or written only, never asked by a block: text, results, counts of blocks
     "setup", "language", "text", "main", "others", "lines", "labels", "sections", "folders", "work", "short", "current", "missing",
-    "moves", "sides", "finishes", "remarks", "remarked", "assumed", "selected", "called", "markers", "tracer", "flow", "source", "column",
+    "moves", "sides", "finishes", "remarks", "remarked", "assumed", "unused", "misfits", "selected", "called", "markers", "tracer", "flow", "source", "column",
     "executed", "moved", "moves_seen", "idle", "repeated", "written", "states",
 })  # fmt: skip
 ENDLESS = (

@@ -41,6 +41,7 @@ class RoundedCorner(NamedTuple):
     size: float
     source: Source
     feed: float | None = None
+    ahead: tuple[float, float, float] | None = None  # which way the next move must go, machine axes
 
 
 def round_corners(
@@ -67,12 +68,28 @@ def round_corners(
                 "a rounding or chamfer lies between two planes",
                 "keep the plane across it",
             )
+        _check_way(out[following], rounded, file)
         a, b, extra = _worked(out[rounded.after], out[following], rounded, file)
         out[rounded.after], out[following] = a, b
         if extra is not None:
             out.insert(following, extra)
             kept.insert(following, kept[following])
     return out, kept
+
+
+def _check_way(second: Move, rounded: RoundedCorner, file: str) -> None:
+    """The sign of a chamfer (C, I, K of a lathe) is that of the next move."""
+    if rounded.ahead is None:
+        return
+    way = [b - a for a, b in zip(second.start, second.end)]
+    along = sum(a * b for a, b in zip(way, rounded.ahead))
+    if along < (1.0 - 1e-6) * math.hypot(*way):
+        refuse(
+            file,
+            rounded.source,
+            "the next block does not go the way that the sign of the chamfer says",
+            "correct the sign, or the next block, which runs along the other axis alone",
+        )
 
 
 def _worked(first: Move, second: Move, rounded: RoundedCorner, file: str) -> tuple[Move, Move, Move | None]:

@@ -136,6 +136,9 @@ class Setup:
     decimal_point: str | None = None
     arc_centre: str | None = None
     block_delete: bool = False
+    unit: float | None = None  # mm per unit of a program that states none
+    drawing_dimensions: bool | None = None  # whether A of a lathe is the angle of a line
+    axes: frozenset[str] | None = None  # letters of the axes of the machine; None = not known
     strict: bool = True
     subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
     surfaces: tuple[Surface, ...] = ()

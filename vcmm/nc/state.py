@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vcmm.nc.moves import ORIGIN, Point
+from vcmm.nc.moves import ORIGIN, Point, Posture
 from vcmm.nc.radius import RadiusCompensation
 
 
@@ -61,6 +61,11 @@ class ModalState:
     work_spindle: int = 1  # which spindle holds the part
     tilted: bool = False  # a tilted plane is in force, and the tool stands square to it
     aim: Point | None = None  # tool axis that the program asks for, workpiece axes
+    sweeps: bool = False  # the tool axis sweeps the plane of its directions at both ends of a block
+    posture: Posture | None = None  # which of the positions that point the tool alike
+    held: str = (
+        ""  # axes that no word has moved since the tip was led: only the machine knows where they stand
+    )
     compensation: RadiusCompensation | None = None
     exact_stop: bool = False
     exact_once: bool = False
@@ -69,6 +74,10 @@ class ModalState:
     def diametral(self) -> bool:
         """Whether X counts diameters now."""
         return self.diameter == "always" or (self.diameter == "absolute" and self.absolute)
+
+    def released(self, letter: str) -> None:
+        """A word says where a rotary axis goes."""
+        self.held = self.held.replace(letter, "")
 
     def surface_speed(self) -> float:
         """Cutting speed with G96, mm/min."""

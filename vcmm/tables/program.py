@@ -92,8 +92,20 @@ def extents(program: Program, total: ProgramSummary) -> ResultTable[Any]:
 
 
 def remarks(name: str, program: Program) -> ResultTable[Any]:
-    rows = [[f"{name}:{w.line}:{w.column}", w.text] for w in program.warnings]
+    """What `unused` does not say."""
+    said = {u.text for u in program.unused}
+    rows = [[f"{name}:{w.line}:{w.column}", w.text] for w in program.warnings if w.text not in said]
     return listing("remarks", ["where", "what"], rows, words=(0, 1))
+
+
+def unused(name: str, program: Program) -> ResultTable[Any]:
+    """Words that nothing uses, one row for each letter: where first, as written there, and how many lines have one."""
+    rows: dict[str, list[Any]] = {}
+    for u in program.unused:
+        row = rows.setdefault(u.text, [f"{name}:{u.line}:{u.column}", u.word, 0])
+        row[2] += 1
+    listed = [[where, word, str(n)] for where, word, n in rows.values()]
+    return listing("words that nothing uses, passed over", ["first", "word", "lines"], listed, words=(0, 1))
 
 
 def assumed(name: str, program: Program) -> ResultTable[Any]:
@@ -114,9 +126,12 @@ def travels(program: Program, machine: Machine) -> ResultTable[Any]:
             (m.rotary_end[index] if turning else m.end[index] + m.tool_offset[index]) * scale
             for m in program.moves
         ]
-        low, high = (limit * scale for limit in axis.travel)
+        low, high = (limit * scale for limit in axis.limits)
         inside = "yes" if low <= min(reached) and max(reached) <= high else "no"
-        text = (f"{min(reached):.3f} to {max(reached):.3f} {unit}", f"{low:.3f} to {high:.3f} {unit}")
+        text = (
+            f"{min(reached):.3f} to {max(reached):.3f} {unit}",
+            "endless" if axis.is_endless else f"{low:.3f} to {high:.3f} {unit}",
+        )
         rows.append([letter, *text, inside])
     return listing("", ["axis", "goes", "can go", "inside"], rows, words=(0, 3))
 

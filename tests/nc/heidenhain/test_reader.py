@@ -163,11 +163,11 @@ def test_fn_14_ends_the_program():
 
 def test_words_without_use_are_told_and_tools_that_nobody_knows_can_be_given():
     program, told = survey("TOOL CALL 77 Z S100\nCC X+0 Y+0\nL X+10 Y+0 F100\nC X-10 Y+0 A+5 DR+\nM8 X+3")
-    assert told["A in a block that has no use for it"] == (5, "passed over")
+    assert [(u.line, u.word) for u in program.unused] == [(5, "A+5")]
     assert told["tool 77"] == (2, "a tool without length")
     assert next(a.blank for a in program.assumed if a.what == "tool 77").table == "tools.77"
     assert program.moves[-1].end[0] == 3
-    with pytest.raises(DataError, match=r"part.h:4:\d+: A has no use in this block"):
+    with pytest.raises(DataError, match=r'part.h:4:\d+: nothing in this block uses the word "A"; remove it'):
         moves("CC X+0 Y+0\nL X+10 Y+0 F100\nC X-10 Y+0 A+5 DR+")
 
 

@@ -92,3 +92,13 @@ def test_lathe_or_mill():
     assert is_system("VZOFX")
     assert not is_system("VC12")
     assert OkumaNames(frozenset()).value("#81H") == "129"
+
+
+def test_the_drawing_of_a_blank_moves_nothing_and_is_no_reason_to_refuse():
+    # OSP-P200L, animation: DEF WORK, PS (shape), PT (its tool), END, DRAW
+    text = "$A.MIN%\nDEF WORK\nPS LC,[0,0],[100,50]\nPT LF,[0,0]\nEND\nDRAW\nS500 M3\nG0 X50. Z2.\nG1 Z-10. F0.2\nM2"
+    for strict in (True, False):
+        moves = read(text, "a.min", Setup(strict=strict)).moves
+        assert [(m.end[0], m.end[2]) for m in moves] == [(25, 2), (25, -10)]
+    with pytest.raises(DataError, match="the setting of VZOFZ is not known here"):
+        read(text.replace("DRAW", "VZOFZ=10"), "a.min", Setup())

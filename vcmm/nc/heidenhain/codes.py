@@ -13,11 +13,12 @@ READ = (2, 30, 89, 91, 99)  # where they stand
 SHORTEST, LONGEST, TURN_FEED, MINUTE_FEED, TIP, TIP_OFF, RETRACT = 126, 127, 136, 137, 128, 129, 140
 IDLE_M = frozenset(
     (0, 1, 6, 7, 8, 9, 10, 11, 19, 25, 26, 27, 40, 41, 42, 43)  # stops, coolant, tool change, clamps, gears
-    + (94, 101, 102, 107, 108, 141, 143, 148, 149, 150)  # displays, messages, supervision
+    + (101, 102, 107, 108, 141, 143, 148, 149, 150)  # displays, messages, supervision
 )
 REST: Mapping[int, tuple[str, str]] = {  # what they do, and how they are read
     90: ("M90 (constant speed at corners)", "passed over: the corners are those of the tolerance"),
     92: ("M92 (coordinates from a datum of the machine builder)", "the machine datum itself, as with M91"),
+    94: ("M94 (whole turns taken off a rotary axis)", "passed over: the axis counts on"),
     97: ("M97 (small contour steps)", "passed over: only neighbouring blocks meet"),
     98: ("M98 (open contour corners)", "passed over"),
     103: ("M103 (feed factor for plunging)", "passed over: the feed as programmed"),
@@ -55,7 +56,7 @@ def strange(r: Recorder, m: int, column: int) -> None:
         r.assume(
             what, value,
             f"M{m} is not understood; it may change the path or the feed, remove it or program what it does", column=column,
-            matters=m in (92, 97, 98, 112, 114, 118, 120, 130, 197),
+            matters=m in (92, 94, 97, 98, 112, 114, 118, 120, 130, 197),
         )  # fmt: skip
     else:
         r.remark(f"M{m} belongs to the machine builder; it is taken to move nothing", column)

@@ -5,6 +5,8 @@ Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Special functio
 
 from __future__ import annotations
 
+import math
+
 from vcmm.nc.frames import AffineMap, stretched, translation
 from vcmm.nc.heidenhain.paths import KlartextPaths
 from vcmm.nc.heidenhain.text import KlartextReader
@@ -24,8 +26,7 @@ def function(paths: KlartextPaths, reader: KlartextReader) -> None:
         reader.rest()
         paths.tip(False)
     elif reader.accept("TCPM"):
-        reader.rest()
-        paths.tip(True)
+        tool_centre(paths, reader)
     elif reader.accept("DWELL"):
         for sign in ("TIME", "S"):
             reader.accept(sign)
@@ -83,3 +84,41 @@ def _reset(frames: KlartextFrames, kind: str) -> None:
     else:
         frames.scales = [1.0] * 3
         frames.put(SCALE, stretched((1.0, 1.0, 1.0)))
+
+
+def tool_centre(paths: KlartextPaths, reader: KlartextReader) -> None:
+    """FUNCTION TCPM F TCP or CONT, AXIS POS or SPAT, PATHCTRL AXIS or VECTOR, REFPNT; F1000 limits compensating motions.
+
+    Source: HEIDENHAIN, TNC 640 User's Manual, "FUNCTION TCPM": AXIS SPAT takes A B C as spatial angles of the coordinate system in
+    force; PATHCTRL VECTOR moves the tool axis in the plane of its directions at both ends of a block.
+    """
+    spatial = sweeps = False
+    while not reader.done:
+        word, place = reader.upper(), reader.column
+        reader.at += 1
+        kind = reader.upper()
+        if word == "F" and kind in ("TCP", "CONT"):
+            reader.at += 1
+            if kind == "CONT":
+                _refused(paths, "F CONT of TCPM (the feed of the axes)", "the feed of the tip", place)
+        elif word == "AXIS" and kind in ("POS", "SPAT"):
+            reader.at += 1
+            spatial = kind == "SPAT"
+        elif word == "PATHCTRL" and kind in ("AXIS", "VECTOR"):
+            reader.at += 1
+            sweeps = kind == "VECTOR"
+        elif word == "REFPNT":
+            said = reader.rest().upper()
+            if said != "TIP-TIP":
+                _refused(paths, f"REFPNT {said} of TCPM", "the tip leads and turns", place)
+        elif word == "F":
+            reader.value("F")
+        elif word != "FMAX":
+            _refused(paths, f"{word} {reader.rest()}".strip() + " of TCPM", "passed over", place)
+    paths.tip(True)
+    paths.spatial = [math.nan] * 3 if spatial else None
+    paths.r.sweeps = sweeps
+
+
+def _refused(paths: KlartextPaths, what: str, value: str, place: int) -> None:
+    paths.r.assume(what, value, f"{what} is not understood; take it out", column=place)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.heidenhain.approach import KINDS, Approach, Said, depart, resolve
+from vcmm.nc.heidenhain.orienting import by_spatial_angles, retracting, settling
 from vcmm.nc.heidenhain.technology import KlartextTechnology
 from vcmm.nc.heidenhain.text import KlartextBlock, KlartextReader
 from vcmm.nc.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
-from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Move, Point
 from vcmm.nc.offsetting import planar
 from vcmm.nc.recorder import Sides, radius_centre
@@ -39,6 +39,9 @@ class KlartextPaths(KlartextTechnology):
 
     def turning(self, words: KlartextWords) -> Point | None:
         if not words.has(*ROTARY, *(f"I{a}" for a in ROTARY)):
+            return None
+        if self.spatial is not None:
+            by_spatial_angles(self, words, self.spatial)
             return None
         angles = list(self.r.rotary)
         for k, name in enumerate(ROTARY):
@@ -76,12 +79,12 @@ class KlartextPaths(KlartextTechnology):
     # -- path functions --
     def straight(self, reader: KlartextReader) -> bool:
         """L."""
-        words = read_words(reader, ())
+        words = settling(self, reader)
+        if words.away is not None:
+            return retracting(self, words)
         rapid = self.technology(words)
         if 91 in words.m or 92 in words.m:
             self.machine_move(words, rapid)
-        elif words.away is not None:
-            self.retract(words.away, rapid)
         elif words.has(*AXES, *ROTARY, *(f"I{a}" for a in (*AXES, *ROTARY))):
             turned = self.turning(words)
             self.line(self.target(words), rapid, turned)
@@ -91,7 +94,7 @@ class KlartextPaths(KlartextTechnology):
     def short(self, block: KlartextBlock) -> bool:
         """A plain line where nothing special is in force: as `straight` does it, without the ceremony. False: nothing is done."""
         r, line = self.r, block.read()
-        if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn:
+        if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn or r.held:
             return False
         if line.feed is not None:
             r.feed, r.feed_mode = self.feed_of(line.feed, "F"), "G94"
@@ -129,23 +132,6 @@ class KlartextPaths(KlartextTechnology):
         o = self.r.tool_offset
         self.r.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid, turned)
         self.last_rapid = rapid
-
-    def retract(self, away: float, rapid: bool) -> None:
-        """M140 MB: back along the axis of the tool; MB MAX to the end of travel, which is taken at the reference point."""
-        axis, r = self.r.tool_axis, self.r
-        if math.isfinite(away):
-            point = list(r.p)
-            point[axis] += away * r.unit
-            self.line(_three(point), rapid)
-            return
-        r.assume(
-            "M140 MB MAX (out to the end of travel)", f"to the reference point, {r.setup.reference[axis]:g} mm",
-            "M140 is not understood; it may change the path or the feed, remove it or program what it does",
-            blank=SetupEntry("", "reference", '["0 mm", "0 mm", "0 mm"]'),
-        )  # fmt: skip
-        tip = list(r.tip())
-        tip[axis] = r.setup.reference[axis] - r.tool_offset[axis]
-        r.to_machine(_three(tip), True)
 
     def normal_line(self, reader: KlartextReader) -> bool:
         """LN: a point with the normal of the surface (NX NY NZ) and the direction of the tool (TX TY TZ)."""

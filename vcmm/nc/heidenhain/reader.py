@@ -13,6 +13,7 @@ from vcmm.core.errors import choose_from
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.heidenhain.cycles import KlartextCycles
 from vcmm.nc.heidenhain.features import function, transform
+from vcmm.nc.heidenhain.orienting import retracting
 from vcmm.nc.heidenhain.parameters import KlartextParameters
 from vcmm.nc.heidenhain.paths import KlartextPaths
 from vcmm.nc.heidenhain.patterns import Spot, pattern_points
@@ -154,7 +155,7 @@ class _Runner:
 
     def block(self, reader: KlartextReader) -> bool:
         """One block. True at the end of the program."""
-        if reader.accept("/") and self.recorder.setup.block_delete:
+        if reader.hidden() and self.recorder.setup.block_delete:
             reader.rest()
             return False
         word, paths = reader.upper(), self.paths
@@ -244,6 +245,8 @@ class _Runner:
         if any(t.text.upper() in PARAXIAL for t in reader.tokens):
             return self.paraxial(reader)
         words = read_words(reader, ())
+        if words.away is not None:
+            return retracting(self.paths, words)
         self.paths.technology(words)
         return self.paths.after(words)
 

@@ -12,7 +12,8 @@ from vcmm.nc.heidenhain import codes
 from vcmm.nc.heidenhain.approach import Said
 from vcmm.nc.heidenhain.cycles import KlartextCycles
 from vcmm.nc.heidenhain.words import BESIDE, KlartextWords
-from vcmm.nc.levels import SetupEntry
+from vcmm.nc.leading import named
+from vcmm.nc.levels import SetupEntry, pass_over
 from vcmm.nc.offsetting import Vec
 from vcmm.nc.radius import HEIDENHAIN
 from vcmm.nc.recorder import Recorder
@@ -36,11 +37,15 @@ class KlartextTechnology:
     known: set[int] = field(default_factory=set)  # axes that have been sent somewhere
     shortest: bool = False  # M126
     per_turn: bool = False  # M136
+    spatial: list[float] | None = (
+        None  # TCPM AXIS SPAT: A B C are spatial angles, deg; those that no block has said yet are nan
+    )
     machine: dict[int, float] = field(default_factory=dict)  # last position given with M91, mm
 
     # -- what precedes a motion --
     def technology(self, words: KlartextWords) -> bool:
         """Feed, side and M functions that act before the motion. True where the motion is at rapid."""
+        named(self.r, "".join("XYZ" if n[-2:] in ("PR", "PA") else n[-1] for n in words.values))
         self.feed_words(words)
         self.beside(words)
         if words.sided:
@@ -102,14 +107,14 @@ class KlartextTechnology:
 
     def tip(self, on: bool, column: int | None = None) -> None:
         """M128, FUNCTION TCPM: the tip keeps to the programmed points while rotary axes turn."""
-        self.r.led = on
+        self.cycles.frames.lead(on)
         if on:
             self.r.assume(
                 "M128 or TCPM (the tip is led while rotary axes turn)", "the points of the tip as programmed",
                 column=column, matters=False,
             )  # fmt: skip
         else:
-            self.r.aim = None
+            self.r.aim, self.spatial, self.r.sweeps = None, None, False
             self.r.assume(
                 "the end of M128 (M129)", "passed over", column=column, matters=False,
             )  # fmt: skip
@@ -146,8 +151,5 @@ class KlartextTechnology:
     def leftover(self, words: KlartextWords) -> None:
         """Words that the block had no use for, such as a rotary axis in an arc."""
         for name in list(words.values):
-            words.take(name)
-            self.r.assume(
-                f"{name} in a block that has no use for it", "passed over", column=words.columns[name],
-                otherwise=f"{name} has no use in this block; program it with L",
-            )  # fmt: skip
+            value = words.take(name)
+            pass_over(self.r, f"{name}{value:+g}", words.columns[name], name=name)

@@ -237,6 +237,14 @@ class KlartextReader(ExpressionReader):
         self.at = len(self.tokens)
         return text
 
+    def hidden(self) -> bool:
+        """Whether / stands before the block, with its number behind it or not: /81 M30."""
+        if not self.accept("/"):
+            return False
+        token = self.peek()
+        self.at += token is not None and token.kind == "number"
+        return True
+
     # -- values --
     def value(self, what: str) -> float:
         """A number or Q parameter with signs before it, as it follows an address."""

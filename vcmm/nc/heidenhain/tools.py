@@ -67,6 +67,14 @@ def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
     if length is None and radius is None:
         return  # preparation of a tool from the table
     base = p.r.setup.tools.get(number, Tool(number))
+    for what, given, stated in (
+        ("length", length, base.length if number in p.r.setup.tools and base.length_stated else None),
+        ("radius", radius, base.radius),
+    ):
+        if given is not None and stated is not None and abs(given * p.r.unit - stated) > 1e-9:
+            p.r.remark(
+                f"TOOL DEF {number}: the {what} {given * p.r.unit:g} mm of the program counts, not the {stated:g} mm of the set-up"
+            )
     p.defined[number] = replace(
         base, length=base.length if length is None else length * p.r.unit,
         diameter=base.diameter if radius is None else 2 * radius * p.r.unit,

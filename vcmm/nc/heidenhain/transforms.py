@@ -10,9 +10,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from vcmm.nc.frames import UNITY, AffineMap, Rows, rotation, stretched, translation
+from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.heidenhain.text import KlartextReader
-from vcmm.nc.moves import PLANES, Point
+from vcmm.nc.moves import PLANES, Point, Posture
 from vcmm.nc.recorder import Recorder
 
 AXES = "XYZ"
@@ -37,6 +37,9 @@ class KlartextFrames:
     turn: float = 0.0  # deg
     scales: list[float] = field(default_factory=lambda: [1.0] * 3)
     maps: dict[str, AffineMap] = field(default_factory=dict)
+    tip_led: bool = False  # M128, TCPM
+    waits: bool = False  # the plane is there, and the rotary axes wait for a block that turns them (STAY)
+    posture: Posture | None = None  # of the plane in force
 
     def put(self, name: str, made: AffineMap, again: bool = False) -> None:
         """A transformation, at the place where it was; behind all others where it is new, or is to be built on them `again`."""
@@ -180,13 +183,27 @@ class KlartextFrames:
         self.recorder.refresh()
 
     # -- tilted planes --
-    def tilt(self, made: AffineMap) -> None:
-        """PLANE or cycle 19: the plane in which X and Y now lie; none ends it, and the shift inside it."""
-        if made == AffineMap():
+    def tilt(self, made: AffineMap, posture: Posture | None = None, *, stays: bool = False) -> None:
+        """PLANE or cycle 19: the plane in which X and Y now lie; none ends it, and the shift inside it. stays: the rotary axes stand
+        where they are until a block turns them; the tip is led over the plane all the same, the control knows where they stand."""
+        is_plane = made != AffineMap()
+        if not is_plane:
             self.maps.pop(INNER, None)
             self.shifts[INNER] = [0.0] * 3
-        self.recorder.tilted = made != AffineMap()
+        self.waits, self.posture = is_plane and stays, posture
+        self.recorder.tilted = is_plane and not stays
+        self.recorder.led = self.tip_led or self.waits
         self.put(PLANE, made)
+        self.recorder.posture = posture if is_plane else None
+
+    def settle(self) -> None:
+        """The block behind PLANE ... STAY that turns the rotary axes to the angles of the plane (Q120 to Q122)."""
+        self.waits, self.recorder.tilted, self.recorder.led = False, True, self.tip_led
+
+    def lead(self, on: bool) -> None:
+        """M128, TCPM and their end."""
+        self.tip_led = on
+        self.recorder.led = on or self.waits
 
 
 def turned_about(a: float, b: float, c: float) -> AffineMap:
@@ -195,28 +212,6 @@ def turned_about(a: float, b: float, c: float) -> AffineMap:
     for axis, angle in ((2, c), (1, b), (0, a)):
         made = made.then(rotation(axis, math.radians(angle)))
     return made
-
-
-def with_axes(x: Sequence[float], z: Sequence[float]) -> AffineMap | None:
-    """The plane square to z whose first axis is as near to x as it can be; None where the two are parallel or zero."""
-    size = math.hypot(*z)
-    if size < 1e-9:
-        return None
-    n = [v / size for v in z]
-    along = sum(p * q for p, q in zip(x, n))
-    first = [p - along * q for p, q in zip(x, n)]
-    size = math.hypot(*first)
-    if size < 1e-9:
-        return None
-    u = [v / size for v in first]
-    v = [n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]]
-    rows: Rows = tuple((_exact(u[k]), _exact(v[k]), _exact(n[k])) for k in range(3))  # type: ignore[assignment]
-    return AffineMap() if rows == UNITY else AffineMap(rows)
-
-
-def _exact(x: float) -> float:
-    """1 is 1, not 0.9999999999999999."""
-    return float(round(x)) if abs(x - round(x)) < 1e-12 else x
 
 
 def _three(values: Sequence[float]) -> Point:

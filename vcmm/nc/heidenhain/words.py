@@ -119,9 +119,10 @@ def _parameters(reader: KlartextReader, words: KlartextWords, m: int) -> None:
 
 
 def _oversize(reader: KlartextReader) -> bool:
-    """DR+0.1 of TOOL CALL, not the sense of rotation DR+."""
-    token = reader.peek(2)
-    return token is not None and (token.kind == "number" or reader.is_parameter(2))
+    """DR+0.1 or DR0. of TOOL CALL, not the sense of rotation DR+."""
+    signed = 1 + (reader.upper(1) in ("+", "-"))
+    token = reader.peek(signed)
+    return token is not None and (token.kind == "number" or reader.is_parameter(signed))
 
 
 def _feed(reader: KlartextReader, words: KlartextWords, name: str) -> None:

@@ -83,6 +83,9 @@ class IsoBlock:
     n: int | None = None
     percent: bool = False
     deleted: bool = False
+    optional: tuple[int, int] | None = (
+        None  # how many words and assignments stand before a / within the block
+    )
     spaced: int = 0  # column of a number with blanks inside
     called: tuple[str, int] | None = None  # M98 <NAME> L2: the subprogram by its name, and how often
     beside: str = (
@@ -114,8 +117,19 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
         if clean[reader.at : reader.at + 1].isdigit():  # /2: one of nine switches
             reader.at += 1
     while reader.skip():
+        if reader.text[reader.at] == "/" and dialect.words == "macro" and block.optional is None:
+            _rest(reader, block)
+            continue
         _item(reader, block, dialect)
     return block
+
+
+def _rest(reader: LineReader, block: IsoBlock) -> None:
+    """X1. /Y2.: the words from here on can be left out."""
+    reader.at += 1
+    if re.match(r"[1-9][ \t]*[A-Z#]", reader.text[reader.at :], re.IGNORECASE):  # one of nine switches
+        reader.at += 1
+    block.optional = (len(block.words), len(block.assigns))
 
 
 def _beside(clean: str, dialect: Dialect) -> str:

@@ -8,8 +8,18 @@ from vcmm.core.errors import did_you_mean
 from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.blocks import IsoBlock, Word
-from vcmm.nc.iso.control import IsoControl
-from vcmm.nc.iso.groups import HARMLESS_M, M_GROUPS, NOT_OF, PROBING, REFUSED, STAND_INS, TABLES
+from vcmm.nc.iso.control import IsoControl, mirrored_for
+from vcmm.nc.iso.groups import (
+    HARMLESS_M,
+    HOLE,
+    M_GROUPS,
+    NOT_OF,
+    PROBING,
+    REFUSED,
+    REFUSED_OF,
+    STAND_INS,
+    TABLES,
+)
 from vcmm.nc.setup import has_driven
 
 _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
@@ -80,6 +90,8 @@ class IsoWords:
         spindle = c.language.part_spindles.get(code)
         if spindle is not None:
             c.hold(spindle)
+            if c.language.haas:
+                mirrored_for(c, spindle)
             return
         if group == "harmless":
             c.remark(f"{code} changes no path here and is passed over", column, code)
@@ -101,13 +113,16 @@ class IsoWords:
             return code, "motion"
         refusal = unknown_code(c, code, groups)
         remapped = c.language.words == "o" and not c.language.codes
-        if code not in REFUSED and not remapped:
+        meaning = meaning_of(c, code)
+        if not meaning and not remapped:
             raise BlockFault(column, refusal)
         stand_in = STAND_INS.get(code, "")
         taken = (
             f"{stand_in} to its end point" if stand_in == "G1" else stand_in or "passed over with its words"
         )
-        what = f"{code} ({REFUSED[code]})" if code in REFUSED else f"{code}, a remapped code"
+        if code in REFUSED_OF.get(c.language.codes, ()):
+            taken = HOLE
+        what = f"{code} ({meaning})" if meaning else f"{code}, a remapped code"
         c.assume(what, taken, refusal, column=column)
         if not stand_in:
             self.passed = True
@@ -187,13 +202,19 @@ def number_of(c: IsoControl, word: Word) -> float | None:
         raise BlockFault(fault.column or word.first, fault.text) from None
 
 
+def meaning_of(c: IsoControl, code: str) -> str:
+    """What a code that is not modelled means on this control; "" where that is not known."""
+    return REFUSED_OF.get(c.language.codes, {}).get(code) or REFUSED.get(code, "")
+
+
 def unknown_code(c: IsoControl, code: str, groups: dict[str, str]) -> str:
     """Why a G code is refused."""
-    if code in REFUSED:
+    meaning = meaning_of(c, code)
+    if meaning:
         if code in PROBING:
             return (
-                f"{code} ({REFUSED[code]}): where the probe stops is not known; state what it touches in the set-up file, as [stock] "
+                f"{code} ({meaning}): where the probe stops is not known; state what it touches in the set-up file, as [stock] "
                 'with box, or [[surfaces]] with point = "0 0 0 mm" and normal = [0, 0, 1]'
             )
-        return f"{code} ({REFUSED[code]}) is not understood by vcmm; have the program posted without it"
+        return f"{code} ({meaning}) is not understood by vcmm; have the program posted without it"
     return f"{code} is unknown in the dialect {c.language.name}.{did_you_mean(code, groups)} Correct it, or name the dialect with --dialect"

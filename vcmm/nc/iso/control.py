@@ -11,6 +11,7 @@ from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.iso.expressions import Parameters
+from vcmm.nc.iso.misfits import ArcMisfit
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.recorder import UNMOVED, Recorder
 from vcmm.nc.setup import Setup, Tool
@@ -49,6 +50,8 @@ class IsoControl(Recorder):
     lead: float | None = None  # of the last thread: F of Fanuc, K of LinuxCNC; mm
     turning_feed: float | None = None  # F as written: degrees per minute where rotary axes alone move
     length_word: int = 0  # H in force
+    radius_word: int | None = None  # D in force
+    misfits: list[ArcMisfit] = field(default_factory=list)
     g92: Point = ORIGIN
     g92_kept: Point = ORIGIN
     g52: Point = ORIGIN
@@ -56,6 +59,10 @@ class IsoControl(Recorder):
     scale: tuple[Point, Point] | None = None  # G51: centre, factors
     mirrors: dict[int, float] = field(default_factory=dict)  # G51.1: axis -> where its mirror stands
     tilt: AffineMap = UNMOVED  # G68.2
+    is_tilt_given: bool = False
+    plane_words: dict[int, tuple[Point, Point, float]] = field(
+        default_factory=dict
+    )  # of G68.2 P2, P3 so far: X Y Z, I J K, R
     vectors: bool = False  # G43.5: I J K of a line are the direction of the tool
     polar: PolarWords | None = None  # G16
     winding: Any = None  # G12.1, G7.1: vcmm.nc.iso.winding.Winding
@@ -65,6 +72,7 @@ class IsoControl(Recorder):
     turning_words: dict[str, float] = field(
         default_factory=dict
     )  # of the first of two blocks of G71 to G76, mm
+    c_turns: bool = False  # the program moves an axis C
     points_written: bool = False  # all coordinates of the program have a decimal point
     arcs_seen: bool = False  # an arc has been read: how its centre counts is settled
     tools: dict[int, Tool] = field(default_factory=dict)
@@ -72,6 +80,7 @@ class IsoControl(Recorder):
     radii: dict[int, float] = field(default_factory=dict)
     home: Point = ORIGIN
     home2: Point = ORIGIN
+    between: dict[int, float] = field(default_factory=dict)  # by axis XYZABC: where G28 has gone by, for G29
     cycle: dict[str, float] = field(default_factory=dict)
     cycle_level: float | None = None  # initial level of a series of cycles
     counted_on: frozenset[str] = frozenset()  # of R and Z (the depth) of the cycle: those given under G91
@@ -128,6 +137,12 @@ class IsoControl(Recorder):
         self.unit = self.feed_scale = unit
 
 
+def mirrored_for(c: IsoControl, spindle: int) -> None:
+    """Haas lathes: G14 gives the words to the second spindle and mirrors Z; G15 ends both (lathe operator's manual, G14 and G15)."""
+    c.mirrors = {axis: at for axis, at in c.mirrors.items() if axis != 2} | ({2: 0.0} if spindle == 2 else {})
+    c.rebuild()
+
+
 def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
     """The state at the start of a program: metric, G17, G90, G94, first work offset, axes at machine zero."""
     c = IsoControl(file=name, dialect=language.name, setup=setup, language=language)
@@ -138,5 +153,8 @@ def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
     c.retract = "G98" if language.cycles_apart else "G99"  # as the controls wake up
     if language.lathe:
         c.plane, c.diameter, c.feed_mode = "ZX", "always", "G95"
+    if setup.unit is not None:
+        c.set_unit(setup.unit)
+        c.unit_said = True
     c.rebuild()
     return c

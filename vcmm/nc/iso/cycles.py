@@ -12,12 +12,17 @@ from vcmm.nc.drilling import Hole
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.iso.lengths import length, turned
+from vcmm.nc.iso.lengths import length, turned, waiting
 from vcmm.nc.iso.motion import CENTRE_WORDS, target, thread_to
+from vcmm.nc.levels import pass_over
 from vcmm.nc.moves import PLANES
 
 CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
 _STICKY = {"G73": "Q", "G83": "Q", "G82": "P", "G89": "P", "G86": "P", "G88": "P", "G76": "Q"}
+USES = {  # of Q, P and I J K: what changes a hole (Fanuc and its kin; Haas: I J K of the pecks)
+    "G73": "QPIJK", "G83": "QPIJK", "G74": "QP", "G84": "QP", "G76": "QPIJK", "G81": "", "G82": "P", "G85": "", "G86": "P", "G87": "QPIJK",
+    "G88": "P", "G89": "P",
+}  # fmt: skip
 _MOST_PECKS = 20_000
 SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
@@ -40,7 +45,7 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
     rotary = turned(c, w)
     if rotary != c.rotary:
         c.straight(c.p, True, rotary)
-    if code in ("G73", "G83") and c.cycle.get("Q"):
+    if code in ("G73", "G74", "G83", "G84") and c.cycle.get("Q"):
         r, bottom = heights(c)
         if (r - bottom) / c.cycle["Q"] > _MOST_PECKS:
             raise BlockFault(w.column("Q"), f"Q gives more than {_MOST_PECKS} pecks; correct it")
@@ -97,9 +102,14 @@ def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
     r, bottom = heights(c)
     level = r if c.cycle_level is None else c.cycle_level
     hole = Hole(c, r, bottom, r if c.retract == "G99" else max(level, r))
-    below = level if c.language.words == "o" else c.p[normal]
-    if below < r:  # LinuxCNC: even where it stands higher now
+    if c.language.words == "o" and level < r:  # even where it stands higher now
         hole.to(r, True)
+    elif c.p[normal] < r and code != "G87":
+        c.assume(
+            f"where {code} ends whose R lies above the level at which it begins",
+            "at R: it goes across at the level where it stands and up to R then (FANUC B-64304EN, operations 1 and 2); the way back is not described",
+            column=c.column,
+        )  # fmt: skip
     hole.across(a, b)
     if code != "G87":
         hole.to(r, True)
@@ -138,20 +148,25 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
     """Q, P and the words of boring cycles, kept in force."""
     pecks = w.take("Q")
     if pecks is not None:
-        if pecks <= 0 and code in ("G73", "G83"):
+        if (pecks <= 0 and code in ("G73", "G83")) or (pecks < 0 and code in ("G74", "G84")):
             raise BlockFault(w.column("Q"), f"Q{pecks:g}: the depth of a peck must be positive; correct it")
         c.cycle["Q"] = length(c, w, "Q", pecks)
     wait = w.take("P")
     if wait is not None:
         if wait < 0:
             raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
-        c.cycle["P"] = wait
+        c.cycle["P"] = waiting(c, w, wait)
     for letter in CENTRE_WORDS:
         if letter == "K" and _k_counts(c, w):
             continue
         number = w.take(letter)
         if number is not None:
             c.cycle[letter] = length(c, w, letter, number)
+    if c.language.words == "macro":
+        for letter in ("Q", "P", *CENTRE_WORDS):
+            given = "" if letter == "K" and _k_counts(c, w) else letter
+            if given and w.values.get(given) and given not in USES[code]:
+                pass_over(c, f"{given}{w.words[given].text}", w.column(given))
     needed = _STICKY.get(code)
     if needed and c.language.words == "o" and needed not in c.cycle:
         meaning = "the depth of a peck" if needed == "Q" else "the dwell in seconds"
@@ -181,7 +196,7 @@ def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
 # -- what happens in the hole ------------------------------------------------------------------------------------------
 def _seconds(c: IsoControl) -> float:
     """The dwell in force."""
-    return c.cycle.get("P", 0.0) * c.language.dwell
+    return c.cycle.get("P", 0.0)
 
 
 def _g81(c: IsoControl, h: Hole) -> None:
@@ -225,11 +240,31 @@ def _pecks(c: IsoControl, h: Hole, full: bool) -> None:
 
 def _tap(c: IsoControl, h: Hole) -> None:
     """G84, G74: in and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
+    _tapping_pecks(c, h)
     h.feed_in(_seconds(c))
     sense, c.sense = c.sense, -c.sense
     h.to(h.clearance if c.language.words == "macro" else h.retract, False)
     c.sense = sense
     h.leave()
+
+
+def _tapping_pecks(c: IsoControl, h: Hole) -> None:
+    """G84 Q of Fanuc and its kin: after each Q the spindle turns back and the tap comes up by d (high-speed peck tapping; B-64304EN,
+    "peck rigid tapping cycle (G84 or G74)", parameter 5213). With parameter 5200#5 PCP = 1 it comes up to R; which, the control knows."""
+    peck = c.cycle.get("Q", 0.0)
+    if c.language.words != "macro" or peck <= 0:
+        return
+    back = c.language.peck_clearance
+    c.assume(
+        "how far the tap comes up after each peck Q", f"{back:g} mm (FANUC parameter 5213; with 5200#5 PCP = 1 to R)", column=c.column
+    )  # fmt: skip
+    depth = h.clearance - peck
+    while depth > h.bottom + 1e-9:
+        h.to(depth, False)
+        sense, c.sense = c.sense, -c.sense
+        h.to(min(depth + back, h.clearance), False)
+        c.sense = sense
+        depth -= peck
 
 
 def _feed_out(c: IsoControl, h: Hole) -> None:

@@ -12,10 +12,10 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, lathe_cycle, rigid_tap
-from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
+from vcmm.nc.iso.frames import mirror, polar_words, scaling
 from vcmm.nc.iso.grooving import SINGLE, single_cut
 from vcmm.nc.iso.groups import PROBING
-from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.lengths import length, waiting
 from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
 from vcmm.nc.iso.motion import arc, line, probe, thread
 from vcmm.nc.iso.offsets import (
@@ -24,13 +24,17 @@ from vcmm.nc.iso.offsets import (
     local_shift,
     machine_move,
     preset,
+    return_from_home,
     select_offset,
     set_data,
     store_home,
 )
 from vcmm.nc.iso.patterns import nonmodal
+from vcmm.nc.iso.planes import tilted
 from vcmm.nc.iso.tools import radius_compensation, tool_length
 from vcmm.nc.iso.winding import wind
+from vcmm.nc.leading import named
+from vcmm.nc.levels import pass_over
 from vcmm.nc.moves import Source
 
 
@@ -52,7 +56,7 @@ def execute(c: IsoControl, w: IsoWords) -> None:
     modes(c, w)
     _shifts(c, w)
     _motion(c, w)
-    _unused(c, w)
+    unused_words(c, w)
     if c.feed_mode == "G93":
         c.feed = None  # inverse time is that of each block
     _stop(c, w)
@@ -67,12 +71,14 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
         radius_compensation(c, w, g["compensation"], column_of(w, "compensation"))
     elif w.has("D") and c.compensation is not None and c.language.words == "macro":
         radius_compensation(c, w, "G41" if c.compensation.side == "left" else "G42", w.column("D"))
+    elif w.has("D") and c.language.words == "macro" and not c.language.lathe and "pocket" not in g:
+        c.radius_word = w.whole("D", 1)  # the next G41 without D takes it
     if "length" in g:
         tool_length(c, w, g["length"], column_of(w, "length"))
     elif w.has("H") and c.language.words == "macro" and any(c.tool_offset):
         tool_length(c, w, "G43", w.column("H"))
-    elif w.has("H") and c.language.words == "macro":
-        w.take("H")
+    elif w.has("H") and c.language.words == "macro" and c.language.codes != "lathe" and "macro" not in g:
+        c.length_word = w.whole("H", 1) or 0  # the next G43 without H takes it
     if "offset" in g:
         select_offset(c, w, g["offset"], column_of(w, "offset"))
     if "rotation" in g:
@@ -80,6 +86,8 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
     for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
         if group in g:
             action(c, w, g[group], column_of(w, group))
+    if "dynamic" in g:
+        _dynamic_offset(c, w, column_of(w, "dynamic"))
     if "winding" in g:
         wind(c, w, g["winding"], column_of(w, "winding"))
     if "polar" in g:
@@ -90,19 +98,37 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
 
 def _dwell(c: IsoControl, w: IsoWords) -> None:
     column = column_of(w, "dwell")
-    if c.language.words == "o" and not (c.language.cycles_apart and (w.has("S") or w.has("X"))):
+    other = next((k for k in "SX" if w.has(k)), "") if c.language.cycles_apart else ""
+    if c.language.words == "o" and (w.has("P") or not other):
         seconds: float = w.need("P", "the time of G4 in seconds, as in G4 P0.5", column)
+    elif c.language.words == "o":
+        seconds = w.take(other) or 0.0
+        c.assume(
+            f"the time of G4 {other}{seconds:g}", f"{seconds:g} s, as the firmware of printers reads it",
+            f"G4 needs P, its time in seconds: {c.language.name} stops here with an error; write G4 P{seconds:g}", column=column, matters=False,
+        )  # fmt: skip
     else:
-        seconds = 0.0
-        if w.has("P"):
-            seconds = (w.take("P") or 0.0) * c.language.dwell
-        for letter in "XUS" if c.language.words == "o" else "XU":
+        seconds = waiting(c, w, w.take("P") or 0.0) if w.has("P") else 0.0
+        for letter in "XU":
             if w.has(letter):
                 seconds = w.take(letter) or 0.0
                 if c.language.decimal_point == "increment" and not w.words[letter].pointed:
                     seconds *= 0.001
     c.column = column
     c.dwell(seconds)
+
+
+def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
+    """G54.2 Pn moves the work zero with the rotary axes, which is not modelled; P0 ends it."""
+    if w.whole("P", column) != 0:
+        text = (
+            "G54.2 (dynamic work offsets) leads the work zero with the rotary axes, which vcmm does not model"
+        )
+        raise BlockFault(
+            column,
+            f"{text}; have the program posted without it, with G43.4 or a work offset for each position",
+        )
+    c.remark("G54.2 P0: no dynamic work offset is in force", column, "G54.2")
 
 
 def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
@@ -113,7 +139,7 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         )
     actions: dict[str, Any] = {
         "G10": lambda: set_data(c, w, column), "G28": lambda: go_home(c, w, False, column),
-        "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: store_home(c, False),
+        "G29": lambda: return_from_home(c, w, column), "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: store_home(c, False),
         "G30.1": lambda: store_home(c, True), "G52": lambda: local_shift(c, w, column),
     }  # fmt: skip
     if code in actions:
@@ -128,6 +154,8 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _motion(c: IsoControl, w: IsoWords) -> None:
+    if c.held and w.any_axis:
+        named(c, "".join("XYZ"["UVW".index(a)] if a in "UVW" else a for a in "XYZABCUVW" if w.has(a)))
     if w.g.get("motion") in PROBING:
         probe(c, w, w.g["motion"], column_of(w, "motion"))
         return
@@ -245,20 +273,18 @@ def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
 _HARMLESS_WORDS = frozenset("NOS")
 
 
-def _unused(c: IsoControl, w: IsoWords) -> None:
-    """IsoWords that nothing in the block uses."""
+def unused_words(c: IsoControl, w: IsoWords) -> None:
+    """Words that nothing in the block uses."""
+    if w.passed:
+        return
     left = [letter for letter in w.values if letter not in w.used and letter not in _HARMLESS_WORDS]
-    if not left or w.passed:
-        return
-    letter = min(left, key=w.column)
-    if letter in "UVW" and not c.language.lathe:
-        refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
-        c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
-        return
-    text = f'nothing in this block uses the word "{letter}"'
-    if c.language.unused == "refuse" or letter in "XYZABC@^":
-        raise BlockFault(w.column(letter), f"{text}; remove it, or add the code that it belongs to")
-    c.remark(f"{text}; it is passed over", w.column(letter), f"unused {letter}")
+    for letter in sorted(left, key=w.column):
+        if letter in "UVW" and not c.language.lathe:
+            refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
+            c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
+            continue
+        refused = c.language.unused == "refuse" or letter in "XYZABC@^"
+        pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter), refused)
 
 
 def _stop(c: IsoControl, w: IsoWords) -> None:

@@ -1,15 +1,11 @@
-"""Scaling, mirror images, polar words and tilted planes of the G-code family: what they do to programmed points.
+"""Scaling, mirror images and polar words of the G-code family: what they do to programmed points.
 
-Sources: FANUC Series 30i operator's manual B-64304EN: "scaling", "programmable mirror image", "polar coordinate command",
-"tilted working plane indexing"; Haas mill operator's manual: G51, G100, G101.
+Sources: FANUC Series 30i operator's manual B-64304EN: "scaling", "programmable mirror image", "polar coordinate command"; Haas mill operator's manual: G51, G100, G101.
 """
 
 from __future__ import annotations
 
-import math
-
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.frames import AffineMap, rotation, translation
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl, PolarWords
 from vcmm.nc.iso.lengths import length
@@ -76,28 +72,3 @@ def mirror(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 def polar_words(c: IsoControl, code: str) -> None:
     """G16, G15."""
     c.polar = PolarWords() if code == "G16" else None
-
-
-def tilted(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G68.2 X Y Z I J K: origin and Euler angles (Z, new X, new Z, degrees) of a tilted plane. Moves are those of the tip over
-    the workpiece as clamped, the tool square to the plane; how the rotary axes bring it there (G53.1) the machine decides."""
-    what = f"{code}, a tilted working plane"
-    if code not in ("G68.2", "G268"):
-        c.assume(
-            what,
-            "the path over the workpiece; the axes follow from the machine",
-            column=column,
-            matters=False,
-        )
-        w.used |= set("XYZABCIJKPQRH")
-        if code in ("G269", "G255"):
-            c.tilt, c.tilted = AffineMap(), False
-            c.rebuild()
-        return
-    c.assume(what, "the path in the tilted plane, the tool square to it", column=column, matters=False)
-    origin = [0.0 if (n := w.take(axis)) is None else length(c, w, axis, n) for axis in AXES]
-    first, second, third = (math.radians(w.take(k) or 0.0) for k in CENTRE_WORDS)
-    w.used |= set("PQR")
-    turn = rotation(2, first).then(rotation(0, second)).then(rotation(2, third))
-    c.tilt, c.tilted = translation(_point(origin)).then(turn), True
-    c.rebuild()

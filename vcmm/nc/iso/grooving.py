@@ -79,7 +79,6 @@ def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
     if w.has("R"):
         c.cycle["R"] = _word(c, w, "R")
     taper, kind = c.cycle.get("R", 0.0), SINGLE[code]
-    w.used |= {"Q", "P"}
     if kind == "face":
         to_tip(c, (start[0], z + taper), True)
         to_tip(c, (x, z), False)

@@ -37,6 +37,8 @@ _FANUC = {
     "motion": "G0 G1 G2 G3 G33 G32",
     "cycle": _DRILLING,
     "length": "G43 G44 G49 G43.4 G43.5",
+    "other": f"{_LINUXCNC['other']} G29",
+    "dynamic": "G54.2",
     "offset": "G54 G55 G56 G57 G58 G59 G54.1",
     "path": "G61 G61.1 G62 G63 G64",
     "rotation": "G68 G69",
@@ -45,12 +47,12 @@ _FANUC = {
     "polar": "G15 G16",
     "exact": "G9",
     "macro": "G65 G66 G66.1 G67",
-    "tilt": "G68.2 G68.3 G53.1",
+    "tilt": "G68.2 G68.3 G68.4 G53.1 G53.6",
     "winding": "G12.1 G13.1 G112 G113 G7.1 G107",
-    "harmless": "G5 G5.1 G8 G11 G22 G23 G25 G26 G40.1 G49.1 G50.2 G54.2 G60 G69.1 G150.1 G290 G291",
+    "harmless": "G5 G5.1 G8 G11 G22 G23 G25 G26 G40.1 G49.1 G50.2 G60 G69.1 G150.1 G290 G291",
 }
 _HAAS = {
-    **{k: v for k, v in _FANUC.items() if k != "tilt"},
+    **{k: v for k, v in _FANUC.items() if k not in ("tilt", "dynamic")},
     "offset": " ".join([_FANUC["offset"], "G154", *(f"G{n}" for n in range(110, 130))]),
     "length": "G43 G44 G49 G143 G234",
     "pocket": "G12 G13",
@@ -59,10 +61,14 @@ _HAAS = {
     "mirror": "G100 G101",
     "tilt": "G254 G255 G253 G268 G269",
     "cycle": f"{_DRILLING} G77",
-    "harmless": "G5 G8 G35 G36 G37 G47 G93.1 G102 G103 G141 G160 G161 G174 G184 G187 G188 G266",
+    "harmless": "G5 G8 G93.1 G102 G103 G160 G161 G187 G188 G266",
 }
 _LATHE = {
-    **{k: v for k, v in _FANUC.items() if k not in ("retract", "distance", "spindle", "feed", "tilt")},
+    **{
+        k: v
+        for k, v in _FANUC.items()
+        if k not in ("retract", "distance", "spindle", "feed", "tilt", "dynamic")
+    },
     "motion": "G0 G1 G2 G3 G32 G33 G34 G90 G92 G94",
     "cycle": "G80 G83 G84 G85 G87 G88 G89 G81 G82 G86",
     "feed": "G98 G99",
@@ -70,7 +76,7 @@ _LATHE = {
     "length": "G43 G44 G49",
     "offset": "G54 G55 G56 G57 G58 G59 G54.1 G154",
     "turning": "G70 G71 G72 G73 G74 G75 G76",
-    "other": "G10 G28 G30 G50 G52 G92.1",
+    "other": "G10 G28 G29 G30 G50 G52 G92.1",
     "scaling": "G51",
     "harmless": "G5 G8 G11 G14 G15 G18.1 G22 G23 G25 G26 G40.1 G50.1 G50.2 G51.2 G61.1 G69.1 G103 G111 G187 G199",
 }
@@ -81,7 +87,7 @@ _LATHE_B = {
     "distance": "G90 G91",
     "feed": "G93 G94 G95",
     "retract": "G98 G99",
-    "other": "G10 G28 G30 G52 G92 G92.1",
+    "other": "G10 G28 G29 G30 G52 G92 G92.1",
     "harmless": "G5 G8 G11 G14 G15 G22 G23 G25 G26 G40.1 G50 G50.1 G50.2 G51.2 G69.1",
 }
 
@@ -112,6 +118,13 @@ REFUSED = {
     "G84.2": "rigid tapping", "G84.3": "rigid tapping, left-hand", "G184": "reverse tapping", "G105": "a bar feeder",
     "G241": "radial drilling with a driven tool", "G243": "radial drilling with a driven tool", "G195": "radial tapping with a driven tool",
     "G196": "radial tapping with a driven tool", "G78": "threading cycles", "G79": "facing cycles", "G12": "circular pockets", "G13": "circular pockets",
+}  # fmt: skip
+HOLE = "a hole in the path: its moves are missing"
+REFUSED_OF: dict[str, dict[str, str]] = {  # what a code means in a table where it means something else
+    "haas": {
+        "G47": "engraving of a text", "G35": "measuring the diameter of a tool", "G36": "measuring work offsets",
+        "G37": "measuring the length of a tool", "G174": "tapping along another axis, left-hand", "G184": "tapping along another axis",
+    }
 }  # fmt: skip
 PROBING = (
     "G31",

@@ -123,8 +123,7 @@ def end_program(r: IsoRunner, w: IsoWords, column: int, here: int) -> None:
     """M99: back to the caller, to its block P if given; in the main program: the program would start again."""
     number = w.whole("P", column)
     if not r.calls:
-        r.c.remark("M99 in the main program starts it again for ever; it is read once", column)
-        r.c.ended = True
+        _main_again(r, number, column, here)
         return
     again = r.calls[-1].left > 1
     r.pop()
@@ -133,6 +132,19 @@ def end_program(r: IsoRunner, w: IsoWords, column: int, here: int) -> None:
         if index is None:
             raise BlockFault(column, f"M99 P{number}: the calling program has no block N{number}")
         r.jump(index, r.at, column)
+
+
+def _main_again(r: IsoRunner, number: int | None, column: int, here: int) -> None:
+    """M99 in the main program: from its start again; with P it goes on at that block, for ever where no jump leads out."""
+    index = None if number is None else r.text.number(number, here)
+    if number is not None and index is None:
+        raise BlockFault(column, f"M99 P{number}: this program has no block N{number}")
+    if index is not None and (index > here or r.text.has_jumps(index, here)):
+        r.jump(index, here, column)
+        return
+    where = "starts it again" if index is None else f"goes back to N{number}"
+    r.c.remark(f"M99 in the main program {where} for ever; it is read once", column)
+    r.c.ended = True
 
 
 def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:

@@ -14,7 +14,9 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import in_plane
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
+from vcmm.nc.iso.drawing import angle_of, at_angle, chamfer_of, cut_corner, draws
 from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.misfits import ArcMisfit
 from vcmm.nc.iso.polar import polar_ends, radial_ends
 from vcmm.nc.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.nc.levels import SetupEntry
@@ -63,11 +65,16 @@ def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
     if c.vectors and any(w.has(k) for k in "IJK"):
         x, y, z = (w.take(k) or 0.0 for k in "IJK")
         c.point_to((x, y, z))
+    drawn = not rapid and draws(c)
+    chamfer, angle = (chamfer_of(c, w), angle_of(c, w)) if drawn else (None, None)
     p, rotary = target(c, w)
     if c.winding is not None and c.winding.radius:
         wound_line(c, p, rapid, rotary)
         return
-    c.straight(p, rapid, rotary)
+    start = c.p
+    c.straight(p if angle is None else at_angle(c, w, p, angle), rapid, rotary)
+    if chamfer is not None:
+        cut_corner(c, start, chamfer[0], length(c, w, *chamfer), w.column(chamfer[0]))
     corner_words(c, w)
 
 
@@ -300,12 +307,11 @@ def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
             f"allowed are {step * 1000:.1f} um, or 0.1 % up to {never:.2f} mm); correct the end point or the centre{hint}",
         )
     if off > SAME_RADIUS:
-        c.remark(
+        text = (
             f"the radii of the arc at its start and end differ by {off * 1000:.1f} um ({r1:.4f} and {r2:.4f} mm); "
-            "the end point is kept, the radius changes evenly on the way",
-            c.column,
-            every=True,
+            "the end point is kept, the radius changes evenly on the way"
         )
+        c.misfits.append(ArcMisfit("radii", c.line, c.column, off * 1000, text))
 
 
 def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) -> list[float]:
@@ -328,11 +334,9 @@ def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) 
             f"R is too small: {abs(radius):.4f} mm, but the end lies {chord:.4f} mm away; {half:.4f} mm is the least",
         )
     if half > abs(radius):
-        c.remark(
-            f"R is {1000 * (half - abs(radius)):.2f} um smaller than half the distance; a half circle is taken",
-            column,
-            every=True,
-        )
+        short = 1000 * (half - abs(radius))
+        text = f"R is {short:.2f} um smaller than half the distance; a half circle is taken"
+        c.misfits.append(ArcMisfit("R", c.line, column, short, text))
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     side = (1.0 if clockwise else -1.0) * (1.0 if radius > 0 else -1.0)
     centre = list(before)

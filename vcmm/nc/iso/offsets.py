@@ -8,7 +8,7 @@ from dataclasses import replace
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.lengths import length, need_axis
 from vcmm.nc.iso.motion import target
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.recorder import UNMOVED
@@ -32,8 +32,22 @@ def select_offset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         code = further(number)
     elif code.startswith("G1"):
         code = further(int(code[1:]) - 109)
+    elif code == "G54" and _further_by_p(c, w):  # G54 P3 of Fanuc is G54.1 P3
+        number = w.whole("P", column, 1)
+        if number is None or number > MOST_FURTHER:
+            raise BlockFault(column, f"G54 P is G54.1 P here, and takes P1 to P{MOST_FURTHER}")
+        code = further(number)
     c.select(code)
     c.rebuild()
+
+
+_TAKES_P = {"dwell", "cycle", "other", "macro", "turning", "pattern", "pocket", "dynamic"}
+
+
+def _further_by_p(c: IsoControl, w: IsoWords) -> bool:
+    """Whether P of a block with G54 belongs to it: "G54.1 Pn or G54 Pn" (FANUC B-64304EN, additional workpiece coordinate systems)."""
+    fanuc = c.language.words == "macro" and not c.language.haas
+    return fanuc and w.has("P") and "P" not in w.used and not (_TAKES_P & w.g.keys())
 
 
 def further(number: int) -> str:
@@ -206,7 +220,8 @@ def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
 def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G68: turn the programmed points about a centre, in the plane; G69 ends it."""
     if code == "G69":
-        c.turn, c.tilt, c.tilted = None, UNMOVED, False
+        c.turn, c.tilt, c.tilted, c.posture, c.is_tilt_given = None, UNMOVED, False, None, False
+        c.plane_words.clear()
     else:
         if c.compensation:
             raise BlockFault(column, "G68 while cutter radius compensation is on; cancel it with G40 before")
@@ -244,6 +259,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     for i, axis in enumerate("ABC"):
         number = w.take(axis)
         if number is not None:
+            need_axis(c, w, axis)
             rotary[i] = math.radians(number)
     c.column = column
     go_to_axes(c, (q[0], q[1], q[2]), rapid, (rotary[0], rotary[1], rotary[2]))
@@ -282,16 +298,47 @@ def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
             refusal = f"G30 P{number} is not known: the set-up file holds the first and the second reference point only"
             c.assume(f"the reference point of G30 P{number}", "the second one", refusal, column=column)
     everything = not named and not turned and c.language.everything_home
+    if not (named or turned or everything):
+        code = "G30" if second else "G28"
+        c.assume(
+            f"where {code} without axes goes", f"nowhere: {c.language.name} moves the axes that are named; on a Haas all axes go", column=column
+        )  # fmt: skip
     if named or turned:
         p, rotary = target(c, w)
-        start, end = c.tip(), c.world.apply(p)
-        if start != end or rotary != c.rotary:
-            c.emit("rapid", end, rotary=rotary, rewritable=False)
-            c.p = p
+        c.between |= {i: (*p, *rotary)[i] for i, a in enumerate("XYZABC") if a in (*named, *turned)}
+        _rapid_by(c, p, rotary)
     home = c.home2 if second else c.home
     q = [home[i] if everything or AXES[i] in named else c.q[i] for i in range(3)]
     turning = [0.0 if everything or "ABC"[i] in turned else c.rotary[i] for i in range(3)]
     go_to_axes(c, (q[0], q[1], q[2]), True, (turning[0], turning[1], turning[2]))
+
+
+def return_from_home(c: IsoControl, w: IsoWords, column: int) -> None:
+    """G29: the axes that are named go to the point by way of which G28 or G30 came, and on to the programmed point, which counts
+    increments from the former (FANUC B-64304EN, "return from reference position (G29)"; Haas mill operator's manual, G29)."""
+    if c.compensation is not None:
+        _suspended(c, "G29 while cutter radius compensation is on; cancel it with G40 before", column)
+    letters = [(a, "UVW"[i] if c.language.lathe else "") for i, a in enumerate(AXES)] + [
+        (a, "") for a in "ABC"
+    ]
+    named = [i for i, words in enumerate(letters) if any(k and w.has(k) for k in words)]
+    lost = [letters[i][0] for i in named if i not in c.between]
+    if lost or not named:
+        what = f"no G28 has led {lost[0]} over a point" if lost else "no axis is named"
+        raise BlockFault(column, f"G29: {what}; G29 takes the axes that a G28 before it has named")
+    via = [*c.p, *c.rotary]
+    for i in named:
+        via[i] = c.between[i]
+    _rapid_by(c, (via[0], via[1], via[2]), (via[3], via[4], via[5]))
+    _rapid_by(c, *target(c, w))
+
+
+def _rapid_by(c: IsoControl, p: Point, rotary: Point) -> None:
+    """A rapid of a reference move to a programmed point."""
+    end = c.world.apply(p)
+    if c.tip() != end or rotary != c.rotary:
+        c.emit("rapid", end, rotary=rotary, rewritable=False)
+    c.p = p
 
 
 def store_home(c: IsoControl, second: bool) -> None:

@@ -19,7 +19,8 @@ from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.channels import marks_of, one_channel, tell_other_channels
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
-from vcmm.nc.iso.execute import execute
+from vcmm.nc.iso.drawing import turns_c
+from vcmm.nc.iso.execute import execute, unused_words
 from vcmm.nc.iso.fixed_format import fixed_format, read_fixed
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
 from vcmm.nc.iso.macros import (
@@ -31,11 +32,14 @@ from vcmm.nc.iso.macros import (
     macro_call,
     modal_call,
 )
+from vcmm.nc.iso.misfits import tell_misfits
+from vcmm.nc.iso.numbers import points_written, tell_unit
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.iso.tools import tell_left_in_the_changer
 from vcmm.nc.iso.turning import turning
+from vcmm.nc.leading import held_behind, waits_for_words
 from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
@@ -50,7 +54,6 @@ _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", 
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
 _AXIS_WORDS = re.compile(r"(?<![A-Z#<_])[XYZ][ \t]*[-+]?[ \t]*[.\d#\[]", re.IGNORECASE)
 _NOTE = re.compile(r"\([^()]*\)|;.*")
-LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
@@ -68,7 +71,8 @@ def run(
     marks = marks_of(text) if language.lathe and "$" in text else {}
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
-    c.points_written = language.survey and not setup.decimal_point and points_written(text)
+    c.points_written = not setup.decimal_point and points_written(text)
+    c.c_turns = language.lathe and turns_c(text)
     if marks:
         text = one_channel(text, marks, setup.channel)
         tell_other_channels(c, marks)
@@ -80,8 +84,7 @@ def run(
         _alone(runner)
     made = made or len(c.moves)
     if made and not c.unit_said:
-        c.source = Source(1, 1, 1)
-        c.assume("the unit, for want of G20 and G21", "mm", matters=False)
+        tell_unit(c, text)
     if not made:
         c.remark("no axis moves in this program", 1)
         if language.survey and _AXIS_WORDS.search(_NOTE.sub("", text)):
@@ -89,6 +92,7 @@ def run(
                 "the moves of this program",
                 "none: what it needs from its caller or its machine keeps them from being reached",
             )
+    tell_misfits(c, c.misfits)
     tell_left_in_the_changer(c)
     program = c.program(name)
     if c.wound_from is not None:
@@ -97,15 +101,6 @@ def run(
         return program
     flow.take(program.moves)
     return replace(program, moves=())
-
-
-_POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
-
-
-def points_written(text: str) -> bool:
-    """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
-    plain = re.sub(r"\([^()\n]*\)", "", text[:LOOKED_AT])
-    return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
 def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
@@ -238,7 +233,10 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if block.called is not None:
         call_named(r, block.called, index)
         return
-    if block.deleted:
+    if block.optional is not None and c.setup.block_delete:
+        words, assigns = block.optional
+        block = replace(block, words=block.words[:words], assigns=block.assigns[:assigns], flow=None)
+    elif block.deleted or block.optional is not None:
         c.remark(
             'blocks with "/" are executed; write block_delete = true in the set-up file to leave them out',
             kind="delete",
@@ -295,7 +293,11 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if c.tracer is not None and before is not None and len(c.moves) > made:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:
+        w.used -= set("PQUWRXYZVIKDAE")
+        here = c.source
         turning(r, w, index, lambda at: _run_line(r, at))
+        c.source = here
+        unused_words(c, w)
     if call == 198 and not w.has("P"):
         c.assume(
             "M198, a code of the machine builder",
@@ -326,7 +328,7 @@ def _plain_lines(r: IsoRunner) -> None:
     if (
         c.motion not in ("G0", "G1") or c.world.matrix is not UNITY or c.feed_mode != "G94" or c.surface
         or c.diameter or c.exact_once or c.language.lathe or c.polar is not None or c.winding is not None
-        or (c.language.words == "macro" and c.language.decimal_point != "calculator")
+        or (c.language.words == "macro" and c.language.decimal_point != "calculator") or waits_for_words(c)
     ):  # fmt: skip
         return
     lines, match, emit, sides = r.text.lines, _PLAIN.match, c.moves.append, c.sides.append
@@ -377,7 +379,7 @@ def _plain_lines(r: IsoRunner) -> None:
         start = goal
     c.source = Source(r.at + 1, 1, 1)
     r.executed(r.at, at)
-    r.at, c.motion = at, "G0" if rapid else "G1"
+    r.at, c.motion, c.held = at, "G0" if rapid else "G1", held_behind(c, c.moves)
     o = c.tool_offset
     c.p, c.q = (x, y, z), (start[0] + o[0], start[1] + o[1], start[2] + o[2])
 

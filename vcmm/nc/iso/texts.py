@@ -14,6 +14,7 @@ _O_WORD = re.compile(
     rf"[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?[O:][ \t]*(<[^>]*>|\d+)[ \t]*({'|'.join(O_WORDS)})?", re.IGNORECASE
 )
 _N_WORD = re.compile(r"[ \t]*/?\d?[ \t]*N[ \t]*(\d+)", re.IGNORECASE)
+_JUMP = re.compile(r"(?<![A-Z])(?:GOTO|IF)(?![A-Z])", re.IGNORECASE)
 _LOOP = re.compile(r"(?:^|[^A-Z])(DO|END)[ \t]*([123])", re.IGNORECASE)
 
 
@@ -87,6 +88,10 @@ class Text:
         end = min((s for s in starts if s > index), default=len(self.lines))
         inside = [i for i in self._numbers.get(n, []) if begin <= i < end]
         return next((i for i in inside if i > index), inside[0] if inside else None)
+
+    def has_jumps(self, first: int, last: int) -> bool:
+        """Whether a block of the lines first to last - 1 may jump elsewhere."""
+        return any(_JUMP.search(re.sub(r"\([^()]*\)", "", line)) for line in self.lines[first:last])
 
     def loop_end(self, number: str, index: int) -> int | None:
         """Line of END n after a line."""

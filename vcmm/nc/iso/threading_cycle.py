@@ -2,7 +2,7 @@
 
 P pitch, Z end of the drive line, I offset of the thread peak (negative: outside thread), J first depth, K full depth, R
 degression (depth of pass n = J n^(1/R); 1 equal steps, 2 equal areas), Q compound angle in degrees, H spring passes, E
-length of the tapers along the drive line, L which ends: 0 none, 1 entry, 2 exit, 3 both. All depths are radii.
+length of the tapers along the drive line, L which ends: 0 none, 1 entry, 2 exit, 3 both. I, J and K are radii, with G7 diameters.
 Each pass retracts by |I| + K; the last one ends beside Z.
 Source: LinuxCNC documentation, G76 Threading Cycle; positions checked against the output of its own test of G76.
 """
@@ -45,6 +45,8 @@ def thread_cycle(c: IsoControl, w: IsoWords) -> None:
         w.need(k, f"G76 needs P, Z, I, J and K; {k} is absent", column) * c.unit for k in "PIJK"
     )
     _check(w, pitch, peak, first, full)
+    if c.diametral():
+        peak, first, full = peak / 2.0, first / 2.0, full / 2.0
     degression = w.take("R")
     degression = 1.0 if degression is None else degression
     if degression < 1.0:

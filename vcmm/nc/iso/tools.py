@@ -86,6 +86,9 @@ def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> N
         c.compensation = _compensation(c, side, (diameter * c.unit / 2.0, orientation), column)
         return
     number = w.whole("D", column)
+    if number is None and c.language.words == "macro":
+        number = c.radius_word
+    c.radius_word = number
     tool = radius_of(c, c.tool if number is None else number, column)
     c.compensation = _compensation(c, side, tool, column)
 

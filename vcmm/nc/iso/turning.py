@@ -23,7 +23,14 @@ from vcmm.nc.rounding import round_corners
 if TYPE_CHECKING:
     from vcmm.nc.iso.flow import IsoRunner
 
-TOLD = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
+TOLD = (
+    "assumed",
+    "unused",
+    "misfits",
+    "remarks",
+    "remarked",
+    "called",
+)  # what the reading of a contour leaves behind
 
 
 def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:

@@ -24,7 +24,7 @@ _WORD = re.compile(
 _NAME = re.compile(r"\s*(/?\d?\s*)N([A-Z][A-Z0-9]{0,3}|\d+)(?=\s|\Z|[A-Z])", re.IGNORECASE)
 _TITLE = re.compile(r"\s*O([A-Z0-9]{1,5})\s*\Z", re.IGNORECASE)
 _G85 = re.compile(r"G8([567])\s*N(\w+)\s*(.*)", re.IGNORECASE)
-_IDLE = ("DRAW", "CLEAR", "DEF", "PS", "CO", "END", "PRINT", "PUT", "WRITE", "READ", "TITLE")
+_IDLE = ("DRAW", "CLEAR", "DEF", "PS", "PT", "CO", "END", "PRINT", "PUT", "WRITE", "READ", "TITLE")
 LEFT_OUT = ("MODIN", "MODOUT", "NCYL", "OMIT", "RESTART")
 HOLE = "a hole in the path: its moves are missing"
 CYCLES = {"1": "G71", "2": "G72"}

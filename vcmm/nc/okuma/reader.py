@@ -27,8 +27,9 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     made = lines.translated()
     told = [Assumed(line, what, value, matters=matters) for line, what, value, matters in lines.told]
     told += [Assumed(1, f"the value of {name}", "0") for name in lines.names.read]
-    if setup.strict and told:
-        first = min(told, key=lambda a: a.line)
+    lost = [a for a in told if a.matters]
+    if setup.strict and lost:
+        first = min(lost, key=lambda a: a.line)
         raise ProgramFault(file, first.line, 1, f"{first.what} is not known here; give it in the program")
     program = run(made, LATHE if lathe else MILL, setup, file, trace)
     known = {number: name for name, number in lines.names.programs.items()}

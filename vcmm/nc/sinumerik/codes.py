@@ -48,8 +48,6 @@ IDLE = frozenset(  # they change no path here
         "RTLIOF",
         "UPATH",
         "SPATH",
-        "ORIWKS",
-        "ORIMKS",
         "MSG",
         "WORKPIECE",
         "GROUP_BEGIN",
@@ -64,24 +62,9 @@ IDLE = frozenset(  # they change no path here
         "CUT2D",
         "CUT2DF",
         "CUT2DFD",
-        "CUT3DC",
-        "CUT3DF",
-        "CUT3DFS",
-        "CUT3DFF",
         "CUTCONOF",
-        "TOFRAME",
         "TOROTOF",
         "PAROTOF",
-        "TCARR",
-        "TCOABS",
-        "TCOFR",
-        "ORIAXES",
-        "ORIVECT",
-        "ORIPLANE",
-        "ORIEULER",
-        "ORIRPY",
-        "ORIRPY2",
-        "ORIVIRT1",
         "OSC",
         "OSOF",
         "OST",
@@ -114,20 +97,17 @@ IDLE = frozenset(  # they change no path here
         "SETM",
         "CLEARM",
         "DIACYCOFA",
-        "DIAMCHANA",
         "ENS",
         "NEWCONF",
         "SETMS",
         "WRTPR",
         "STRINGIS",
         "STOLF",
-        "PRESETONS",
         "GWPSON",
         "GWPSOF",
         "ACTBLOCNO",
         "IPTRLOCK",
         "IPTRUNLOCK",
-        "PUTFTOC",
         "LOCK",
         "UNLOCK",
         "ISD",
@@ -250,6 +230,17 @@ def _face(on: bool) -> Callable[[SinumerikControl], None]:
     return change
 
 
+def _cutter_in_space(name: str) -> Callable[[SinumerikControl], None]:
+    """Radius compensation in space: it does nothing until G41 or G42."""
+
+    def change(i: SinumerikControl) -> None:
+        if i.r.compensation is not None:
+            what = f"{name} (radius compensation in space)"
+            i.r.assume(what, "in the plane", f"{what}{LATER}", column=i.column)
+
+    return change
+
+
 LINES = "straight lines between its points"
 
 
@@ -286,6 +277,13 @@ SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     "CDON": _told("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),
     "KONT": _told("KONT (approach around the contour)", "straight, as with NORM"), "KONTC": _told("KONTC", "straight, as with NORM"),
     "KONTT": _told("KONTT", "straight, as with NORM"), "CUTCONON": _told("CUTCONON", "passed over"),
+    **{n: _set(sweeps=True) for n in ("ORIWKS", "ORIVECT", "ORIPLANE")}, **{n: _set(sweeps=False) for n in ("ORIMKS", "ORIAXES")},
+    **{n: _told(f"{n} (what A2= B2= C2= mean)", "passed over", matters=False) for n in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1")},
+    **{n: _told(f"{n} (frame along the tool)", "passed over") for n in ("TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROTX", "TOROTY", "TOROTZ")},
+    **{n: _told(f"{n} (a tool holder that can be turned)", "passed over") for n in ("TCARR", "TCOABS", "TCOFR")},
+    **{n: _told(f"{n} (the actual values of axes are set)", "passed over") for n in ("PRESETON", "PRESETONS")},
+    "DIAMCHANA": _told("DIAMCHANA (diameters of a further axis)", "passed over"), "PUTFTOC": _told("PUTFTOC (fine offset of the tool)", "passed over"),
+    **{n: _cutter_in_space(n) for n in ("CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF")},
     "OFFN": _told("OFFN (oversize of the contour)", "none"), "TOROT": _told("TOROT (frame along the tool)", "passed over"),
     "PAROT": _told("PAROT (frame along the workpiece)", "passed over"),
     "WHENEVER": _told("synchronised actions (WHENEVER, DO ...)", "passed over", matters=False),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from vcmm.nc.drilling import COARSE, Hole, depths_of
 from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.frames import AffineMap, rotation, translation
 from vcmm.nc.moves import PLANES
 from vcmm.nc.sinumerik.blocks import Item
 from vcmm.nc.sinumerik.flow import SinumerikRunner
@@ -163,32 +161,11 @@ def bore(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     hole.leave()
 
 
-def swivel(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
-    """CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, ...): shift, rotations, shift; none of them ends it.
+def swivelled(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE800."""
+    from vcmm.nc.sinumerik.swivelling import swivel
 
-    MODE: bits 0-1, 2-3, 4-5 name the axes (1 X, 2 Y, 3 Z) that A, B, C turn about, one after another; bits 6-7 the kind (0: axis by axis).
-    """
-    given = arguments_of(runner, item)
-    v = [x or 0.0 for x in (*given, *[None] * 13)][:13]
-    u, mode = i.r.unit, round(v[3]) or 57
-    turned = AffineMap()
-    for k in range(3):
-        axis = (mode >> (2 * k) & 3) or k + 1
-        turned = turned.then(rotation(axis - 1, math.radians(v[7 + k])))
-    made = (
-        translation((v[4] * u, v[5] * u, v[6] * u))
-        .then(turned)
-        .then(translation((v[10] * u, v[11] * u, v[12] * u)))
-    )
-    if made != AffineMap():
-        kind = "" if mode >> 6 == 0 else ", its angles as rotations axis by axis"
-        i.r.assume(
-            "how the machine tilts (CYCLE800)", f"points lie in the tilted plane of the workpiece, the tool square to it{kind}",
-            column=item.first, matters=False,
-        )  # fmt: skip
-    additive = round(v[2]) % 10 == 1
-    i.frames(i.modes.frame, i.modes.swivel.then(made) if additive else made)
-    i.r.tilted = i.modes.swivel != AffineMap()
+    swivel(i, item, arguments_of(runner, item))
 
 
 def pattern(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
@@ -286,7 +263,7 @@ def run(i: SinumerikControl, runner: SinumerikRunner, item: Item, line: int = 0)
 
 CYCLES: dict[str, Cycle] = {
     "CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE84": tap, "CYCLE840": tap, "CYCLE85": ream, "CYCLE86": bore, "CYCLE87": bore,
-    "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivel, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
+    "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivelled, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
     "CYCLE802": pattern, "POCKET1": milled, "POCKET2": milled, "POCKET3": milled, "POCKET4": milled, "CYCLE71": milled,
     "CYCLE95": turned, "CYCLE97": turned, "CYCLE976": measured, "CYCLE977": measured, "CYCLE978": measured, "CYCLE979": measured,
     "CYCLE998": measured,

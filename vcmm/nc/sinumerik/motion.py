@@ -6,14 +6,14 @@ import math
 
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.levels import unknown_tool
+from vcmm.nc.levels import pass_over, unknown_tool
 from vcmm.nc.setup import Tool, has_driven
 from vcmm.nc.sinumerik import cycles
 from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
 from vcmm.nc.sinumerik.codes import CODES, IDLE, IDLE_G, LATER, SWITCHES
 from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.specials import FRAMES, SinumerikSpecials
-from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords
+from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords, written_word
 from vcmm.nc.sinumerik.text import FUNCTIONS
 from vcmm.nc.sinumerik.traces import words_of
 from vcmm.nc.state import Modal
@@ -29,7 +29,7 @@ CHANNELS = {  # what belongs to other channels
 }
 PASSED = (  # they change speeds and spindles, not the path
     "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "DISR",
-    "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "DL", "SPINU",
+    "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "SPINU",
 )  # fmt: skip
 DIRECTIONS = (*(f"{a}{n}" for a in ROTARY for n in (2, 3, 4, 5)), "LEAD", "TILT", "THETA")
 
@@ -51,10 +51,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             self.motion(words)
         times = round(words.take("P") or 1.0) if words.commands else 1
         for item in words.items.values():
-            self.r.assume(
-                f"{item.name} in a block that has no use for it", "passed over", column=item.first,
-                otherwise=f"{item.name} has no use in this block; remove it or add the function that it belongs to",
-            )  # fmt: skip
+            pass_over(self.r, written_word(words, item), item.first, name=item.name)
         self.functions(words, before=False)
         self.note(made, before, runner, block)
         for command in words.commands:
@@ -73,6 +70,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             or modes.cycle
             or modes.rnd
             or r.exact_once
+            or r.held
             or r.diameter
             or not r.absolute
         ):
@@ -159,7 +157,12 @@ class SinumerikInterpreter(SinumerikSpecials):
         if name in ("M1", "S1", "T1") and item.number is not None:
             name = item.name
         if name[0] == "H":
-            return  # auxiliary functions of the machine builder
+            self.r.remark(
+                f"{name} is an auxiliary function of the machine builder; it is taken to move nothing",
+                item.first,
+                "H",
+            )
+            return
         known = (*AXES, *ROTARY, *CENTRES, "I1", "J1", "K1", "F", "S", "T", "D", "P", *ADDRESSES)
         if name not in known and name not in HOMES:
             self.r.assume(
@@ -204,7 +207,9 @@ class SinumerikInterpreter(SinumerikSpecials):
                 words.commands.remove(command)
             elif command.name in SWITCHES:
                 self.column = command.first
-                SWITCHES[command.name](self)
+                is_end = command.value is not None and words.number(command) == 0.0  # TCARR=0
+                if not is_end:
+                    SWITCHES[command.name](self)
                 words.commands.remove(command)
         if names & {"COMPON", "COMPCURV", "COMPCAD", "COMPSURF"}:
             self.r.remark("a compressor (COMPON ...) is on; the programmed lines are kept as they are")
@@ -234,8 +239,13 @@ class SinumerikInterpreter(SinumerikSpecials):
             r.tolerance = (words.take("CTOL") or 0.0) * self.r.unit
         if words.has("RNDM"):
             self.modes.rnd = (words.take("RNDM") or 0.0) * self.r.unit
-        if words.has(*PASSED):
-            words.items = {k: v for k, v in words.items.items() if k not in PASSED}
+        if words.take("DL"):
+            r.assume("DL= (sum offset of the tool)", "none", f"DL= (sum offset of the tool){LATER}")
+        for name in PASSED:
+            if words.items.pop(name, None) is not None:
+                r.remark(
+                    f"{name}= changes speeds and spindles, not the path; it is passed over", kind=f"{name}="
+                )
         if words.has("A3", "B3", "C3"):
             x, y, z = (words.take(name) or 0.0 for name in ("A3", "B3", "C3"))
             r.point_to((x, y, z))

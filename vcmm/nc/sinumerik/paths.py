@@ -6,6 +6,7 @@ import math
 
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.frames import in_plane
+from vcmm.nc.leading import named
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.offsetting import left, piece_of, planar, tangent
 from vcmm.nc.probing import touch
@@ -15,6 +16,7 @@ from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikControl, SinumerikWords, point_of
 
 MORE = ("CR", "AR", "I1", "J1", "K1", "AP", "RP")  # words that move too
+MOVING = (*AXES, *ROTARY, "AP", "RP")
 
 
 class SinumerikPaths(SinumerikControl):
@@ -22,6 +24,7 @@ class SinumerikPaths(SinumerikControl):
 
     def motion(self, words: SinumerikWords) -> None:
         self.modal_call(words)
+        named(self.r, "".join("XYZ" if n in ("AP", "RP") else n[0] for n in words.items if n in MOVING))
         if not words.has(*AXES, *ROTARY, *CENTRES, *MORE):
             return
         if "G53" in words.g or "G153" in words.g or any(c.name == "SUPA" for c in words.commands):
@@ -168,12 +171,18 @@ class SinumerikPaths(SinumerikControl):
             if item is None:
                 continue
             given.add(k)
-            value = (words.take(name) or 0.0) * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
             absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
+            value = (
+                (words.take(name) or 0.0) * self.r.unit / (2.0 if k == 0 and self.halves(absolute) else 1.0)
+            )
             point[k] = value if absolute else self.r.p[k] + value
         if words.has("ANG"):
             self.inclined(words, point, given)
         return self.polar(words, point) if words.has("AP", "RP") else point_of(point)
+
+    def halves(self, absolute: bool) -> bool:
+        """Whether a word of X is a diameter: with DIAMON always, with DIAM90 where it counts from the work zero."""
+        return self.r.diameter == "always" or (self.r.diameter == "absolute" and absolute)
 
     def inclined(self, words: SinumerikWords, point: list[float], given: set[int]) -> None:
         """ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
@@ -265,13 +274,18 @@ class SinumerikPaths(SinumerikControl):
         arc_or_chords(self.r, end, centre, clockwise, turns)
 
     def centre(self, words: SinumerikWords) -> Point:
-        """I J K: from the start point; AC(...) from the work zero."""
+        """I J K: from the start point, of X a radius; AC(...) from the work zero, a diameter with DIAMON and DIAM90.
+
+        Source: Siemens, Programming Manual Fundamentals, "Channel-specific diameter/radius programming (DIAMON, DIAM90)".
+        """
         point = list(self.r.p)
         for k, name in enumerate(CENTRES):
             item = words.items.get(name)
             value = (words.take(name) or 0.0) * self.r.unit
-            if item is not None:
-                point[k] = value if item.mode == "AC" else point[k] + value
+            if item is not None and item.mode == "AC":
+                point[k] = value / (2.0 if k == 0 and self.r.diameter else 1.0)
+            elif item is not None:
+                point[k] += value
         return point_of(point)
 
     def opened(self, centre: Point, end: Point, angle: float, clockwise: bool) -> Point:
@@ -295,7 +309,7 @@ class SinumerikPaths(SinumerikControl):
         return centre
 
     def circle_through(self, words: SinumerikWords) -> None:
-        """CIP: through the intermediate point I1 J1 K1, absolute with G90, from the start with G91."""
+        """CIP: through the intermediate point I1 J1 K1, absolute with G90 (of X a diameter with DIAMON), from the start with G91, a radius."""
         one, two, normal = PLANES[self.r.plane]
         start, middle = self.r.p, list(self.r.p)
         for k, name in enumerate(("I1", "J1", "K1")):
@@ -303,7 +317,8 @@ class SinumerikPaths(SinumerikControl):
             if item is not None:
                 value = (words.take(name) or 0.0) * self.r.unit
                 absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
-                middle[k] = value if absolute else start[k] + value
+                half = 2.0 if k == 0 and absolute and self.r.diameter else 1.0
+                middle[k] = value / half if absolute else start[k] + value
         end = self.target(words)
         if abs(middle[normal] - start[normal]) > 1e-9 or abs(end[normal] - start[normal]) > 1e-9:
             self.r.fault(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from vcmm.nc.frames import AffineMap, rotation, stretched, translation
+from vcmm.nc.leading import named
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES
 from vcmm.nc.sinumerik.codes import LATER
@@ -75,6 +76,7 @@ class SinumerikSpecials(SinumerikPaths):
             )  # fmt: skip
         if not axes:
             return
+        named(self.r, "".join(AXES[k] for k in axes))
         o, home, tip = self.r.tool_offset, self.r.setup.reference, self.r.tip()
         target = [home[k] - o[k] if k in axes else tip[k] for k in range(3)]
         self.r.to_machine((target[0], target[1], target[2]), rapid=True)

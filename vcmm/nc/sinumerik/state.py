@@ -110,3 +110,11 @@ class SinumerikControl:
 
 def point_of(values: list[float]) -> Point:
     return values[0], values[1], values[2]
+
+
+def written_word(words: SinumerikWords, item: Item) -> str:
+    """The word of an item that is left over: K-2, CR=5; its name alone where it has no number."""
+    if item.value is None:
+        return item.name
+    number = f"{words.number(item):g}"
+    return f"{item.name}{number}" if len(item.name) == 1 else f"{item.name}={number}"
