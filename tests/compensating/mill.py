@@ -29,10 +29,10 @@ def mill(*effects: Effect, travel: float = 1e4) -> Machine:
     return Machine("test mill", "machine-tool", parse_structure("w X' Y' b Z t"), axes, effects)
 
 
-def lathe() -> Machine:
+def lathe(structure: str = "w b Z X t") -> Machine:
     """X 100 um/m too long."""
-    axes = {a: Axis(a, (-1e4, 1e4)) for a in "XZ"}
-    return Machine("test lathe", "lathe", parse_structure("w b Z X t"), axes, (ScaleFactor("X", 100e-6),))
+    axes = {a: Axis(a, (-1e4, 1e4)) for a in "XZC" if a in structure}
+    return Machine("test lathe", "lathe", parse_structure(structure), axes, (ScaleFactor("X", 100e-6),))
 
 
 def scale(k_um_m: float, axis: str = "X") -> Machine:

@@ -293,11 +293,21 @@ def test_what_only_a_lathe_with_more_than_one_tool_carrier_has(tmp_path):
     ):
         error = DataError if "$" in block else ModelLimit
         message = refused(
-            tmp_path, head + block + "M30\n%\n", lathe(), setup, error=error, dialect="fanuc-lathe"
+            tmp_path,
+            head + block + "M30\n%\n",
+            lathe("w C' b Z X t"),
+            setup,
+            error=error,
+            dialect="fanuc-lathe",
         )
         assert what in message
     text = "G90 G71 DIAMON G54\nT1 D1\nS500 M3\nG0 X50 Z2\nTRANSMIT\nG1 X40 Y10 F100\nTRAFOOF\nM30\n"
     message = refused(
-        tmp_path, text, lathe(), replace(setup, dialect="sinumerik"), error=ModelLimit, dialect="sinumerik"
+        tmp_path,
+        text,
+        lathe("w C' b Z X t"),
+        replace(setup, dialect="sinumerik"),
+        error=ModelLimit,
+        dialect="sinumerik",
     )
     assert "part.nc:6:1: X and C lead the tip over the end face" in message

@@ -9,7 +9,7 @@ from tests.machining import lathe
 BASE = lathe.MACHINE.replace("Z X t", "Z X Y t") + '[axes.Y]\ntravel = ["-60 mm", "60 mm"]\n'
 TURNED = "G0 X44. Z2.\nX40.\nG1 Z-60. F0.1\nX52.\nG0 X120. Z50.\nM5\n"
 CROSS = "T0202\nG0 X50. Z-20. C30.\nG87 X12. R-3. F100.\nG80\nG0 X120. Z50.\n"
-FACE = "T0303\nG0 X24. Z5. C0.\nG83 Z-15. R-3. Q5000 F100.\nC90.\nG80\nG0 X120. Z50.\n"
+FACE = "T0303\nG0 X24. Z5. C0.\nG83 Z-15. R-3. Q5. F100.\nC90.\nG80\nG0 X120. Z50.\n"
 FLAT = "T0404\nG0 X60. Z-45. C90.\nY-20.\nG1 X36. F200.\nY20.\nG0 X60.\nY0.\nG0 X120. Z50.\n"
 PROGRAM = lathe.HEAD + TURNED + "G98\n" + CROSS + FACE + FLAT + "M5\nM30\n%\n"
 SINUMERIK = """; driven tools

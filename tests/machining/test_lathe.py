@@ -182,7 +182,8 @@ def test_the_part_in_the_other_spindle_is_left_out_and_told(tmp_path):
     assert np.abs(lathe.nominal(job, "cross")[0]).max() < 1e-9
     said = [t for t in remarks(job) if "spindle" in t]
     assert [t.split(": ")[0] for t in said] == ["part.nc:20", "part.nc:27", "lines 23 to 24"]
-    assert "2 moves cut the part in spindle 2 and are left out; work_spindle = 2 in [cut]" in said[-1]
+    # two holes from Z2 to Z-15 in pecks of 5: -3, -8, -13, -15
+    assert "8 moves cut the part in spindle 2 and are left out; work_spindle = 2 in [cut]" in said[-1]
 
 
 def test_a_spindle_that_holds_nothing(tmp_path):

@@ -34,8 +34,8 @@ def test_a_full_circle_is_one():
 
 
 def test_a_rapid_cuts_and_a_pause_does_not():
-    found = swept(moves("G1 X20. F100\nG4 P1.\nG0 X30.\n"), {1: Tool(1, 0.0, 10.0)})
-    kinds = [moves("G1 X20. F100\nG4 P1.\nG0 X30.\n")[i].kind for i in found.move.tolist()]
+    found = swept(moves("G1 X20. F100\nG4 P1000\nG0 X30.\n"), {1: Tool(1, 0.0, 10.0)})
+    kinds = [moves("G1 X20. F100\nG4 P1000\nG0 X30.\n")[i].kind for i in found.move.tolist()]
     assert kinds[-2:] == ["line", "rapid"]
     assert np.isfinite(found.start).all()
 
