@@ -51,4 +51,3 @@ def _per(text: str, whole: str, name: str) -> float:
             f'{name} = "{whole}" grows by {1000 * over / by:.4g} um per metre; usual are L/50 to L/1500 (0.7 to 20 um/m): is {hint} meant?'
         )
     return by / over
-

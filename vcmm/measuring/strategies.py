@@ -198,7 +198,9 @@ def choose(kind: str, strategy: str) -> type:
     if strategy in allowed:
         return allowed[strategy]
     if not allowed:
-        raise UsageError(f'A {kind} has no strategy "{strategy}"; name a file of its points: points = "points.csv".')
+        raise UsageError(
+            f'A {kind} has no strategy "{strategy}"; name a file of its points: points = "points.csv".'
+        )
     raise UsageError(f'A {kind} has no strategy "{strategy}".{choose_from(strategy, allowed)}')
 
 
