@@ -242,5 +242,5 @@ def test_a_point_is_touched_where_it_is_drawn(tmp_path: Path) -> None:
     )
     task = load_scenario(edited(tmp_path, *edits)).task()
     assert task.touches.points[task.touches.rows["corner"]].tolist() == [[10.0, 5.0, 20.0]]
-    with pytest.raises(DataError, match='A point has no strategy "grid". Allowed: nominal'):
+    with pytest.raises(DataError, match=r'A point has no strategy "grid"\. Allowed: nominal'):
         load_scenario(edited(tmp_path, edits[0], (edits[1][0], step.replace("nominal", "grid"))))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.expansions import unusual_expansion
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Series
 from vcmm.cutting.envelope import CUT
@@ -262,4 +263,6 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
         f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line stands there"
         for what, (a, b) in gaps
     ]
+    expands = unusual_expansion("[part] expansion", job.scenario.part.expansion)
+    said += [*job.machine.remarks, *([expands] if expands else [])]
     return (*program, *_unready(job), *job.process.remarks(), *blank_notes(job.blank), *said, *assumed)
