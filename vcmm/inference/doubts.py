@@ -18,7 +18,7 @@ from vcmm.inference.rounding import coarse, leading, said_of_digits, step_of
 from vcmm.measuring.task import Task
 from vcmm.part.part import Characteristic
 
-LARGEST = 200_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
+LARGEST = 100_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
 NAMED = 5  # outliers named in one reason
 IN_FRAME = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
 UNTESTED = "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
