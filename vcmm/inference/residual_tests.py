@@ -176,8 +176,10 @@ class ResidualTests:
         return float(1 + max(above, larger)) / (self.draws + 1)
 
     def memory(self, residuals: Mapping[str, Array], order: Mapping[str, Ints]) -> Memory | None:
-        """order: per feature its touches as they stood in the file. None where no feature has points enough."""
-        scans = {n: f for n, f in self.features.items() if f.n >= LEAST_SCAN}
+        """order: per feature its touches as they stood in the file. None where no feature has points enough, and few enough
+        for forms to be drawn: a form that the null lacks would be taken for memory.
+        """
+        scans = {n: f for n, f in self.features.items() if LEAST_SCAN <= f.n <= FORMED}
         if not scans:
             return None
         sizes = {n: float(np.linalg.norm(f.rest(residuals[n][None]))) for n, f in scans.items()}
