@@ -124,3 +124,10 @@ def test_form_takes_up_what_the_noise_lacks() -> None:
     """(3, 0) and a unit shape (0, 1): length 5 asks for 4 of it; where the noise is longer than 5 it stays alone."""
     drawn = as_large(np.array([[3.0, 0.0], [6.0, 0.0]]), np.array([[0.0, 2.0], [0.0, 2.0]]), 5.0)
     assert drawn == pytest.approx(np.array([[3.0, 4.0], [6.0, 0.0]]))
+
+
+def test_long_scans_with_form_are_not_taken_for_memory(tmp_path: Path) -> None:
+    """Forms are drawn for up to 3000 points; of 3200 with lobes of 3 um the order is not tested, the outlier is."""
+    points = outside.bore(np.random.default_rng(13), 3200, form=outside.lobed(3, 3e-3))
+    points[77, :2] *= 1 - 0.1 / 15
+    assert alarms(tmp_path, outside.RING, [points]) == (1, 1, 0)

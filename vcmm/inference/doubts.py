@@ -13,15 +13,19 @@ from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.fit import Fitted
 from vcmm.gps import characteristics as gps
 from vcmm.inference.given import GivenPoints
-from vcmm.inference.residual_tests import ALARM, Ints, Memory, Outlier, ResidualTests
+from vcmm.inference.residual_tests import ALARM, FORMED, Ints, Memory, Outlier, ResidualTests
 from vcmm.inference.rounding import coarse, leading, said_of_digits, step_of
 from vcmm.measuring.task import Task
 from vcmm.part.part import Characteristic
 
-LARGEST = 200_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
+LARGEST = 100_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
 NAMED = 5  # outliers named in one reason
 IN_FRAME = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
 UNTESTED = "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
+UNORDERED = (
+    'the order of the {n} points of "{feature}" was not tested for noise with memory (at most {most} points of a feature are): if '
+    "neighbouring points err alike, U is too small; take fewer points"
+)
 OUTLIER = (
     '{where}: this point of "{feature}" lies {size:.3g} um {side} what the other points say of its place, p = {p}: touch it again, '
     "clean the surface, or remove the row, and evaluate again; until then nothing is claimed of what needs {feature}"
@@ -79,6 +83,8 @@ def doubts_of(
         return Doubts(
             (*notes, UNTESTED.format(n=n, most=LARGEST)), all=f"its {n} points were not tested", digits=digits
         )
+    long = [(name, f.n) for name, f in tests.features.items() if f.n > FORMED]
+    notes += [UNORDERED.format(n=count, feature=name, most=FORMED) for name, count in long]
     residuals = {name: _outward(task, name, *found) for name in tests.features}
     outliers = tests.outliers(residuals, step)
     order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}
@@ -90,7 +96,7 @@ def doubts_of(
     }
     why = ""
     if memory is not None and memory.p <= ALARM:
-        why = _of_memory(memory, max(f.n for f in tests.features.values()), tests)
+        why = _of_memory(memory, max(f.n for f in tests.features.values() if f.n <= FORMED), tests)
     return Doubts((*notes, *lines), lost, why, digits)
 
 

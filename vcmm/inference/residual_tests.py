@@ -94,14 +94,18 @@ class ResidualTests:
         asked = int(np.clip(NUMBERS / max(self.model.task.touches.run.n, 1), few, many))
         return int((asked + 1) * ALARM) * round(1 / ALARM) - 1
 
+    @property
+    def block(self) -> int:
+        """Parts drawn and tested at a time."""
+        return max(BLOCK // max(self.model.task.touches.run.n, 1), 1)
+
     @cached_property
     def noise(self) -> Mapping[str, Array]:
         """Per feature what drawn machines do to its touches (draws, n), mm."""
         rows = self.model.task.touches.rows
         out: dict[str, list[Array]] = {n: [] for n in self.features}
-        size = max(BLOCK // max(self.model.task.touches.run.n, 1), 1)
-        for at in range(0, self.draws, size):
-            drawn = machine_part(self.model, self.seed, at, min(size, self.draws - at))
+        for at in range(0, self.draws, self.block):
+            drawn = machine_part(self.model, self.seed, at, min(self.block, self.draws - at))
             for n, blocks in out.items():
                 blocks.append(drawn[:, rows[n]])
         return {n: np.concatenate(blocks) for n, blocks in out.items()}
@@ -128,16 +132,19 @@ class ResidualTests:
         best, size = np.zeros((len(KNOWN) * len(RATIOS), self.draws)), np.zeros(self.draws)
         for name, f in self.features.items():
             for k, family in enumerate(KNOWN):
-                shapes = self.shapes(name, family)
+                shapes = self.shapes(name, family) if f.n <= FORMED else None
                 for j, ratio in enumerate(RATIOS):
-                    if ratio == 0.0 and k:
+                    if (ratio == 0.0 and k) or (ratio > 0.0 and shapes is None):
                         continue
-                    d = self.noise[name] + ratio * self.scale[name] * shapes
-                    for _, score, away, _ in outlier_scores(f, d):
-                        place = k * len(RATIOS) + j
-                        best[place] = np.maximum(best[place], score)
-                        if ratio == 0.0:
-                            size = np.maximum(size, np.abs(away) / self.scale[name])
+                    place = k * len(RATIOS) + j
+                    for at in range(0, self.draws, self.block):
+                        part = slice(at, at + self.block)
+                        d = self.noise[name][part]
+                        d = d if shapes is None else d + ratio * self.scale[name] * shapes[part]
+                        for _, score, away, _ in outlier_scores(f, d):
+                            best[place, part] = np.maximum(best[place, part], score)
+                            if ratio == 0.0:
+                                size[part] = np.maximum(size[part], np.abs(away) / self.scale[name])
         return np.sort(best, axis=1), np.sort(size)
 
     def outliers(self, residuals: Mapping[str, Array], least: float = 0.0) -> tuple[Outlier, ...]:
@@ -169,8 +176,10 @@ class ResidualTests:
         return float(1 + max(above, larger)) / (self.draws + 1)
 
     def memory(self, residuals: Mapping[str, Array], order: Mapping[str, Ints]) -> Memory | None:
-        """order: per feature its touches as they stood in the file. None where no feature has points enough."""
-        scans = {n: f for n, f in self.features.items() if f.n >= LEAST_SCAN}
+        """order: per feature its touches as they stood in the file. None where no feature has points enough, and few enough
+        for forms to be drawn: a form that the null lacks would be taken for memory.
+        """
+        scans = {n: f for n, f in self.features.items() if LEAST_SCAN <= f.n <= FORMED}
         if not scans:
             return None
         sizes = {n: float(np.linalg.norm(f.rest(residuals[n][None]))) for n, f in scans.items()}
@@ -283,16 +292,19 @@ def _with_waves(base: Array, ground: Ground, most: int) -> Array:
     waves = ground.waves[-1]
     number = np.add.outer(np.arange(AROUND + 1), np.arange(ALONG + 1)).ravel()
     order = np.argsort(np.tile(number, 4), kind="stable")
-    columns = list(base.T)
+    room = np.empty((len(base), max(most, base.shape[1])))
+    room[:, : base.shape[1]] = base
+    k = base.shape[1]
     for i in order:
-        if len(columns) >= most:
+        if k >= most:
             break
-        q = np.array(columns).T
+        q = room[:, :k]
         left = waves[i] - q @ (q.T @ waves[i])
         left -= q @ (q.T @ left)
         if np.linalg.norm(left) > NEW * np.linalg.norm(waves[i]):
-            columns.append(left / np.linalg.norm(left))
-    return np.array(columns).T
+            room[:, k] = left / np.linalg.norm(left)
+            k += 1
+    return room[:, :k].copy()
 
 
 def orthonormal(columns: Array) -> Array:
