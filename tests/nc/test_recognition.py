@@ -84,3 +84,14 @@ def test_controls_that_are_not_here_are_named(whose: str, text: str):
 @pytest.mark.parametrize("name", ["PART 1.MIN%", "A.B+C.MIN%", "A(1)[2].SSB%", "PART-2.MIN", " PART.SUB%"])
 def test_names_of_okuma_files(name: str):
     assert guess(f"${name}\nG0 X50 Z2\nG1 Z-5 F.2\nM2\n", None)[0] == "okuma"
+
+
+def test_a_tie_between_lathes_is_told():
+    # a bare G28 sends all axes of a Haas home, and none of a Fanuc
+    text = "%\nO1\nG50 S2000\nT0101\nG96 S200 M3\nG0 X50. Z2.\nG1 Z-5. F.2\nG28\nM30\n%"
+    chosen, why = guess(text, None)
+    assert chosen == "fanuc-lathe"
+    assert "runner-up haas-lathe" in why
+    assert "differs in words such as a bare G28" in why
+    found = interpret(text, None, Setup(strict=False))
+    assert [a.line for a in found.assumed if "G28 without axes" in a.what] == [8]

@@ -175,6 +175,8 @@ def told(ranking: list[Candidate]) -> str:
     second = f"; runner-up {ranking[1]}" if len(ranking) > 1 else ""
     near = other is not None and other.score >= SURE * best.score
     doubt = ", so name it with --dialect where that is wrong" if near or best.score < 3 else ""
+    if not doubt and unsure(ranking) and {best.dialect, ranking[1].dialect} == set(LATHES):
+        doubt = ", which differs in words such as a bare G28 and G4 P1.: name the dialect with --dialect where they stand"
     return f"it has {', '.join(best.signs[:4])} (score {best.score:g}){second}{doubt}"
 
 
