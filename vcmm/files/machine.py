@@ -40,9 +40,7 @@ def load_machine_of(path: str | Path) -> Machine:
     return machine_from(*found_machine(path), passing=True)
 
 
-def machine_from(
-    document: Document, data: dict[str, Any], at: Location, *, passing: bool = False
-) -> Machine:
+def machine_from(document: Document, data: dict[str, Any], at: Location, *, passing: bool = False) -> Machine:
     """A machine table (a file, or [machine] of a scenario) to a Machine. Raises DataError with every problem.
 
     passing: errors that a certificate allows are those of machines that pass its test, and not all that each limit allows.
