@@ -300,7 +300,9 @@ class DrawnParts:
         """A list of families for every share of the machines, drawn once."""
         if what not in self._kept:
             shares = self.drawing.machines.shares
-            self._kept[what] = families(self.drawing, count, seed, names, most, ratio, shares)
+            self._kept[what] = families(
+                self.drawing, count, seed, names=names, most=most, ratio=ratio, shares=shares
+            )
         return self._kept[what]
 
 
