@@ -159,7 +159,9 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     ]
     normals = np.random.default_rng(0).standard_normal((max(s.waves for s in shapes), DRAWS))
     known = error - moved @ (moved.T @ error)
-    return FeatureForms(feature.name, len(rows), every, tuple(shapes), noise, known, normals)
+    return FeatureForms(
+        name=feature.name, points=len(rows), every=every, shapes=tuple(shapes), noise=noise, known=known, normals=normals
+    )  # fmt: skip
 
 
 def _met(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
