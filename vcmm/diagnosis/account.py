@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import nan
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
         mistake,
         scatter,
         (*stage.noise.findings, *([excess] if excess else [])),
-        Fit(0.0, 0.0, scatter, predicted if given.selection.terms else (), left),
+        Fit(nan, nan, scatter, predicted if given.selection.terms else (), left),
         known.not_testable,
         _once((*known.unseen, *screen.found.invisible, *hidden)),
         shown,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from vcmm.diagnosis.constants import EVEN_ODDS
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
+from vcmm.diagnosis.later import Failure
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import plain_words
@@ -151,6 +152,7 @@ class Diagnosis:
     recorded: int = (
         0  # observations that the recording held, where `all of them` were chosen from more; else 0
     )
+    failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Names found and candidates, with their probability."""
@@ -188,9 +190,14 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "detectable": [_detectable(x, micro) for x in d.detectable],
         "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
         "improved_machine": None,
+        "failed": failed_json(d.failed),
     }  # fmt: skip
     finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
     return finite
+
+
+def failed_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
+    return [{"step": f.step, "text": f.text} for f in failed]
 
 
 def _searched(d: Diagnosis) -> dict[str, Any]:

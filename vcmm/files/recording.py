@@ -20,8 +20,9 @@ from vcmm.core.axes import LETTERS
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Array, Run, Series
 from vcmm.files.columns import LABELS, run_columns
+from vcmm.files.gaps import reaching, set_aside
 from vcmm.files.known_columns import read_known
 from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
@@ -46,22 +47,25 @@ BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved
 PLACEMENTS = ("rigid", "alignment")  # nuisances of which a recording usually has several
 
 
-def load_recording(path: str | Path, machine: Machine | None = None) -> tuple[Recording, Machine]:
-    """Read a recording. machine: used instead of the one that the file names, which is then not read.
+def load_recording(
+    path: str | Path, machine: Machine | None = None, gaps: bool = False
+) -> tuple[Recording, Machine]:
+    """Read a recording. machine: used instead of the one that the file names, which is then not read; gaps: blank cells of a
+    sensor and logs that end early are allowed, and `notes` of the recording say what was set aside (see vcmm.files.gaps).
 
     Raises DataError with every problem of the file and of the files it names, each with its line.
     """
     document = read_toml(path)
     check_version(document, "recording")
     problems = Problems(document)
-    found = _checked(document, machine, problems)
+    found = _checked(document, machine, problems, gaps)
     problems.raise_if_any()
     assert found is not None
     return found
 
 
 def _checked(
-    document: Document, machine: Machine | None, problems: Problems
+    document: Document, machine: Machine | None, problems: Problems, gaps: bool
 ) -> tuple[Recording, Machine] | None:
     model = checked_model(RecordingFile, document.data, problems)
     if model is not None and model.reversal is not None:
@@ -89,7 +93,8 @@ def _checked(
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data)),
         ("known", lambda r: r if known is None else replace(r, known=read_known(folder / known.data, r))),
-        ("series", lambda r: replace(r, run=with_readings(with_logs(interpolated(r.run, logs))))),
+        ("series", partial(_with_logs, logs=logs)),
+        ("data", partial(_complete, gaps=gaps)),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
         ("nuisance", _with_labels),
         ("nuisance", partial(settled, machine=machine)),
@@ -103,6 +108,23 @@ def _checked(
             return None
         recording = following
     return replace(recording, missing=missing_columns(recording.run, machine)), machine
+
+
+def _with_logs(recording: Recording, logs: dict[str, Series]) -> Recording:
+    """The recording with its logs; rows beyond the end of one are set aside."""
+    logs, gaps = reaching(recording.run, logs)
+    whole = replace(recording, run=with_readings(with_logs(interpolated(recording.run, logs))))
+    return set_aside(whole, gaps)
+
+
+def _complete(recording: Recording, gaps: bool) -> Recording:
+    """Unchanged. Raises UsageError where rows or columns were set aside and nobody would be told."""
+    if recording.notes and not gaps:
+        raise UsageError(
+            f"{'; '.join(recording.notes)}: complete the readings of the sensor, or remove the rows or the column (vcmm diagnose "
+            "and vcmm compare take the recording as it is)"
+        )
+    return recording
 
 
 def recording_file(path: str | Path) -> Path:

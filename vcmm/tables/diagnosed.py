@@ -46,6 +46,8 @@ def with_interval(e: Estimate) -> str:
 
 
 def micro_text(d: Diagnosis, value: float) -> str:
+    if not np.isfinite(value):
+        return "–"
     return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
 
 
