@@ -139,6 +139,8 @@ class Declared:
     diagnosed          whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
     needs_cut          it shows in recordings of cut parts only
     special_case_of    effects that hold every motion of this one, whatever is recorded: of two the simpler counts
+    kin                word for the physics that it shares with names of fewer or more numbers ("play"): a diagnosis sums their
+                       probability at one place
     holds_table_edits  every edit of a stored table of one axis is a special case of it
     simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
     free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
@@ -168,6 +170,7 @@ class Declared:
     diagnosed: ClassVar[bool] = True
     needs_cut: ClassVar[bool] = False
     special_case_of: ClassVar[tuple[str, ...]] = ()
+    kin: ClassVar[str] = ""
     holds_table_edits: ClassVar[bool] = False
     simple: ClassVar[bool] = False
     free_curve: ClassVar[bool] = False

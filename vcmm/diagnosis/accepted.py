@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vcmm.diagnosis.families import open_text
 from vcmm.diagnosis.result import Answer
 
 
@@ -24,8 +25,9 @@ def notes(answers: Sequence[Answer]) -> tuple[str, ...]:
             )
         elif a.fitted is not None and a.cannot_be_told_from:
             rivals = ", ".join(a.cannot_be_told_from)
+            shape = f"; {open_text(a.kin)}" if a.kin and open_text(a.kin) else ""
             out.append(
-                f"{a.effect} {' '.join(str(v) for v in a.where.values())}: these rows cannot tell it from {rivals}"
+                f"{a.effect} {' '.join(str(v) for v in a.where.values())}: these rows cannot tell it from {rivals}{shape}"
             )
     return tuple(out)
 
@@ -33,8 +35,12 @@ def notes(answers: Sequence[Answer]) -> tuple[str, ...]:
 def _why_not(a: Answer) -> str:
     if a.fitted is not None and a.fitted.per == "instrument":
         return "it is an error of the instrument that recorded, not of the machine"
+    if a.of_instrument:
+        return f"it may as well be an error of the instrument that recorded ({', '.join(a.of_instrument)}), which repeats it exactly"
     if a.withheld:
         return a.withheld
+    if a.undetermined:
+        return "its size is not known: the standard uncertainty exceeds half of it, or it spans orders of magnitude"
     if a.doubtful:
         return f"a candidate only, probability {a.probability:.3f}"
     return ""

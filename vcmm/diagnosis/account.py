@@ -14,12 +14,12 @@ from vcmm.diagnosis.answers import Named, answers
 from vcmm.diagnosis.candidates import Catalogue
 from vcmm.diagnosis.confusion import Standing
 from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
-from vcmm.diagnosis.delivered import delivered, rms_left
+from vcmm.diagnosis.delivered import Delivered, delivered, rms_left
 from vcmm.diagnosis.evidence import scorer
-from vcmm.diagnosis.holdout import judge
+from vcmm.diagnosis.holdout import Fold, judge
 from vcmm.diagnosis.judged import FIELD, Judged
 from vcmm.diagnosis.locate import locate, score_map
-from vcmm.diagnosis.mistakes import MISTAKE
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.nextstep import closer, next_steps
 from vcmm.diagnosis.null import clipped
 from vcmm.diagnosis.power import power
@@ -45,9 +45,7 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
     if searched is not whole and not _has_field(used):
         mistake, whole = mistake_on_all_rows(mistake, whole)
         named = on_all_rows(named, whole, seed)
-    parts = one.parts if named.problem is used else None
-    given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
-    every = answers(named, given, mistake, seed)
+    given, every = _determined(named, found, one.parts if named.problem is used else None, mistake, seed)
     excess = "" if rest else scatter_excess(one.selection, stage.white, stage.noise, stage.sample)
     pulls = pulls_of(given, named.stage)
     against = (*_of_noise(one, every, searched, excess), *unexplained_pulls(pulls, given))
@@ -82,6 +80,20 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
         recorded=whole.recording.chosen_from,
         warnings=(said(searched.m, whole.m, named.problem is used),) if searched is not whole else (),
     )
+
+
+def _determined(
+    named: Named, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
+) -> tuple[Delivered, tuple[Answer, ...]]:
+    """What is handed over, and all answers: without the terms whose sizes turn out not to be known, the others refitted."""
+    given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
+    every = answers(named, given, mistake, seed)
+    unknown = {a.id for a in every if a.undetermined and not a.alias_of}
+    kept = [i for i in found if named.selection.terms[i].family.id not in unknown]
+    if len(kept) == len(found):
+        return given, every
+    given = delivered(named.problem, named.stage, named.selection.terms, kept, parts)
+    return given, answers(named, given, mistake, seed)
 
 
 def _of_noise(one: Judged, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:

@@ -13,12 +13,13 @@ from vcmm.diagnosis.constants import NOTHING, STRONG
 from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary
+from vcmm.diagnosis.families import open_text
 from vcmm.diagnosis.field import Field, weighed
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.refine import Refiner, scanned
 from vcmm.diagnosis.result import Answer
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, Setting, Term, fitted_again
@@ -65,7 +66,22 @@ class Named:
             contained_in=place.contained_in,
             rival_probability=place.rival_probability,
             alias_probability=place.with_aliases,
+            kin=place.kin,
+            of_instrument=_of_instrument(place, self.stage.found),
         )
+
+
+def _of_instrument(place: Standing, found: Dictionary) -> tuple[str, ...]:
+    """Errors of the instrument that repeat an answer exactly and are together as probable as it."""
+    own = [(j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(found, j)]
+    if sum(p for _, p in own) < place.probability:
+        return ()
+    return tuple(dict.fromkeys(found.families[j].name for j, _ in own))
+
+
+def _is_of_instrument(found: Dictionary, family: int) -> bool:
+    effect = found.options[int(found.first[family])].effect
+    return effect is not None and effect.per == "instrument"
 
 
 def _excess(selection: Selection, stage: Stage) -> float:
@@ -97,7 +113,13 @@ def _with_numbers(
     white = problem.whitener(stage.u, stage.noise.rho)
     found = estimates(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted(selection, i, problem.machine)
-    return replace(bare, parameters=found, fitted=effect, inputs=inputs)
+    return replace(
+        bare,
+        parameters=found,
+        fitted=effect,
+        inputs=inputs,
+        scanned=(*scanned(selection.terms[i].option), "period"),
+    )
 
 
 def _twins(
@@ -149,6 +171,7 @@ def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place
     said = (
         f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        open_text(place.kin) if place.kin else "",
         simple_part(selection, i, stage.found.families, problem, stage.white),
     )
     return "; ".join(s for s in said if s)

@@ -29,6 +29,9 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
             a,
             probability=min(a.probability, EVEN_ODDS),
             alias_probability=min(a.alias_probability, EVEN_ODDS),
+            kin=a.kin.times(min(1.0, EVEN_ODDS / a.kin.probability))
+            if a.kin and a.kin.probability
+            else a.kin,
         )
         for a in d.answer
     )

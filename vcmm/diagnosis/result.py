@@ -12,9 +12,10 @@ import numpy as np
 from vcmm import charts
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
-from vcmm.diagnosis.constants import EVEN_ODDS
+from vcmm.diagnosis.constants import EVEN_ODDS, SECURE
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
+from vcmm.diagnosis.families import Kin
 from vcmm.diagnosis.holdout import HeldOut
 from vcmm.diagnosis.later import Failure
 from vcmm.diagnosis.locate import Place
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
+HALF = 0.5  # of a size: with a larger standard uncertainty its sign is not known with a coverage of 95 %
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
@@ -58,6 +60,18 @@ class Answer:
     alias_of: str = ""  # the answer that this one repeats exactly, at another place
     withheld: str = ""  # why it is not written although it is probable; "" where nothing speaks against it
     share_of_rows: float = 0.0  # of the excess energy of the rows as they are
+    kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
+    scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
+    of_instrument: tuple[str, ...] = ()  # errors of the instrument that repeat it exactly and are as probable
+
+    @property
+    def family(self) -> str:
+        return self.kin.name if self.kin else self.effect
+
+    @property
+    def family_probability(self) -> float:
+        """Of all members of the family together."""
+        return max(self.probability, self.kin.probability if self.kin else 0.0)
 
     @property
     def with_rivals(self) -> float:
@@ -66,12 +80,17 @@ class Answer:
 
     @property
     def improbable(self) -> bool:
-        """Less probable than not, together with all that repeats it exactly."""
-        return max(self.probability, self.alias_probability) < EVEN_ODDS
+        """Less probable than not, together with all that repeats it exactly, and its family is not secure."""
+        return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
 
     @property
     def undetermined(self) -> bool:
-        """Next to nothing is explained by it, and its size may be anything: the interval spans orders of magnitude."""
+        """May its size be anything: no size is known to better than half of itself, or next to nothing is explained by it and
+        the interval spans orders of magnitude?
+        """
+        sizes = [e for name, e in self.parameters.items() if name not in self.scanned and e.value]
+        if sizes and all(e.u > HALF * abs(e.value) for e in sizes):
+            return True
         ends = [np.abs(e.interval95) for e in self.parameters.values() if np.prod(np.sign(e.interval95)) > 0]
         return self.share < NOTHING and any(float(e.max()) > SPAN * float(e.min()) for e in ends)
 
@@ -235,6 +254,9 @@ def _answer(a: Answer) -> dict[str, Any]:
         "where": dict(a.where),
         "parameters": as_json(a.parameters),
         "probability": a.probability,
+        "family": a.family,
+        "family_probability": a.family_probability,
+        "members": _members(a),
         "share": a.share,
         "cannot_be_told_from": list(a.cannot_be_told_from),
         "probability_with_rivals": a.with_rivals,
@@ -248,6 +270,13 @@ def _answer(a: Answer) -> dict[str, Any]:
         "not_written_because": a.withheld or None,
         "text": plain_words(a.effect, a.where, a.parameters),
     }
+
+
+def _members(a: Answer) -> list[dict[str, Any]]:
+    """Names of the family that are open, the most probable first; the answer among them."""
+    if a.kin is None:
+        return [{"effect": a.effect, "where": dict(a.where), "probability": a.probability}]
+    return [{"effect": m.effect, "where": dict(m.where), "probability": m.probability} for m in a.kin.members]
 
 
 def _mistake(m: Mistake) -> dict[str, Any]:

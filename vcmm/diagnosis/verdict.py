@@ -90,7 +90,8 @@ def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
             out.append(f"{name} is not written: {a.withheld}")
         elif a.undetermined:
             out.append(
-                f"{name} is a candidate and no finding: its size may be anything over orders of magnitude"
+                f"{name} is a candidate and no finding: its size is not known to better than half of itself, or spans orders of"
+                " magnitude"
             )
         elif a.improbable:
             out.append(f"{name} is a candidate and no finding: its probability is {told(a.probability)}")
