@@ -183,8 +183,9 @@ def _improved(
     folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
-    from vcmm.diagnosis.accepted import written
+    from vcmm.diagnosis.accepted import anew, written
     from vcmm.diagnosis.machine_file import improved_machine, repaired_table, with_table
+    from vcmm.diagnosis.renewed_file import naming_renewed, renewed_files
     from vcmm.files.toml import read_toml
 
     named = read_toml(recording).data.get("machine")
@@ -193,9 +194,13 @@ def _improved(
         return {}
     mistake = diagnosis.mistake
     tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
-    if not tables and not written(diagnosis.answer):
+    new = anew(diagnosis.answer)
+    if not tables and new is None and not written(diagnosis.answer):
         return {}
     text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+    if new is not None:
+        files = renewed_files(original, known, new, recording.name)
+        return {"machine.toml": naming_renewed(text, recording.name), **files}
     return {"machine.toml": with_table(text) if tables else text, **tables}
 
 

@@ -138,15 +138,18 @@ def _body(found: Any, folder: Path | None) -> dict[str, Any]:
 
 def _improved(found: Any, known: Any, original: Path | None, out: Path | None) -> dict[str, str]:
     """machine.toml with what is common; empty where there is nothing to write."""
-    from vcmm.diagnosis.accepted import written
+    from vcmm.diagnosis.accepted import anew, written
     from vcmm.diagnosis.machine_file import improved_machine
+    from vcmm.diagnosis.renewed_file import naming_renewed, renewed_files
 
-    answers = found.together.answer
-    if out is None or original is None or not written(answers):
+    answers, source = found.together.answer, found.recording.name
+    new = anew(answers)
+    if out is None or original is None or (new is None and not written(answers)):
         return {}
-    return {
-        "machine.toml": improved_machine(original, out / "machine.toml", known, answers, found.recording.name)
-    }
+    text = improved_machine(original, out / "machine.toml", known, answers, source)
+    if new is None:
+        return {"machine.toml": text}
+    return {"machine.toml": naming_renewed(text, source), **renewed_files(original, known, new, source)}
 
 
 def _page(found: Any, known: Any) -> str:

@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vcmm.diagnosis.families import open_text
+from vcmm.diagnosis.renewed import Renewed
 from vcmm.diagnosis.result import Answer
 
 
 def written(answers: Sequence[Answer]) -> tuple[Answer, ...]:
     """Answers with a crisp number that belong to the machine and are more probable than not, their rivals included."""
     return tuple(a for a in answers if a.fitted is not None and not _why_not(a))
+
+
+def anew(answers: Sequence[Answer]) -> Renewed | None:
+    """The stored tables as they are written anew; None where they stay."""
+    return next((a.renewed for a in answers if a.renewed is not None and not _why_not(a)), None)
 
 
 def notes(answers: Sequence[Answer]) -> tuple[str, ...]:

@@ -28,7 +28,10 @@ from vcmm.diagnosis.thinning import loss
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
+    from vcmm.diagnosis.renewed import Renewed
+
+NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
+VERDICTS = ("nothing missing", "explained", "partly explained", NOT_MODELLED, "unexplained")
 HALF = 0.5  # of a size: with a larger standard uncertainty its sign is not known with a coverage of 95 %
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
@@ -62,6 +65,9 @@ class Answer:
     share_of_rows: float = 0.0  # of the excess energy of the rows as they are
     kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
     scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
+    renewed: Renewed | None = (
+        None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
+    )
     of_instrument: tuple[str, ...] = ()  # errors of the instrument that repeat it exactly and are as probable
 
     @property

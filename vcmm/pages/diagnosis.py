@@ -39,6 +39,7 @@ VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
     "explained": "The departure is explained by physics that the machine file lacks.",
     "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
+    "named, not modelled": "What is missing has a name, but no machine file that these rows support holds it: nothing of it is written.",
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
 CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word

@@ -122,6 +122,15 @@ class Observer:
                     out.append((one.id, columns[:, used]))
         return out
 
+    def of_input(self, one: Input) -> tuple[tuple[Effect, ...], Array]:
+        """The effects through which an Input shows, and its columns (m, r) per draw of unit variance, drawn once for all rows."""
+        effects = self._acted_on(one)
+        if not effects:
+            return (), np.zeros((self.recording.m, 0))
+        ends = responses(self.ends, one, effects)
+        factor = _unit_factor(one, ends[0].shape[1])
+        return effects, _less_second([end @ factor for end in ends])
+
     def _acted_on(self, one: Input) -> tuple[Effect, ...]:
         """The effects through which an Input shows; none where the recording lacks its columns."""
         if one.members:
