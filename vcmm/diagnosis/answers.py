@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.diagnosis.candidates import again
 from vcmm.diagnosis.confusion import Standing
-from vcmm.diagnosis.constants import NOTHING, STRONG
+from vcmm.diagnosis.constants import EVEN_ODDS, NOTHING, STRONG
 from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary
@@ -72,9 +72,9 @@ class Named:
 
 
 def _of_instrument(place: Standing, found: Dictionary) -> tuple[str, ...]:
-    """Errors of the instrument that repeat an answer exactly and are together as probable as it."""
+    """Errors of the instrument that repeat an answer exactly and are together as probable as all of the machine that do."""
     own = [(j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(found, j)]
-    if sum(p for _, p in own) < place.probability:
+    if not own or sum(p for _, p in own) < EVEN_ODDS * place.with_aliases:
         return ()
     return tuple(dict.fromkeys(found.families[j].name for j, _ in own))
 

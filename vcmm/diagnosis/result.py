@@ -68,7 +68,9 @@ class Answer:
     renewed: Renewed | None = (
         None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
     )
-    of_instrument: tuple[str, ...] = ()  # errors of the instrument that repeat it exactly and are as probable
+    of_instrument: tuple[
+        str, ...
+    ] = ()  # errors of the instrument that repeat it exactly, as probable as all of the machine
 
     @property
     def family(self) -> str:

@@ -55,13 +55,16 @@ def probability_text(a: Answer) -> str:
     return f"{a.probability:.3f}" if a.probability >= LEAST_TOLD else told(a.probability)
 
 
-def family_text(a: Answer) -> str:
-    """'play 1.000', where another name of the family is open."""
-    return f"{a.family} {a.family_probability:.3f}" if a.kin and len(a.kin.members) > 1 else "–"
-
-
 def _joined(words: Sequence[str]) -> str:
     return ", ".join(words) or "–"
+
+
+def rivals_text(a: Answer) -> str:
+    """Its rivals, and the family where it is certain and its shape is open: 'lost_motion (play 1.000)'."""
+    open_shape = a.kin is not None and len(a.kin.members) > 1
+    return _joined(a.cannot_be_told_from) + (
+        f" ({a.family} {a.family_probability:.3f})" if open_shape else ""
+    )
 
 
 ANSWERS: tuple[Column[Answer], ...] = (
@@ -69,10 +72,9 @@ ANSWERS: tuple[Column[Answer], ...] = (
     Column("where", lambda a: _joined([str(v) for v in a.where.values()])),
     Column("parameters", values_text),
     Column("probability", probability_text, NUMBER_TEXT),
-    Column("of its family", family_text),
     Column("share", lambda a: a.share, percent(0)),
     Column("of the rows", lambda a: a.share_of_rows, percent(0)),
-    Column("cannot be told from", lambda a: _joined(a.cannot_be_told_from)),
+    Column("cannot be told from", rivals_text),
 )
 
 
