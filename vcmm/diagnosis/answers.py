@@ -16,6 +16,7 @@ from vcmm.diagnosis.evidence import Dictionary
 from vcmm.diagnosis.families import open_text
 from vcmm.diagnosis.field import Field, weighed
 from vcmm.diagnosis.improve import fitted
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.problem import Problem
@@ -178,7 +179,8 @@ def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place
 
 
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
-    where = {"component" if mistake.effect == MISTAKE else "axis": mistake.component}
+    places = {MISTAKE: "component", LOG: "columns"}
+    where = {places.get(mistake.effect, "axis"): mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
     something = 1.0 - float(np.exp(-mistake.score))
     sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
@@ -186,7 +188,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     theirs = something - sure if rivals else 0.0
     return Answer(
         mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,
-        alias_probability=sure, share_of_rows=1.0,
+        alias_probability=sure, share_of_rows=1.0, mistake=mistake.what if mistake.effect == LOG else "",
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.accepted import written
 from vcmm.diagnosis.comparison import left_by
 from vcmm.diagnosis.constants import LEAST_TOLD
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.several import Several
@@ -53,7 +54,12 @@ def sentences(d: Diagnosis) -> list[str]:
         NOT_SHOWN if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
         *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
     ]
-    if d.mistake is not None:
+    if d.mistake is not None and d.mistake.effect == LOG:
+        out.append(
+            f"The log looks mistaken: {d.mistake.component}, {d.mistake.what.replace('_', ' ')}. Correct the recording and diagnose it"
+            " again; nothing of it is the machine's."
+        )
+    elif d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
     out += [_said(d, a) for a in d.found] + _of_unknown(d)
     out += [_said(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
