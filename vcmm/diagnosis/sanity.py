@@ -23,6 +23,7 @@ from vcmm.response.recording import ALL_ROWS, WHICH, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor
+NEAR_STEPS = 3  # of the display, over which a scatter is smooth
 LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
 SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
@@ -107,7 +108,9 @@ def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
     Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
-    probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Copies are more than that.
+    probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Where a place was reached in
+    several ways s holds their differences too; pairs that differ by one to three steps then tell how many are equal by chance: a
+    sixth of them, for the scatter is smooth over some steps. Copies are more than either.
     """
     none = np.zeros(recording.m, dtype=bool)
     rows = np.column_stack([recording.direction, *_of_rows(recording)])
@@ -145,8 +148,22 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
     mean = np.bincount(place, value) / count
     free = len(value) - len(count)
     scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
-    chance = min(display_step(value) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
-    return bool(pdtrc(equal - 1, pairs * chance) > CHANCE)
+    step = display_step(value)
+    chance = min(step / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
+    near = _within(value, place, NEAR_STEPS * step) - equal
+    expected = max(pairs * chance, near / (2.0 * NEAR_STEPS))
+    return bool(pdtrc(equal - 1, expected) > CHANCE)
+
+
+def _within(value: Array, place: Array, reach: float) -> int:
+    """Number of pairs of one place whose values differ by no more than reach."""
+    total = 0
+    order = np.lexsort((value, place))
+    v, p = value[order], place[order]
+    for one in np.split(v, np.flatnonzero(np.diff(p)) + 1):
+        above = np.searchsorted(one, one + reach * (1.0 + 1e-6), side="right")
+        total += int(np.sum(above - np.arange(len(one)) - 1))
+    return total
 
 
 def display_step(value: Array) -> float:
