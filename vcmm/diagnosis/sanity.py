@@ -23,7 +23,6 @@ from vcmm.response.recording import ALL_ROWS, WHICH, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor
-NEAR_STEPS = 3  # of the display, over which a scatter is smooth
 LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
 SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
@@ -109,8 +108,8 @@ def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
 
     Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
     probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Where a place was reached in
-    several ways s holds their differences too; pairs that differ by one to three steps then tell how many are equal by chance: a
-    sixth of them, for the scatter is smooth over some steps. Copies are more than either.
+    several ways s holds their differences too; pairs that differ by one step then tell how many are equal by chance: half of them,
+    where the scatter is some steps wide. Copies are more than either.
     """
     none = np.zeros(recording.m, dtype=bool)
     rows = np.column_stack([recording.direction, *_of_rows(recording)])
@@ -150,8 +149,8 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
     scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
     step = display_step(value)
     chance = min(step / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
-    near = _within(value, place, NEAR_STEPS * step) - equal
-    expected = max(pairs * chance, near / (2.0 * NEAR_STEPS))
+    near = _within(value, place, step) - equal
+    expected = max(pairs * chance, near / 2.0)
     return bool(pdtrc(equal - 1, expected) > CHANCE)
 
 
