@@ -25,13 +25,6 @@ from vcmm.response.recording import Recording
 LOG = "log_mistake"  # the name of an answer
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
 ALIKE = ("temp_", "speed_", "accel_", "sense_")  # beginnings of columns that are taken for one another
-TAKEN_FOR: dict[
-    str, tuple[tuple[float, float], ...]
-] = {  # beginning: (factor, zero) of what is meant, factor (value - zero)
-    "temp_": ((5.0 / 9.0, 32.0), (1.0, 273.15)),  # degF and K for degC
-    "speed_": ((1.0 / 60.0, 0.0), (60.0, 0.0)),  # mm/min for mm/s
-    "load_": ((1.0 / 9.80665, 0.0), (9.80665, 0.0)),  # N for kg
-}
 Corrected = Callable[[Run], Run]
 
 
@@ -90,7 +83,7 @@ def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, Corrected]]]]:
         [
             (n, _times(n, factor, zero))
             for n in names
-            for start, forms in TAKEN_FOR.items()
+            for start, forms in _units_taken().items()
             if n.startswith(start)
             for factor, zero in forms
         ],
@@ -101,6 +94,18 @@ def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, Corrected]]]]:
         [(n, _times(n, -1.0, 0.0)) for n in senses]
         + ([(" and ".join(senses), _all_times(senses))] if len(senses) > 1 else []),
     )
+
+
+def _units_taken() -> dict[str, tuple[tuple[float, float], ...]]:
+    """Beginning of a column: (factor, zero) of what is meant, factor (value - zero)."""
+    from scipy.constants import convert_temperature, degree_Fahrenheit, g, zero_Celsius
+
+    freezing = float(convert_temperature(0.0, "Celsius", "Fahrenheit"))
+    return {
+        "temp_": ((degree_Fahrenheit, freezing), (1.0, zero_Celsius)),  # degF and K for degC
+        "speed_": ((1.0 / 60.0, 0.0), (60.0, 0.0)),  # mm/min for mm/s, and the other way round
+        "load_": ((1.0 / g, 0.0), (g, 0.0)),  # N for kg, and the other way round
+    }
 
 
 def _groups(names: Sequence[str]) -> list[tuple[str, str]]:

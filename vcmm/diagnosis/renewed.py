@@ -26,9 +26,11 @@ from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, Term
 from vcmm.effects import has_role
-from vcmm.evaluation.gaussian import Ints, Posterior, posterior
+from vcmm.evaluation.gaussian import SCALES, Ints, Posterior, posterior
 
-WIDER = np.geomspace(1.0, 16.0, 9)  # times the stated uncertainty: a calibration that is worse is none
+WIDER = tuple(
+    2.0**k for k in range(len(SCALES))
+)  # times the stated uncertainty: a calibration that is worse is none
 HALVES = ("even rows", "odd rows")
 JOINT = "joint calibration"  # role
 
@@ -59,7 +61,7 @@ class Renewed:
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
+class _TableInput:
     """One Input on stored tables: its columns (m, r) per draw of unit variance, and factor (k, r) of its k numbers."""
 
     name: str
@@ -125,7 +127,7 @@ def _halves(problem: Problem, stage: Stage) -> list[Fold]:
     return [fold_of(problem, stage.u, stage.noise.rho, n, rows) for n, rows in zip(HALVES, (even, ~even))]
 
 
-def _block(problem: Problem, one: Input) -> _Block | None:
+def _block(problem: Problem, one: Input) -> _TableInput | None:
     """An Input that is drawn once for all rows and acts on numbers of stored tables; None for another."""
     if one.members or one.is_channel or one.redraw != "machine":
         return None
@@ -147,7 +149,7 @@ def _block(problem: Problem, one: Input) -> _Block | None:
         return None
     known = [n for n in numbers if n is not None]
     errors = tuple(e for names, _ in known for e in names)
-    return _Block(one.id, columns, errors, np.concatenate([q for _, q in known]), factor)
+    return _TableInput(one.id, columns, errors, np.concatenate([q for _, q in known]), factor)
 
 
 def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | None:
@@ -158,7 +160,9 @@ def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | N
     return None if nodes is None else ((error,) * len(nodes), np.asarray(nodes, dtype=float))
 
 
-def _numbers(blocks: Sequence[_Block], fit: Posterior, width: float, held: tuple[HeldOut, ...]) -> Renewed:
+def _numbers(
+    blocks: Sequence[_TableInput], fit: Posterior, width: float, held: tuple[HeldOut, ...]
+) -> Renewed:
     """Draws to numbers: change and covariance are linear in them."""
     k, r = sum(len(b.errors) for b in blocks), sum(b.factor.shape[1] for b in blocks)
     factor, row, column = np.zeros((k, r)), 0, 0

@@ -149,18 +149,18 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
     scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
     step = display_step(value)
     chance = min(step / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
-    near = _within(value, place, step) - equal
+    near = _within(value, place, step + 0.5 * step) - equal
     expected = max(pairs * chance, near / 2.0)
     return bool(pdtrc(equal - 1, expected) > CHANCE)
 
 
-def _within(value: Array, place: Array, reach: float) -> int:
+def _within(value: Array, place: Ints, reach: float) -> int:
     """Number of pairs of one place whose values differ by no more than reach."""
     total = 0
     order = np.lexsort((value, place))
     v, p = value[order], place[order]
     for one in np.split(v, np.flatnonzero(np.diff(p)) + 1):
-        above = np.searchsorted(one, one + reach * (1.0 + 1e-6), side="right")
+        above = np.searchsorted(one, one + reach, side="right")
         total += int(np.sum(above - np.arange(len(one)) - 1))
     return total
 
