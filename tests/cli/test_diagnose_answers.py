@@ -125,6 +125,28 @@ def test_the_order_of_the_rows_does_not_change_the_answer(tmp_path, capsys):
         assert first[key] == second[key], key
 
 
+def test_a_shuffled_table_has_the_history_of_its_clock(tmp_path, capsys):
+    """There and back over 20 places, five times, without senses in the file: Z stops 4 um short; the clock alone tells the sense."""
+    there = np.linspace(10, 200, 20)
+    z = np.tile(np.concatenate([there, there[::-1]]), 5)
+    sense = np.concatenate([[1.0], np.sign(np.diff(z))])
+    sense[sense == 0] = np.roll(sense, 1)[sense == 0]  # at the ends it stays where it came
+    d = 0.5 * 4.0 * sense + np.random.default_rng(12).normal(0, 1.0, 200)  # indicated - true
+    fixed = np.tile([0.0, 0.0, 1.0], (200, 1))
+    rows = np.column_stack([z, fixed, d, np.arange(200) * 5.0])
+    mixed = rows[np.random.default_rng(13).permutation(200)]
+    recording = HEAT.replace('history = "none"\n', "")
+    header = "Z_mm,nx,ny,nz,d_um,time_s"
+    first = document(capsys, written(tmp_path / "a", HEATED, recording, header, rows))
+    second = document(capsys, written(tmp_path / "b", HEATED, recording, header, mixed))
+    assert first["answer"][0]["effect"] == "backlash"
+    assert first["answer"][0]["parameters"]["gap"]["value"] == pytest.approx(4.0, abs=0.5)
+    for key in ("verdict", "answer", "fit", "failed", "next_measurement", "location"):
+        assert first[key] == second[key], key
+    assert any("order of their clock" in w for w in second["warnings"])
+    assert run(["calibrate", str(tmp_path / "b" / "recording.toml")]) == 2  # who does not tell refuses
+
+
 def test_a_later_step_that_fails_is_named_and_the_answer_stays(tmp_path, capsys, monkeypatch):
     def no_machine(*_: object) -> str:
         return 'vcmm = "machine/1"\nstructure = "nonsense"\n'

@@ -44,6 +44,8 @@ from vcmm.response.recording import ALL_ROWS, Recording
 
 BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved unseen
 
+QUARTER = 0.25  # of the rows
+
 PLACEMENTS = ("rigid", "alignment")  # nuisances of which a recording usually has several
 
 
@@ -95,7 +97,7 @@ def _checked(
         ("known", lambda r: r if known is None else replace(r, known=read_known(folder / known.data, r))),
         ("series", partial(_with_logs, logs=logs)),
         ("data", partial(_complete, gaps=gaps)),
-        ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("history", partial(_with_past, memory=model.memory, told=gaps)),
         ("nuisance", _with_labels),
         ("nuisance", partial(settled, machine=machine)),
         ("down", partial(_with_down, machine=machine, down=model.down)),
@@ -227,6 +229,32 @@ def _with_labels(recording: Recording) -> Recording:
                 f'{word} = "" for one placement in all rows'
             )
     return recording
+
+
+def _with_past(recording: Recording, memory: str, told: bool) -> Recording:
+    """The recording with the history of its axes. A table that was sorted otherwise than by its clock, or not at all, is followed in the
+    order of time where that can be told (`told`); else `_with_history` says what to do.
+    """
+    run = recording.run
+    two = int((recording.other >= 0).sum())
+    if not told or memory == "none" or two or not _is_shuffled(run):
+        return replace(recording, run=_with_history(recording, memory))
+    rows = np.argsort(run.column("time_s"), kind="stable")
+    back = np.argsort(rows)
+    moved = replace(recording, run=run.take(rows), row=back[recording.row])
+    past = _with_history(moved, memory).take(back)
+    note = "the rows do not stand in the order of their clock: senses, travels and distances since a reversal are those of the order of time"
+    return replace(recording, run=past, notes=(*recording.notes, note))
+
+
+def _is_shuffled(run: Run) -> bool:
+    """Does a clock that gives every row a time of its own go back in more than a quarter of the rows? In a random order it does so in
+    half of them; a clock that began anew goes back once per run.
+    """
+    if "time_s" not in run.columns or run.n < 2:
+        return False
+    time = run.column("time_s")
+    return len(np.unique(time)) == run.n and float(np.mean(np.diff(time) < 0)) > QUARTER
 
 
 def _with_history(recording: Recording, memory: str) -> Run:
