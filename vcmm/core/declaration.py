@@ -53,7 +53,8 @@ class Typical:
     """How large one element of a linear parameter is when it matters, and where the figure comes from.
 
     amount: canonical unit (mm, rad, s, N, kg and what is made of them); turn: the same for a rotation (component EA.,
-    EB., EC., or along an axis that turns); most: the largest size that a machine has, 0 = 64 times the amount. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
+    EB., EC., or along an axis that turns); most: the largest size that a machine has, 0 = 64 times the amount;
+    bounds: what physics allows, canonical unit. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
     of a few. A `why` with arithmetic is an estimate from mechanics or optics; "usual" is an order of magnitude quoted for
     CMMs and machining centres in the literature (Slocum, Precision Machine Design, 1992; Schwenke et al., CIRP Annals 57
     (2008) 660; Weckenmann et al., CIRP Annals 53 (2004) 657; Bryan, CIRP Annals 39 (1990) 645), no limit of any standard.
@@ -63,6 +64,7 @@ class Typical:
     why: str
     turn: float = 0.0
     most: float = 0.0
+    bounds: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

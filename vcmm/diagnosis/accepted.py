@@ -45,6 +45,8 @@ def _why_not(a: Answer) -> str:
         return f"it may as well be an error of the instrument that recorded ({', '.join(a.of_instrument)}), which repeats it exactly"
     if a.withheld:
         return a.withheld
+    if a.beyond:
+        return a.beyond
     if a.undetermined:
         return "its size is not known: the standard uncertainty exceeds half of it, or it spans orders of magnitude"
     if a.doubtful:

@@ -87,10 +87,11 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
 def _determined(
     named: Named, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
 ) -> tuple[Delivered, tuple[Answer, ...]]:
-    """What is handed over, and all answers: without the terms whose sizes turn out not to be known, the others refitted."""
+    """What is handed over, and all answers: without the terms whose sizes turn out not to be known or not to be possible, the others
+    refitted."""
     given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
     every = answers(named, given, mistake, seed)
-    unknown = {a.id for a in every if a.undetermined and not a.alias_of}
+    unknown = {a.id for a in every if (a.undetermined or a.beyond) and not a.alias_of}
     kept = [i for i in found if named.selection.terms[i].family.id not in unknown]
     if len(kept) == len(found):
         return given, every

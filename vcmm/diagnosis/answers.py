@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.diagnosis.bounds import beyond
 from vcmm.diagnosis.candidates import again
 from vcmm.diagnosis.confusion import Standing
 from vcmm.diagnosis.constants import EVEN_ODDS, NOTHING, STRONG
@@ -114,13 +115,9 @@ def _with_numbers(
     white = problem.whitener(stage.u, stage.noise.rho)
     found = estimates(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted(selection, i, problem.machine)
-    return replace(
-        bare,
-        parameters=found,
-        fitted=effect,
-        inputs=inputs,
-        scanned=(*scanned(selection.terms[i].option), "period"),
-    )
+    terms, offset = (*scanned(selection.terms[i].option), "period"), problem.run.offset
+    outside = beyond(effect, found, problem.machine, offset)
+    return replace(bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside)
 
 
 def _twins(

@@ -65,6 +65,7 @@ class Answer:
     share_of_rows: float = 0.0  # of the excess energy of the rows as they are
     kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
     scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
+    beyond: str = ""  # why physics does not have its size; "" where it may
     mistake: str = ""  # of a log_mistake: columns_exchanged, sign, unit, directions_exchanged
     renewed: Renewed | None = (
         None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
@@ -106,7 +107,7 @@ class Answer:
     @property
     def doubtful(self) -> bool:
         """A candidate and not a finding."""
-        return self.improbable or self.undetermined or bool(self.withheld)
+        return self.improbable or self.undetermined or bool(self.withheld or self.beyond)
 
     @property
     def id(self) -> str:
@@ -276,7 +277,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "doubtful": a.doubtful,
         "share_of_rows": a.share_of_rows,
         "alias_of": a.alias_of or None,
-        "not_written_because": a.withheld or None,
+        "not_written_because": a.withheld or a.beyond or None,
         "text": plain_words(a.effect, a.where, a.parameters),
     } | ({"mistake": a.mistake} if a.mistake else {})
 

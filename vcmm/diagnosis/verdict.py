@@ -88,6 +88,8 @@ def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
         name = " ".join((a.effect.replace("_", " "), *a.where.values()))
         if a.withheld:
             out.append(f"{name} is not written: {a.withheld}")
+        elif a.beyond:
+            out.append(f"{name} is a candidate and no finding: {a.beyond}")
         elif a.undetermined:
             out.append(
                 f"{name} is a candidate and no finding: its size is not known to better than half of itself, or spans orders of"
