@@ -102,7 +102,7 @@ def test_keys_of_the_document(folder, capsys):
     found = json.loads(capsys.readouterr().out)
     wanted = {
         "schema", "version", "seed", "inputs", "warnings", "verdict", "answer", "unknown", "location", "mistake", "noise",
-        "fit", "not_testable", "invisible", "detectable", "next_measurement", "improved_machine", "verdict_reasons",
+        "fit", "not_testable", "invisible", "detectable", "next_measurement", "improved_machine", "failed", "verdict_reasons",
         "calibration_pulls", "searched",
     }  # fmt: skip
     assert set(found) == wanted

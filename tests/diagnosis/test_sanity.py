@@ -16,6 +16,7 @@ from vcmm.diagnosis.machine_match import noise_warning
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.sanity import checked, copies, in_time, without_gaps
 from vcmm.effects.component import ComponentTable
+from vcmm.response.recording import Recording
 
 UM = 1e-3
 
@@ -277,3 +278,30 @@ def test_a_residual_of_minus_twice_the_known_errors_is_told():
     assert abs(c + 2.0) < 3 * u < 0.5
     c, u = against_known(replace(case, value=case.value + known), machine)
     assert abs(c) < 3 * u
+
+
+def at_one_place(value_um: np.ndarray) -> Recording:
+    """Readings of one place, um, without a clock."""
+    n = len(value_um)
+    run = Run({"X": np.full(n, 50.0)}, np.zeros((n, 3)))
+    return Recording(
+        "place", "displacement", run, value=value_um * 1e-3, measuring=False, row=np.arange(n),
+        direction=np.tile([1.0, 0, 0], (n, 1)), other=np.full(n, -1),
+    )  # fmt: skip
+
+
+def test_identical_repeats_of_a_place_that_was_reached_from_two_sides_are_no_copies():
+    """Two sides 60 um apart, scatter 2 um, display 1 um: of two readings of one side 1 / (2 sqrt(pi) 2) = 14 % are equal; of a scatter
+    of 30 um, which both sides together seem to have, 1 % would be.
+    """
+    rng = np.random.default_rng(8)
+    both = np.round(np.concatenate([rng.normal(30, 2, 20), rng.normal(-30, 2, 20)]))
+    assert len(np.unique(both)) < 25  # many are equal
+    assert not copies(at_one_place(both))[0].any()
+
+
+def test_rows_of_a_fine_display_that_stand_twice_are_copies():
+    rng = np.random.default_rng(9)
+    fine = np.round(np.concatenate([rng.normal(10, 1, 20), rng.normal(-10, 1, 20)]), 4)
+    twice = np.concatenate([fine, fine[:7]])
+    assert np.flatnonzero(copies(at_one_place(twice))[0]).tolist() == list(range(40, 47))

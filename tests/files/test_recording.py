@@ -219,7 +219,7 @@ def test_placements_per_a_column_that_is_not_there_are_refused(tmp_path):
         ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,u_um\n1,2,-3,1,0,0,1,1\n1,2,-3,1,0,0,1,0\n", 3, "u_um must be above zero"),
         ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um\n1,2,-3,1,0,0,\n", 2, '"" in column d_um is not a number'),
         ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um\n1,2,-3,1,0,0,nan\n", 2, "not finite"),
-        ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,temp_air_C\n" + "1,2,-3,1,0,0,1,nan\n" * 9 + "1,2,-3,1,0,0,1,20\n", 1, "in 9 of 10 rows: repair the column"),
+        ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,spindle_rpm\n" + "1,2,-3,1,0,0,1,nan\n" * 9 + "1,2,-3,1,0,0,1,20\n", 1, "in 9 of 10 rows: repair the column"),
         ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,sense_Y\n1,2,-3,1,0,0,1,-1\n1,2,-3,1,0,0,1,2\n", 3, "sense_Y = 2; the direction"),
         ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,sense_Y\n1,2,-3,1,0,0,1,0.5\n1,2,-3,1,0,0,1,0\n", 2, "sense_Y = 0.5; the direction"),
         ("X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,temp_prat_K\n1,2,-3,1,0,0,1,20\n", 1, 'unknown column "temp_prat_K"'),
@@ -318,7 +318,7 @@ def test_temperatures_of_the_rows_are_a_log_too(tmp_path):
 @pytest.mark.parametrize(
     ("log", "words"),
     [
-        ("time_s,temp_air_C\n0,20\n10,21\n", "the log of temp_air_C at 10 s; extend the log"),
+        ("time_s,temp_air_C\n0,20\n10,21\n", "the log of temp_air_C ends at 10 s, the data at 60 s"),
         ("time_s,temp_air_C\n10,20\n0,21\n", "log.csv:3: time_s goes back"),
         ("temp_air_C\n20\n", "a log needs the column time_s"),
         ("time_s,temp_air\n0,20\n", 'Did you mean "temp_air_C"'),

@@ -13,7 +13,7 @@ from vcmm.tables.table import in_terminal, on_page
 def answer(**changes):
     given = {
         "effect": "backlash", "where": {"axis": "Y"}, "parameters": {"gap": Estimate(1.5, 0.19, (1.12, 1.871), "um")},
-        "probability": 0.976, "share": 0.77, "cannot_be_told_from": (), "fitted": None, "share_of_rows": 0.8,
+        "probability": 0.976, "share": 0.77, "cannot_be_told_from": (), "fitted": None, "share_of_rows": 0.8, "kin": None,
     }  # fmt: skip
     return SimpleNamespace(**{**given, **changes})
 

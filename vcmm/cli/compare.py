@@ -75,15 +75,16 @@ def _compared(recordings: list[Path], file: Path | None, machine: Any, seed: int
 
     pairs = []
     for path in recordings:
-        recording, known = load_recording(path, machine)
+        recording, known = load_recording(path, machine, gaps=True)
         pairs.append((replace(recording, name=str(path)) if len(recordings) > 1 else recording, known))
     with about(recordings[0]):
         return compared(str(file) if file else _own(recordings), pairs, seed)
 
 
 def _left_out(rows: list[Any]) -> list[str]:
-    """What the recordings have no columns for, in words."""
-    return [
+    """What of the recordings was set aside, and what they have no columns for, in words."""
+    aside = dict.fromkeys(note for row in rows for part in row.parts for note in part.recording.notes)
+    return [*aside] + [
         f"{row.file}: {name} is not predicted, the recording lacks a column that it needs"
         for row in rows
         for name in sorted({n for part in row.parts for n in part.left_out})

@@ -84,13 +84,18 @@ def _folder(
 
 
 def _diagnose_file(recording: Path, wanted: Any) -> int:
-    """Diagnose one recording, print and write what was asked for."""
-    from vcmm.cli.diagnose_several import read_back
+    """Diagnose one recording, print and write what was asked for. What fails after the names are found is named in the answer,
+    which is printed all the same.
+    """
+    from dataclasses import replace
+
+    from vcmm.cli.diagnose_several import WRITTEN, read_back
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
     from vcmm.diagnosis.job import diagnose
+    from vcmm.diagnosis.later import Attempt
     from vcmm.diagnosis.result import diagnosis_json
     from vcmm.diagnosis.very_long import few_enough
     from vcmm.files.machine import load_machine
@@ -98,24 +103,30 @@ def _diagnose_file(recording: Path, wanted: Any) -> int:
 
     machine, seed = wanted.machine, wanted.seed
     folder = output_folder(wanted.out) if wanted.out else None
-    found, known = load_recording(recording, load_machine(machine) if machine else None)
+    found, known = load_recording(recording, load_machine(machine) if machine else None, gaps=True)
     found = few_enough(found)  # the rest need not be kept
     with progress() as show_progress, about(recording):
         diagnosis = diagnose(found, known, seed=seed, extra_effects=wanted.effects, progress=show_progress)
     diagnosis = _fitted_before(diagnosis, known, recording.name)
-    improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
-    if folder and improved:
-        diagnosis = read_back(folder, improved, [recording], diagnosis)
+    attempt = Attempt.none()
+    improved: dict[str, str] = {}
+    if folder:
+        improved = attempt(WRITTEN, lambda: _improved(folder, recording, machine, known, diagnosis), {})
+        diagnosis, improved = read_back(folder, improved, [recording], diagnosis, attempt)
+    page = ""
+    if folder or wanted.report:
+        page = attempt("draw the report", lambda: _page(found, known, diagnosis), "")
+    diagnosis = replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures))
     body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
-    if folder or wanted.report:
-        _write(folder, wanted.report, _page(found, known, diagnosis), content, improved)
     if wanted.json:
         print_json(content)
     else:
         _show(diagnosis)
+    _write(folder, wanted.report, page, content, improved)
+    attempt.raise_bugs()
     return 0
 
 
@@ -172,8 +183,9 @@ def _improved(
     folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
-    from vcmm.diagnosis.accepted import written
+    from vcmm.diagnosis.accepted import anew, written
     from vcmm.diagnosis.machine_file import improved_machine, repaired_table, with_table
+    from vcmm.diagnosis.renewed_file import naming_renewed, renewed_files
     from vcmm.files.toml import read_toml
 
     named = read_toml(recording).data.get("machine")
@@ -182,9 +194,13 @@ def _improved(
         return {}
     mistake = diagnosis.mistake
     tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
-    if not tables and not written(diagnosis.answer):
+    new = anew(diagnosis.answer)
+    if not tables and new is None and not written(diagnosis.answer):
         return {}
     text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+    if new is not None:
+        files = renewed_files(original, known, new, recording.name)
+        return {"machine.toml": naming_renewed(text, recording.name), **files}
     return {"machine.toml": with_table(text) if tables else text, **tables}
 
 
@@ -195,11 +211,11 @@ def _write(
     from vcmm.console.files import write_files, write_text
     from vcmm.console.terminal import say
 
-    if report:
+    if report and page:
         write_text(report, page)
         say(f"wrote {report}")
     if folder:
-        texts = {"diagnosis.json": json_text(content), "report.html": page}
+        texts = {"diagnosis.json": json_text(content)} | ({"report.html": page} if page else {})
         texts |= improved
         write_files(folder, texts)
         say(f"wrote {folder}/" + ", ".join(texts))
@@ -231,3 +247,5 @@ def _show(d: Any) -> None:
         print("Not testable here (a column is missing): " + ", ".join(sorted(d.not_testable)))
     for warning in d.warnings:
         say(f"note: {warning}")
+    for failure in d.failed:
+        say(f"failed: {failure.step}: {failure.text}")

@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+WRITTEN, READ = "write the machine file", "read the machine file back"
+COMPARED = "compare the machine file that was written with the recording"
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -28,6 +31,7 @@ def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], 
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import progress
+    from vcmm.diagnosis.later import Attempt
     from vcmm.diagnosis.several import diagnose_several
 
     recordings, known, original = read_all(files, wanted.machine)
@@ -35,21 +39,30 @@ def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], 
         found = diagnose_several(
             recordings, known, seed=wanted.seed, extra_effects=wanted.effects, progress=show_progress
         )
-    texts = _improved(found, known, original, wanted.out)
-    if texts and wanted.out:
-        found = replace(found, together=read_back(wanted.out, texts, files, found.together))
+    attempt = Attempt.none()
+    texts: dict[str, str] = {}
+    if wanted.out:
+        texts = attempt(WRITTEN, lambda: _improved(found, known, original, wanted.out), {})
+        together, texts = read_back(wanted.out, texts, files, found.together, attempt)
+        found = replace(found, together=together)
+    page = ""
+    if wanted.out or wanted.report:
+        page = attempt("draw the report", lambda: _page(found, known), "")
+    failed = (*found.together.failed, *attempt.failures)
+    found = replace(found, together=replace(found.together, failed=failed))
     inputs = [p for f in files for p in sources(f)] + ([wanted.machine] if wanted.machine else [])
     body = _body(found, wanted.out if texts else None)
     warnings = (*found.together.warnings, *left_out(found))
     content = document(
         "vcmm.diagnosis/1", body, seed=wanted.seed, files=list(dict.fromkeys(inputs)), warnings=warnings
     )
-    _write(found, known, content, texts, wanted)
     if wanted.json:
         print_json(content)
     else:
         show(found.together)
         _show_each(found)
+    _write(page, content, texts, wanted)
+    attempt.raise_bugs()
     return 0
 
 
@@ -67,27 +80,44 @@ def read_all(files: Sequence[Path], machine: Path | None) -> tuple[list[Any], An
             raise UsageError(
                 f"the recordings name machines that differ ({who}); one machine is diagnosed at a time: say which with --machine"
             )
-    first, known = load_recording(files[0], load_machine(machine) if machine else None)
+    first, known = load_recording(files[0], load_machine(machine) if machine else None, gaps=True)
     recordings = [few_enough(first)]
     del first
-    recordings += [few_enough(load_recording(f, known)[0]) for f in files[1:]]
+    recordings += [few_enough(load_recording(f, known, gaps=True)[0]) for f in files[1:]]
     if len({r.name for r in recordings}) < len(recordings):
         recordings = [replace(r, name=str(f)) for r, f in zip(recordings, files)]
     return recordings, known, machine or machine_of(files[0])[0]
 
 
-def read_back(folder: Path, improved: dict[str, str], files: Sequence[Path], diagnosis: Any) -> Any:
-    """The diagnosis with the rms that the machine file leaves of recordings, once it is written and read again."""
+def read_back(
+    folder: Path, improved: dict[str, str], files: Sequence[Path], diagnosis: Any, attempt: Any
+) -> tuple[Any, dict[str, str]]:
+    """The diagnosis with the rms that the machine file leaves of recordings, once it is written and read again; and the texts,
+    none where the file cannot be read: it is taken away then.
+    """
     from vcmm.console.files import output_folder, write_files
     from vcmm.diagnosis.very_long import few_enough, few_together
     from vcmm.diagnosis.written_fit import rms_left
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
 
-    write_files(output_folder(folder), improved)
-    machine = load_machine(folder / "machine.toml")
-    after = rms_left(few_together([few_enough(load_recording(f, machine)[0]) for f in files]), machine)
-    return replace(diagnosis, fit=replace(diagnosis.fit, after=after))
+    def written() -> Any:
+        write_files(output_folder(folder), improved)
+        return load_machine(folder / "machine.toml")
+
+    def left(machine: Any) -> float:
+        recordings = [few_enough(load_recording(f, machine, gaps=True)[0]) for f in files]
+        return rms_left(few_together(recordings), machine)
+
+    if not improved:
+        return diagnosis, improved
+    machine = attempt(READ, written, None)
+    if machine is None:
+        for name in improved:
+            (folder / name).unlink(missing_ok=True)
+        return diagnosis, {}
+    after = attempt(COMPARED, lambda: left(machine), diagnosis.fit.after)
+    return replace(diagnosis, fit=replace(diagnosis.fit, after=after)), improved
 
 
 def left_out(found: Any) -> list[str]:
@@ -108,31 +138,37 @@ def _body(found: Any, folder: Path | None) -> dict[str, Any]:
 
 def _improved(found: Any, known: Any, original: Path | None, out: Path | None) -> dict[str, str]:
     """machine.toml with what is common; empty where there is nothing to write."""
-    from vcmm.diagnosis.accepted import written
+    from vcmm.diagnosis.accepted import anew, written
     from vcmm.diagnosis.machine_file import improved_machine
+    from vcmm.diagnosis.renewed_file import naming_renewed, renewed_files
 
-    answers = found.together.answer
-    if out is None or original is None or not written(answers):
+    answers, source = found.together.answer, found.recording.name
+    new = anew(answers)
+    if out is None or original is None or (new is None and not written(answers)):
         return {}
-    return {
-        "machine.toml": improved_machine(original, out / "machine.toml", known, answers, found.recording.name)
-    }
+    text = improved_machine(original, out / "machine.toml", known, answers, source)
+    if new is None:
+        return {"machine.toml": text}
+    return {"machine.toml": naming_renewed(text, source), **renewed_files(original, known, new, source)}
 
 
-def _write(found: Any, known: Any, content: dict[str, Any], texts: dict[str, str], wanted: Wanted) -> None:
+def _page(found: Any, known: Any) -> str:
+    from vcmm.pages.diagnosis import diagnosis_page
+
+    return diagnosis_page(found.recording, known, found.together, found)
+
+
+def _write(page: str, content: dict[str, Any], texts: dict[str, str], wanted: Wanted) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import output_folder, write_files, write_text
     from vcmm.console.terminal import say
-    from vcmm.pages.diagnosis import diagnosis_page
 
-    if wanted.report is None and wanted.out is None:
-        return
-    page = diagnosis_page(found.recording, known, found.together, found)
-    if wanted.report:
+    if wanted.report and page:
         write_text(wanted.report, page)
         say(f"wrote {wanted.report}")
     if wanted.out:
-        all_texts = {"diagnosis.json": json_text(content), "report.html": page, **texts}
+        report = {"report.html": page} if page else {}
+        all_texts = {"diagnosis.json": json_text(content), **report, **texts}
         write_files(output_folder(wanted.out), all_texts)
         say(f"wrote {wanted.out}/" + ", ".join(all_texts))
 

@@ -54,7 +54,8 @@ class Typical:
     """How large one element of a linear parameter is when it matters, and where the figure comes from.
 
     amount: canonical unit (mm, rad, s, N, kg and what is made of them); turn: the same for a rotation (component EA.,
-    EB., EC., or along an axis that turns); most: the largest size that a machine has, 0 = 64 times the amount. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
+    EB., EC., or along an axis that turns); most: the largest size that a machine has, 0 = 64 times the amount;
+    bounds: what physics allows, canonical unit. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
     of a few. A `why` with arithmetic is an estimate from mechanics or optics; "usual" is an order of magnitude quoted for
     CMMs and machining centres in the literature (Slocum, Precision Machine Design, 1992; Schwenke et al., CIRP Annals 57
     (2008) 660; Weckenmann et al., CIRP Annals 53 (2004) 657; Bryan, CIRP Annals 39 (1990) 645), no limit of any standard.
@@ -64,6 +65,7 @@ class Typical:
     why: str
     turn: float = 0.0
     most: float = 0.0
+    bounds: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -140,6 +142,8 @@ class Declared:
     diagnosed          whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
     needs_cut          it shows in recordings of cut parts only
     special_case_of    effects that hold every motion of this one, whatever is recorded: of two the simpler counts
+    kin                word for the physics that it shares with names of fewer or more numbers ("play"): a diagnosis sums their
+                       probability at one place
     holds_table_edits  every edit of a stored table of one axis is a special case of it
     simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
     free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
@@ -169,6 +173,7 @@ class Declared:
     diagnosed: ClassVar[bool] = True
     needs_cut: ClassVar[bool] = False
     special_case_of: ClassVar[tuple[str, ...]] = ()
+    kin: ClassVar[str] = ""
     holds_table_edits: ClassVar[bool] = False
     simple: ClassVar[bool] = False
     free_curve: ClassVar[bool] = False

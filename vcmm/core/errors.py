@@ -52,6 +52,10 @@ class ModelLimit(VcmmError):
     """The numbers leave the range in which the model is valid."""
 
 
+class BeyondFirstOrder(ModelLimit):
+    """Errors are so large that the transforms have to be multiplied."""
+
+
 class Environment(VcmmError):
     """The computer lacks something: a writable folder, a library, a display."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.effect import FREE_LINKS, Effect
-from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.errors import BeyondFirstOrder, ModelLimit, UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import (
     CHUNK,
@@ -127,20 +127,31 @@ class Machine:
         parts = [self._first_order(run.take(slice(i, i + CHUNK)), i) for i in range(0, run.n, CHUNK)]
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 
+    def chosen_motion(self, run: Run) -> tuple[Array, bool]:
+        """Motion of the tip (n, 6) as `tip_motion`, by the engine that the size of the machine's own errors asks for; True where
+        the transforms were multiplied.
+        """
+        if self.large_errors:
+            return self.tip_motion(run, exact=True), True
+        try:
+            return self.tip_motion(run), False
+        except BeyondFirstOrder:
+            return self.tip_motion(run, exact=True), True
+
     def _first_order(self, run: Run, first: int) -> Array:
         """Motion (n, 6) of the rows of a run from row `first` on."""
         motions = self.motions(run)
         for motion in motions:
             largest = float(np.abs(motion.six[:, 3:]).max(initial=0.0))
             if largest > FIRST_ORDER_LIMIT_RAD:
-                raise ModelLimit(
+                raise BeyondFirstOrder(
                     f"a rotation of {largest * 1e3:.3g} mrad of link {motion.link} exceeds 1 mrad, the limit of the "
                     "first-order engine; use exact=True (--exact) or check the unit of the error table"
                 )
             moved = np.abs(motion.six[:, :3]).max(axis=1, initial=0.0)
             if moved.max(initial=0.0) > LARGEST_TRANSLATION:
                 row = first + int(moved.argmax())
-                raise ModelLimit(
+                raise BeyondFirstOrder(
                     f"row {row + 1}: a translation of {moved.max():.4g} mm of link {motion.link} exceeds 1 mm; error tables are in mm and rad: check "
                     "the unit, use exact=True (--exact), or state large_errors = true in the machine file",
                     row=row,
@@ -176,7 +187,7 @@ def check_travel(axis: Axis, q: Array) -> None:
     if len(outside):
         row = int(outside[0])
         scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
-        raise ModelLimit(
+        raise BeyondFirstOrder(
             f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
             f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
             row=row,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import nan
 
 import numpy as np
 
@@ -13,17 +14,18 @@ from vcmm.diagnosis.answers import Named, answers
 from vcmm.diagnosis.candidates import Catalogue
 from vcmm.diagnosis.confusion import Standing
 from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
-from vcmm.diagnosis.delivered import delivered, rms_left
+from vcmm.diagnosis.delivered import Delivered, delivered, rms_left
 from vcmm.diagnosis.evidence import scorer
-from vcmm.diagnosis.holdout import judge
+from vcmm.diagnosis.holdout import Fold, HeldOut, judge
 from vcmm.diagnosis.judged import FIELD, Judged
 from vcmm.diagnosis.locate import locate, score_map
-from vcmm.diagnosis.mistakes import MISTAKE
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.nextstep import closer, next_steps
 from vcmm.diagnosis.null import clipped
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.result import Answer, Diagnosis, Fit
+from vcmm.diagnosis.renewed import is_stale, renewed
+from vcmm.diagnosis.result import NOT_MODELLED, Answer, Diagnosis, Fit
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, mismatch
 from vcmm.diagnosis.shortfall import scatter_excess
@@ -44,12 +46,11 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
     if searched is not whole and not _has_field(used):
         mistake, whole = mistake_on_all_rows(mistake, whole)
         named = on_all_rows(named, whole, seed)
-    parts = one.parts if named.problem is used else None
-    given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
-    every = answers(named, given, mistake, seed)
+    given, every = _determined(named, found, one.parts if named.problem is used else None, mistake, seed)
+    every, held, unmodelled = _renewed(every, given, named.stage)
     excess = "" if rest else scatter_excess(one.selection, stage.white, stage.noise, stage.sample)
     pulls = pulls_of(given, named.stage)
-    against = (*_of_noise(one, every, searched, excess), *unexplained_pulls(pulls, given))
+    against = (*unmodelled, *_of_noise(one, every, searched, excess), *unexplained_pulls(pulls, given))
     y = clipped(stage.white.apply(searched.residual), stage.white, stage.noise.noise.clip)
     is_named = any(not a.doubtful for a in every) or mistake is not None
     places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), is_named or bool(against))
@@ -58,14 +59,14 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
     scatter = _sigma(named.selection, named.stage) * float(np.sqrt(np.mean(named.stage.u**2)))
     left = rms_left(named.problem, named.selection)
     return Diagnosis(
-        verdict(is_named, against),
+        NOT_MODELLED if unmodelled and is_named else verdict(is_named, against),
         every,
         rest,
         places_of,
         mistake,
         scatter,
         (*stage.noise.findings, *([excess] if excess else [])),
-        Fit(0.0, 0.0, scatter, predicted if given.selection.terms else (), left),
+        Fit(nan, nan, scatter, (*predicted, *held) if given.selection.terms else (), left),
         known.not_testable,
         _once((*known.unseen, *screen.found.invisible, *hidden)),
         shown,
@@ -81,6 +82,44 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
         recorded=whole.recording.chosen_from,
         warnings=(said(searched.m, whole.m, named.problem is used),) if searched is not whole else (),
     )
+
+
+def _determined(
+    named: Named, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
+) -> tuple[Delivered, tuple[Answer, ...]]:
+    """What is handed over, and all answers: without the terms whose sizes turn out not to be known or not to be possible, the others
+    refitted."""
+    given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
+    every = answers(named, given, mistake, seed)
+    unknown = {a.id for a in every if (a.undetermined or a.beyond) and not a.alias_of}
+    kept = [i for i in found if named.selection.terms[i].family.id not in unknown]
+    if len(kept) == len(found):
+        return given, every
+    given = delivered(named.problem, named.stage, named.selection.terms, kept, parts)
+    return given, answers(named, given, mistake, seed)
+
+
+def _renewed(
+    every: Sequence[Answer], given: Delivered, stage: Stage
+) -> tuple[tuple[Answer, ...], tuple[HeldOut, ...], tuple[str, ...]]:
+    """The answers, that of a calibration which is stale as a whole with its tables anew where these predict rows held out; those
+    rows; and what to say where they do not.
+    """
+    out, held, said = list(every), list[HeldOut](), list[str]()
+    for k, a in enumerate(every):
+        if a.doubtful or not is_stale(a.effect, a.where.get("component")):
+            continue
+        number = [t.family.id for t in given.selection.terms]
+        new = renewed(given.problem, stage, given.selection, number.index(a.id)) if a.id in number else None
+        if new is not None and new.holds:
+            out[k] = replace(a, renewed=new)
+            held += new.held_out
+        else:
+            said.append(
+                "the calibration as a whole is stale, and tables fitted to these rows do not predict rows that were not fitted: calibrate"
+                " anew (vcmm calibrate)"
+            )
+    return tuple(out), tuple(held), tuple(said)
 
 
 def _of_noise(one: Judged, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:

@@ -7,18 +7,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.diagnosis.bounds import beyond
 from vcmm.diagnosis.candidates import again
 from vcmm.diagnosis.confusion import Standing
-from vcmm.diagnosis.constants import NOTHING, STRONG
+from vcmm.diagnosis.constants import EVEN_ODDS, NOTHING, STRONG
 from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary
+from vcmm.diagnosis.families import open_text
 from vcmm.diagnosis.field import Field, weighed
 from vcmm.diagnosis.improve import fitted
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.refine import Refiner, scanned
 from vcmm.diagnosis.result import Answer
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, Setting, Term, fitted_again
@@ -65,7 +68,22 @@ class Named:
             contained_in=place.contained_in,
             rival_probability=place.rival_probability,
             alias_probability=place.with_aliases,
+            kin=place.kin,
+            of_instrument=_of_instrument(place, self.stage.found),
         )
+
+
+def _of_instrument(place: Standing, found: Dictionary) -> tuple[str, ...]:
+    """Errors of the instrument that repeat an answer exactly and are together as probable as all of the machine that do."""
+    own = [(j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(found, j)]
+    if not own or sum(p for _, p in own) < EVEN_ODDS * place.with_aliases:
+        return ()
+    return tuple(dict.fromkeys(found.families[j].name for j, _ in own))
+
+
+def _is_of_instrument(found: Dictionary, family: int) -> bool:
+    effect = found.options[int(found.first[family])].effect
+    return effect is not None and effect.per == "instrument"
 
 
 def _excess(selection: Selection, stage: Stage) -> float:
@@ -97,7 +115,9 @@ def _with_numbers(
     white = problem.whitener(stage.u, stage.noise.rho)
     found = estimates(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted(selection, i, problem.machine)
-    return replace(bare, parameters=found, fitted=effect, inputs=inputs)
+    terms, offset = (*scanned(selection.terms[i].option), "period"), problem.run.offset
+    outside = beyond(effect, found, problem.machine, offset)
+    return replace(bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside)
 
 
 def _twins(
@@ -149,13 +169,15 @@ def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place
     said = (
         f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        open_text(place.kin) if place.kin else "",
         simple_part(selection, i, stage.found.families, problem, stage.white),
     )
     return "; ".join(s for s in said if s)
 
 
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
-    where = {"component" if mistake.effect == MISTAKE else "axis": mistake.component}
+    places = {MISTAKE: "component", LOG: "columns"}
+    where = {places.get(mistake.effect, "axis"): mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
     something = 1.0 - float(np.exp(-mistake.score))
     sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
@@ -163,7 +185,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     theirs = something - sure if rivals else 0.0
     return Answer(
         mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,
-        alias_probability=sure, share_of_rows=1.0,
+        alias_probability=sure, share_of_rows=1.0, mistake=mistake.what if mistake.effect == LOG else "",
     )  # fmt: skip
 
 

@@ -13,15 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.errors import ModelLimit
-from vcmm.core.machine import FIRST_ORDER_LIMIT_RAD, Machine
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.evidence import dictionary, scorer
 from vcmm.diagnosis.locate import Place, generic_families, locate
 from vcmm.diagnosis.null import Noise, draws
+from vcmm.diagnosis.order import in_order
 from vcmm.diagnosis.problem import Problem, predecessors
 from vcmm.evaluation.gaussian import whitener
 from vcmm.response.folds import fold_masks
-from vcmm.response.observe import Observer, known_here, left_out, noise_u, nuisance_columns, observe
+from vcmm.response.observe import Observer, known_here, left_out, noise_u, nuisance_columns
 from vcmm.response.recording import Recording
 
 NULLS = 500  # smallest p is 1/501
@@ -139,27 +140,18 @@ def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
 
 
 def left_by(recording: Recording, machine: Machine) -> Misfit:
-    """Residuals of one recording, nuisance refitted; on what they depend is not asked."""
-    observer = Observer(recording, machine)
+    """Residuals of one recording, nuisance refitted; on what they depend is not asked. The rows stand in the order of a
+    diagnosis, whatever the order of the file, so that lags and neighbours are the same.
+    """
+    observer = Observer(in_order(recording, machine), machine)
     recording, run = observer.recording, observer.run
     u = noise_u(recording, machine)
-    predicted, exact = _predicted(observer)
+    predicted, exact = observer.predicted
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
     departure = recording.value - predicted
     residual, rank = without_nuisance(departure, columns, u, known_here(recording, machine))
     lost = tuple(name for name, _ in left_out(recording, machine))
     return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost)
-
-
-def _predicted(observer: Observer) -> tuple[Array, bool]:
-    """Observations (m,) from the machine's own effects; by exact transforms where first order is not good enough."""
-    machine = observer.usable
-    turns = [float(np.abs(m.six[:, 3:]).max(initial=0.0)) for m in machine.motions(observer.run)]
-    if max(turns, default=0.0) <= FIRST_ORDER_LIMIT_RAD:
-        return observer.baseline(), False
-    motion = machine.tip_motion(observer.run, exact=True)
-    reading = observer.readings(machine)
-    return observe(observer.recording, motion[:, :, None], reading[:, :, None])[:, 0], True
 
 
 def without_nuisance(

@@ -30,6 +30,7 @@ from vcmm.diagnosis.constants import (
     UNSEEN,
 )
 from vcmm.diagnosis.evidence import IMPOSSIBLE, Dictionary, Scorer, only, orthonormal, scorer
+from vcmm.diagnosis.families import Kin, family_about
 from vcmm.diagnosis.select import Selection, Setting, Term, best_option
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import thin_svd, without_span
@@ -50,6 +51,8 @@ class Standing:
     exact: tuple[int, ...] = ()  # families that repeat it exactly, the most probable first
     twins: tuple[int, ...] = ()  # those of the same name, at other places
     shares: tuple[float, ...] = ()  # their probabilities
+    kin: Kin | None = None  # its family
+    exact_shares: tuple[float, ...] = ()  # probabilities of `exact`
 
 
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
@@ -68,7 +71,8 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     same = [j for j in exact if _name(setting, j) == _name(setting, own)]
     again = [j for j in same if _same_place(setting, j, own)]
     twins = tuple(j for j in same if j not in again)
-    probable = np.exp(scores - _total(setting, scores, larger, unknown))
+    total = _total(setting, scores, larger, unknown)
+    probable = np.exp(scores - total)
     of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
     mine = float(probable[[own, *again]].sum())
     alias[own] = True
@@ -76,6 +80,8 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
         float(scores[own]), mine, names, families, freer,
         float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
         float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
+        family_about(setting, own, scores, options[:, 0], gap, total, larger),
+        tuple(float(probable[j]) for j in exact),
     )  # fmt: skip
 
 

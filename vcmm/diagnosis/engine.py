@@ -13,6 +13,7 @@ from vcmm.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.diagnosis.constants import MISMATCH
 from vcmm.diagnosis.delivered import left_over
 from vcmm.diagnosis.judged import beside_field, judged
+from vcmm.diagnosis.later import Attempt
 from vcmm.diagnosis.locate import each_shape, generic_families
 from vcmm.diagnosis.machine_match import check_belonging, wild
 from vcmm.diagnosis.mistakes import tables_of
@@ -32,6 +33,7 @@ from vcmm.response.recording import Recording
 
 NULLS = 2000
 USUAL_STEPS = 4  # after which half is done
+COMPARED = "compare the machine as it is written with all rows"
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -63,7 +65,10 @@ def diagnose_recording(
     found = account(held, known, searched, problem, seed)
     found = replace(found, warnings=(*warnings, *found.warnings))
     found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
-    found = with_written_fit(found, [recording], machine)
+    attempt = Attempt.none()
+    found = attempt(COMPARED, lambda: with_written_fit(found, [recording], machine), found)
+    attempt.raise_bugs()
+    found = replace(found, failed=(*found.failed, *attempt.failures))
     if progress:
         progress("done", 1.0)
     return found

@@ -330,5 +330,5 @@ def weighed(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...
 def _less(a: Answer, share: float) -> Answer:
     return replace(
         a, probability=a.probability * share, rival_probability=a.rival_probability * share,
-        alias_probability=a.alias_probability * share,
+        alias_probability=a.alias_probability * share, kin=None if a.kin is None else a.kin.times(share),
     )  # fmt: skip

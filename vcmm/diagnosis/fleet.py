@@ -114,7 +114,9 @@ def record_of(asked: FolderJob, file: str) -> Record:
     known: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
     try:
         known["date"] = str(read_toml(path).data.get("date", ""))
-        recording, machine = load_recording(path, load_machine(asked.machine) if asked.machine else None)
+        recording, machine = load_recording(
+            path, load_machine(asked.machine) if asked.machine else None, gaps=True
+        )
         known["machine"] = machine.name
         found = diagnosis_json(diagnose(recording, machine, seed=asked.seed))
     except VcmmError as error:

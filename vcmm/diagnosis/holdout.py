@@ -54,10 +54,15 @@ def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
     for name, test in fold_masks(problem.run, problem.recording.row):
         if FEWEST <= test.sum() <= problem.m - FEWEST:
             try:
-                out.append(Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test))))
+                out.append(fold_of(problem, u, rho, name, test))
             except ModelLimit:
                 continue  # too few rows for their nuisance
     return out
+
+
+def fold_of(problem: Problem, u: Array, rho: float, name: str, test: Mask) -> Fold:
+    """Rows `test` held out. Raises ModelLimit where either part has too few rows for its nuisance."""
+    return Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test)))
 
 
 def _part(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:

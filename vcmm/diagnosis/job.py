@@ -31,5 +31,5 @@ def diagnose(
     recording = few_enough(recording)
     found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
     found = with_foretold(found, recording)
-    warnings = (*told(recording), *found.warnings, *other_way(recording, machine, found))
+    warnings = (*recording.notes, *told(recording), *found.warnings, *other_way(recording, machine, found))
     return replace(found, warnings=warnings)

@@ -16,6 +16,7 @@ from vcmm.diagnosis.candidates import Catalogue, Family
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.constants import EVEN_ODDS, FEW, MOSTLY
 from vcmm.diagnosis.evidence import Dictionary
+from vcmm.diagnosis.families import by_simplest
 from vcmm.diagnosis.field import Field, is_simple, kept_terms, rival_field
 from vcmm.diagnosis.holdout import Fold, folds, gate, is_free_curve, wins_everywhere
 from vcmm.diagnosis.mistakes import Mistake
@@ -64,6 +65,9 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
     failed = len(selection.terms) < len(searched.terms)
     selection = of_the_machine(selection, _standings(used, parts, selection, setting, shapes), setting)
     places = _standings(used, parts, selection, setting, shapes)
+    simple = by_simplest(selection, [p.kin for p in places if p.kin], setting)
+    if simple is not selection:
+        selection, places = simple, _standings(used, parts, simple, setting, shapes)
     firm = tuple(i for i in range(len(places)) if wins_everywhere(used, parts, selection, i))
     field = rival_field(used, selection, setting, stage.sample, shapes, firm) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)

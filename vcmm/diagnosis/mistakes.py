@@ -17,6 +17,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
 from vcmm.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHED, VERY_STRONG
 from vcmm.diagnosis.evidence import orthonormal
+from vcmm.diagnosis.log_mistakes import LOG, log_hypotheses, of_machine
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.problem import Problem
 from vcmm.effects import of_role
@@ -127,6 +128,8 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
+    for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
+        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG)
 
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:

@@ -14,6 +14,7 @@ from vcmm.core.effect import Effect, place_fields
 from vcmm.core.run import Run
 from vcmm.core.units import plain
 from vcmm.diagnosis.estimates import Estimate
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.mistakes import MISTAKE
 from vcmm.diagnosis.periods import alias_words
 from vcmm.effects import ALL
@@ -23,6 +24,12 @@ OF_MISTAKE = Words(
     seen="the stored table of {where} is not what the machine does",
     causes="a wrong sign, unit or column when the table was entered",
     confirm="compare the table with the calibration sheet; a corrected table is written",
+)
+
+OF_LOG = Words(
+    seen="the log is mistaken: {where}",
+    causes="columns, signs, units or directions that were mixed up when the recording was written down",
+    confirm="look at the wiring and the export of the log, correct it and diagnose it again; nothing is written for it",
 )
 
 
@@ -44,6 +51,8 @@ def _words_of(effect: str, places: set[str]) -> Words | None:
     """Those of the shape that sits in such places: a step along one direction, or one of several at once."""
     if effect == MISTAKE:
         return OF_MISTAKE
+    if effect == LOG:
+        return OF_LOG
     shapes = [k for k in ALL if k.reported_as() == effect and k.words is not None]
     same = [k for k in shapes if {f.name for f in place_fields(k) if not f.metadata["quiet"]} == places]
     return next((k.words for k in (*same, *shapes)), None)

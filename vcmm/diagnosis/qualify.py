@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vcmm.diagnosis.constants import EVEN_ODDS
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.machine_match import noise_warning
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.diagnosis.too_large import shared_with_instrument
@@ -29,6 +30,9 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
             a,
             probability=min(a.probability, EVEN_ODDS),
             alias_probability=min(a.alias_probability, EVEN_ODDS),
+            kin=a.kin.times(min(1.0, EVEN_ODDS / a.kin.probability))
+            if a.kin and a.kin.probability
+            else a.kin,
         )
         for a in d.answer
     )
@@ -38,7 +42,7 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
 
 def _sign(d: Diagnosis, only_table: bool) -> str | None:
     """All tables reversed is what a recording with the wrong sense of observation looks like."""
-    if d.mistake is None or d.mistake.what != "sign":
+    if d.mistake is None or d.mistake.what != "sign" or d.mistake.effect == LOG:
         return None
     if d.mistake.component != "all" and not only_table:
         return None

@@ -11,13 +11,14 @@ from vcmm.core.effect import Effect, with_parameter
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.mistakes import Mistake
 from vcmm.effects import has_role, made_for
 
 
 def repaired(machine: Machine, mistake: Mistake | None) -> Machine:
     """A copy of the machine whose tables predict what the recording holds. Raises UsageError where that has no table."""
-    if mistake is None:
+    if mistake is None or mistake.effect == LOG:  # the log is to be corrected, not the machine
         return machine
     return replace(machine, effects=repaired_effects(machine.effects, mistake, _arm(machine, mistake)))
 
@@ -31,6 +32,8 @@ def repaired_effects(
     effects: Sequence[Effect], mistake: Mistake, arm: Array | None = None
 ) -> tuple[Effect, ...]:
     """The same effects with the tables concerned corrected; arm (3,): measured_at of the axis, for an Abbe error."""
+    if mistake.effect == LOG:
+        raise UsageError(f"{mistake.component}: the log is mistaken, no table")
     if has_role(mistake.effect, "Abbe arm"):
         return _without_abbe(effects, mistake, arm)
     if mistake.source:

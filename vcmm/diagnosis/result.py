@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +12,12 @@ import numpy as np
 from vcmm import charts
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
-from vcmm.diagnosis.constants import EVEN_ODDS
+from vcmm.diagnosis.constants import EVEN_ODDS, SECURE
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
+from vcmm.diagnosis.families import Kin
 from vcmm.diagnosis.holdout import HeldOut
+from vcmm.diagnosis.later import Failure
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import plain_words
@@ -26,7 +28,11 @@ from vcmm.diagnosis.thinning import loss
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
+    from vcmm.diagnosis.renewed import Renewed
+
+NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
+VERDICTS = ("nothing missing", "explained", "partly explained", NOT_MODELLED, "unexplained")
+HALF = 0.5  # of a size: with a larger standard uncertainty its sign is not known with a coverage of 95 %
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
@@ -57,6 +63,25 @@ class Answer:
     alias_of: str = ""  # the answer that this one repeats exactly, at another place
     withheld: str = ""  # why it is not written although it is probable; "" where nothing speaks against it
     share_of_rows: float = 0.0  # of the excess energy of the rows as they are
+    kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
+    scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
+    beyond: str = ""  # why physics does not have its size; "" where it may
+    mistake: str = ""  # of a log_mistake: columns_exchanged, sign, unit, directions_exchanged
+    renewed: Renewed | None = (
+        None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
+    )
+    of_instrument: tuple[
+        str, ...
+    ] = ()  # errors of the instrument that repeat it exactly, as probable as all of the machine
+
+    @property
+    def family(self) -> str:
+        return self.kin.name if self.kin else self.effect
+
+    @property
+    def family_probability(self) -> float:
+        """Of all members of the family together."""
+        return max(self.probability, self.kin.probability if self.kin else 0.0)
 
     @property
     def with_rivals(self) -> float:
@@ -65,19 +90,24 @@ class Answer:
 
     @property
     def improbable(self) -> bool:
-        """Less probable than not, together with all that repeats it exactly."""
-        return max(self.probability, self.alias_probability) < EVEN_ODDS
+        """Less probable than not, together with all that repeats it exactly, and its family is not secure."""
+        return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
 
     @property
     def undetermined(self) -> bool:
-        """Next to nothing is explained by it, and its size may be anything: the interval spans orders of magnitude."""
+        """May its size be anything: no size is known to better than half of itself, or next to nothing is explained by it and
+        the interval spans orders of magnitude?
+        """
+        sizes = [e for name, e in self.parameters.items() if name not in self.scanned and e.value]
+        if sizes and all(e.u > HALF * abs(e.value) for e in sizes):
+            return True
         ends = [np.abs(e.interval95) for e in self.parameters.values() if np.prod(np.sign(e.interval95)) > 0]
         return self.share < NOTHING and any(float(e.max()) > SPAN * float(e.min()) for e in ends)
 
     @property
     def doubtful(self) -> bool:
         """A candidate and not a finding."""
-        return self.improbable or self.undetermined or bool(self.withheld)
+        return self.improbable or self.undetermined or bool(self.withheld or self.beyond)
 
     @property
     def id(self) -> str:
@@ -151,6 +181,7 @@ class Diagnosis:
     recorded: int = (
         0  # observations that the recording held, where `all of them` were chosen from more; else 0
     )
+    failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Names found and candidates, with their probability."""
@@ -188,9 +219,14 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "detectable": [_detectable(x, micro) for x in d.detectable],
         "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
         "improved_machine": None,
+        "failed": failed_json(d.failed),
     }  # fmt: skip
     finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
     return finite
+
+
+def failed_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
+    return [{"step": f.step, "text": f.text} for f in failed]
 
 
 def _searched(d: Diagnosis) -> dict[str, Any]:
@@ -228,6 +264,9 @@ def _answer(a: Answer) -> dict[str, Any]:
         "where": dict(a.where),
         "parameters": as_json(a.parameters),
         "probability": a.probability,
+        "family": a.family,
+        "family_probability": a.family_probability,
+        "members": _members(a),
         "share": a.share,
         "cannot_be_told_from": list(a.cannot_be_told_from),
         "probability_with_rivals": a.with_rivals,
@@ -238,9 +277,16 @@ def _answer(a: Answer) -> dict[str, Any]:
         "doubtful": a.doubtful,
         "share_of_rows": a.share_of_rows,
         "alias_of": a.alias_of or None,
-        "not_written_because": a.withheld or None,
+        "not_written_because": a.withheld or a.beyond or None,
         "text": plain_words(a.effect, a.where, a.parameters),
-    }
+    } | ({"mistake": a.mistake} if a.mistake else {})
+
+
+def _members(a: Answer) -> list[dict[str, Any]]:
+    """Names of the family that are open, the most probable first; the answer among them."""
+    if a.kin is None:
+        return [{"effect": a.effect, "where": dict(a.where), "probability": a.probability}]
+    return [{"effect": m.effect, "where": dict(m.where), "probability": m.probability} for m in a.kin.members]
 
 
 def _mistake(m: Mistake) -> dict[str, Any]:

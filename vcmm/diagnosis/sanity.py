@@ -107,7 +107,9 @@ def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
     Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
-    probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Copies are more than that.
+    probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Where a place was reached in
+    several ways s holds their differences too; pairs that differ by one step then tell how many are equal by chance: half of them,
+    where the scatter is some steps wide. Copies are more than either.
     """
     none = np.zeros(recording.m, dtype=bool)
     rows = np.column_stack([recording.direction, *_of_rows(recording)])
@@ -145,8 +147,22 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
     mean = np.bincount(place, value) / count
     free = len(value) - len(count)
     scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
-    chance = min(display_step(value) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
-    return bool(pdtrc(equal - 1, pairs * chance) > CHANCE)
+    step = display_step(value)
+    chance = min(step / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
+    near = _within(value, place, step + 0.5 * step) - equal
+    expected = max(pairs * chance, near / 2.0)
+    return bool(pdtrc(equal - 1, expected) > CHANCE)
+
+
+def _within(value: Array, place: Ints, reach: float) -> int:
+    """Number of pairs of one place whose values differ by no more than reach."""
+    total = 0
+    order = np.lexsort((value, place))
+    v, p = value[order], place[order]
+    for one in np.split(v, np.flatnonzero(np.diff(p)) + 1):
+        above = np.searchsorted(one, one + reach, side="right")
+        total += int(np.sum(above - np.arange(len(one)) - 1))
+    return total
 
 
 def display_step(value: Array) -> float:

@@ -46,6 +46,7 @@ def shared_with_instrument(a: Answer) -> Answer:
     return replace(
         a,
         probability=half,
+        kin=None if a.kin is None else a.kin.times(0.5),
         rival_probability=a.rival_probability + half,
         cannot_be_told_from=(*a.cannot_be_told_from, rival),
         remark="; ".join(s for s in (a.remark, said) if s),

@@ -88,9 +88,12 @@ def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
         name = " ".join((a.effect.replace("_", " "), *a.where.values()))
         if a.withheld:
             out.append(f"{name} is not written: {a.withheld}")
+        elif a.beyond:
+            out.append(f"{name} is a candidate and no finding: {a.beyond}")
         elif a.undetermined:
             out.append(
-                f"{name} is a candidate and no finding: its size may be anything over orders of magnitude"
+                f"{name} is a candidate and no finding: its size is not known to better than half of itself, or spans orders of"
+                " magnitude"
             )
         elif a.improbable:
             out.append(f"{name} is a candidate and no finding: its probability is {told(a.probability)}")

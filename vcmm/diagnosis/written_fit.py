@@ -12,10 +12,11 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
-from vcmm.diagnosis.accepted import written
+from vcmm.diagnosis.accepted import anew, written
 from vcmm.diagnosis.comparison import left_by
 from vcmm.diagnosis.delivered import OWN_ROWS
 from vcmm.diagnosis.improve import improved
+from vcmm.diagnosis.renewed import with_renewed
 from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.diagnosis.verdict import doubts
@@ -26,6 +27,9 @@ def handed_over(d: Diagnosis, machine: Machine) -> Machine:
     """The machine with what is written into its file: a corrected table, and the answers that are found."""
     with suppress(UsageError, KeyError):  # a mistake that no table can hold
         machine = repaired(machine, d.mistake)
+    new = anew(d.answer)
+    if new is not None:
+        machine = with_renewed(machine, new)
     return improved(machine, tuple((a.fitted, a.inputs) for a in written(d.answer)))
 
 
@@ -39,8 +43,8 @@ def with_written_fit(d: Diagnosis, recordings: Sequence[Recording], machine: Mac
     """The diagnosis with rms before and after of the rows of recordings; nothing is written that makes them worse."""
     before = rms_left(recordings, machine)
     after = rms_left(recordings, handed_over(d, machine))
-    if after > before and written(d.answer):
-        kept = [id(a) for a in written(d.answer)]
+    if after > before and (written(d.answer) or anew(d.answer)):
+        kept = [id(a) for a in d.answer if a in written(d.answer) or a.renewed]
         answer = tuple(replace(a, withheld=OWN_ROWS) if id(a) in kept else a for a in d.answer)
         verdict = {"explained": "unexplained", "partly explained": "unexplained"}.get(d.verdict, d.verdict)
         reasons = tuple(dict.fromkeys((*d.reasons, *doubts(answer))))

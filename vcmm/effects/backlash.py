@@ -14,6 +14,7 @@ class Backlash(Effect):
     """-1/2 gap d_a e_a with d_a = +1 or -1 the direction in which the axis last moved (ISO 230-2: B = -gap)."""
 
     name = "backlash"
+    kin = "play"
     per = "axis"
     along_axis = True
     needs = ("sense_{axis}",)

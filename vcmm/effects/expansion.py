@@ -42,7 +42,9 @@ class ScaleExpansion(Effect):
         0.0,
         "um/(m K)",
         "expansion coefficient of the scale",
-        typical=Typical(8e-6, "steel 11.5, glass 8, Zerodur 0 um/(m K)"),
+        typical=Typical(
+            8e-6, "steel 11.5, glass 8, Zerodur 0 um/(m K)", bounds=(-35e-6, 35e-6)
+        ),  # zinc 30; negative where the control corrects too much
     )
     corrected: float = param(0.0, "um/(m K)", "coefficient used by the control's own correction, 0 = none")
 
@@ -79,7 +81,11 @@ class PartExpansion(Effect):
         0.0,
         "um/(m K)",
         "expansion coefficient of the part",
-        typical=Typical(8e-6, "steel 11.5, aluminium 23; known to 10 % after correction"),
+        typical=Typical(
+            8e-6,
+            "steel 11.5, aluminium 23, plastics to 100; known to 10 % after correction",
+            bounds=(-1e-4, 1e-4),
+        ),
     )
     corrected: float = param(0.0, "um/(m K)", "coefficient used by the software's own correction, 0 = none")
 

@@ -27,6 +27,7 @@ class GeometricChange(Effect):
     """
 
     name = "geometric_change"
+    kin = "geometry"
     per = "component"
     own = True
     cites = (

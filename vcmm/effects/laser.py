@@ -112,7 +112,11 @@ class AirIndex(_Laser):
         "%",
         "share of the change that is not corrected",
         show="1",
-        typical=Typical(1.0, "no correction at all: 1-10 ppm"),
+        typical=Typical(
+            1.0,
+            "no correction at all: 1-10 ppm, which is 1; corrected twice -1, with the wrong sign 2",
+            bounds=(-1.0, 2.0),
+        ),
     )
     instrument: str = at("", "instrument name; empty = all")
     zero: int = at(

@@ -30,6 +30,7 @@ class MapInterpolation(Effect):
     """
 
     name = "map_interpolation"
+    kin = "geometry"
     per = "map"
     own = True
     cites = "de Boor, A Practical Guide to Splines (1978), ch. III: error of broken-line interpolation"

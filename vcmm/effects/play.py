@@ -24,6 +24,7 @@ class BacklashRamp(Effect):
     """
 
     name = "backlash_ramp"
+    kin = "play"
     family: ClassVar[str] = "backlash"
     per = "axis"
     along_axis = True
@@ -70,6 +71,7 @@ class LoadedPlay(Effect):
     """
 
     name = "lost_motion_loaded"
+    kin = "play"
     family: ClassVar[str] = "lost_motion"
     per = "axis"
     along_axis = True

@@ -62,6 +62,7 @@ class ProbeLobing(PreTravel):
     """
 
     name = "probe_lobing"
+    kin = "lobes"
     needs = ("probe_angle_rad", "probe_lateral", "nx", "ny", "nz")
     aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
     cites = (

@@ -45,6 +45,7 @@ class LostMotion(_Reversal):
     """-1/2 (g0 + g1 q_a) d_a e_a: backlash that changes along the travel (wind-up of a screw, unequal wear)."""
 
     name = "lost_motion"
+    kin = "play"
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error at each position; wind-up of a screw held at one end"
     special_case_of = ("hysteresis",)
@@ -86,6 +87,7 @@ class Hysteresis(_Reversal):
     """
 
     name = "hysteresis"
+    kin = "play"
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)"
     words = Words(

@@ -24,6 +24,7 @@ class LostMotionCurve(Effect):
     """
 
     name = "lost_motion_curve"
+    kin = "play"
     family: ClassVar[str] = "lost_motion"
     per = "axis"
     along_axis = True

@@ -18,6 +18,7 @@ class ScaleFactor(Effect):
     """k q_a e_a: with k = +5 um/m an axis at 400 mm stands 2 um too far in + direction."""
 
     name = "scale_factor"
+    kin = "geometry"
     per = "axis"
     cites = "ISO 230-2; linear positioning error"
     special_case_of = ("geometric_change", "map_interpolation")

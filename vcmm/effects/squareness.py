@@ -24,6 +24,7 @@ class Squareness(Effect):
     """
 
     name = "squareness"
+    kin = "geometry"
     per = "pair"
     place = "travel"
     cites = "ISO 230-1:2012, 3.6 and annex A"

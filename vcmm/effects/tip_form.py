@@ -26,6 +26,7 @@ class TipForm(Effect):
     """
 
     name = "tip_form"
+    kin = "lobes"
     per = "stylus"
     needs = ("nx", "ny", "nz")
     role = "tip out of round"

@@ -10,9 +10,11 @@ import numpy as np
 
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import Array, Run, Series
-from vcmm.files.columns import run_columns
+from vcmm.files.columns import Sheet, run_columns
+from vcmm.files.gaps import blanks_of_log
 from vcmm.files.large_tables import read_table
 from vcmm.response.logs import sensor_of
+from vcmm.response.recording import Ints
 
 LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "spindle_load_W", "load_kg")  # besides temp_<name>_C
 
@@ -42,12 +44,13 @@ def _read_log(path: Path) -> dict[str, Series]:
     known = ["time_s", *LOGGED, *(c for c in run_columns() if c.startswith("temp_"))]
     problems = [] if "time_s" in sheet.header else [f"{at}: a log needs the column time_s"]
     numbers: dict[str, Array] = {}
+    rows: dict[str, Ints] = {}
     for name in sheet.header:
         if name not in known and not (name.startswith("temp_") and name.endswith("_C")):
             problems.append(f'{at}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOGGED)}')  # fmt: skip
             continue
         try:
-            numbers[name] = sheet.numbers(name)
+            numbers[name], rows[name] = _entries(sheet, name)
         except DataError as error:
             problems.extend(error.problems)
     back = np.flatnonzero(np.diff(numbers.get("time_s", np.zeros(1))) < 0)
@@ -56,14 +59,26 @@ def _read_log(path: Path) -> dict[str, Series]:
     if problems:
         raise DataError(problems)
     time = numbers.pop("time_s")
-    return {name: Series(time, values) for name, values in numbers.items()}
+    return {name: Series(time[rows[name]], values) for name, values in numbers.items()}
+
+
+def _entries(sheet: Sheet, name: str) -> tuple[Array, Ints]:
+    """Entries of one column, and their rows: a sensor that was not read has no entry there, as one with a slower clock."""
+    blank = blanks_of_log(sheet, name)
+    if name == "time_s" or blank.all():
+        blank = np.zeros(sheet.count, dtype=bool)  # the reader says what is wrong
+    if not blank.any():
+        return sheet.numbers(name), np.arange(sheet.count)
+    kept = np.flatnonzero(~blank)
+    part = replace(sheet, rows=[sheet.rows[k] for k in kept], lines=[sheet.lines[k] for k in kept])
+    return part.numbers(name), kept
 
 
 def interpolated(run: Run, logs: dict[str, Series]) -> Run:
     """The run with its logs, and with each log at time_s as a column where the data have none of that name.
 
-    Between entries a log is linear, before the first it is steady. Raises UsageError where the data have no time_s or
-    go on for more than one interval after the end of a log.
+    Between entries a log is linear, before the first it is steady. Raises UsageError where the data have no time_s. How far
+    logs reach is not asked here (see vcmm.files.gaps).
     """
     if not logs:
         return run
@@ -72,13 +87,6 @@ def interpolated(run: Run, logs: dict[str, Series]) -> Run:
             "logs are joined by time, but the data have no column time_s; add it or remove [[series]]"
         )
     time = run.column("time_s")
-    for name, log in logs.items():
-        last = float(log.time[-1])
-        allowed = last + (last - float(log.time[-2]) if len(log.time) > 1 else 0.0)
-        if time.max(initial=-np.inf) > allowed:
-            raise UsageError(
-                f"the data end at {time.max():g} s, the log of {name} at {last:g} s; extend the log"
-            )
     new = {n: np.interp(time, log.time, log.value) for n, log in logs.items() if n not in run.columns}
     series = {**run.series, **{sensor_of(n): log for n, log in logs.items()}}
     return replace(run.with_columns(new), series=series)

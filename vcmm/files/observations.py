@@ -18,6 +18,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import Sheet, axes_of, axis_column, positions_of
+from vcmm.files.gaps import filled, set_aside
 from vcmm.files.large_tables import read_table
 from vcmm.response.pointing import POINTED, pointing_observations
 from vcmm.response.recording import Ints, Recording
@@ -43,7 +44,7 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
 
     Raises DataError with every problem: column, line and fix.
     """
-    sheet = read_table(path)
+    sheet, gaps = filled(read_table(path))
     letters = tuple(axes_of(sheet.header))
     problems = _header_problems(sheet, sense)
     run = None
@@ -57,7 +58,9 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
         _check_uncertainties(sheet, run, problems)
     if problems:
         raise DataError(problems)
-    return None if run is None or machine is None else _recording(run, machine, sense, name, sheet)
+    if run is None or machine is None:
+        return None
+    return set_aside(_recording(run, machine, sense, name, sheet), gaps)
 
 
 def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:

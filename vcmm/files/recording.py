@@ -20,9 +20,10 @@ from vcmm.core.axes import LETTERS
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Array, Run, Series
 from vcmm.core.text import is_file, read_text
 from vcmm.files.columns import LABELS, run_columns
+from vcmm.files.gaps import reaching, set_aside
 from vcmm.files.known_columns import read_known
 from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
@@ -44,25 +45,30 @@ from vcmm.response.recording import ALL_ROWS, Recording
 
 BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved unseen
 
+QUARTER = 0.25  # of the rows
+
 PLACEMENTS = ("rigid", "alignment")  # nuisances of which a recording usually has several
 
 
-def load_recording(path: str | Path, machine: Machine | None = None) -> tuple[Recording, Machine]:
-    """Read a recording. machine: used instead of the one that the file names, which is then not read.
+def load_recording(
+    path: str | Path, machine: Machine | None = None, gaps: bool = False
+) -> tuple[Recording, Machine]:
+    """Read a recording. machine: used instead of the one that the file names, which is then not read; gaps: blank cells of a
+    sensor and logs that end early are allowed, and `notes` of the recording say what was set aside (see vcmm.files.gaps).
 
     Raises DataError with every problem of the file and of the files it names, each with its line.
     """
     document = read_toml(path)
     check_version(document, "recording")
     problems = Problems(document)
-    found = _checked(document, machine, problems)
+    found = _checked(document, machine, problems, gaps)
     problems.raise_if_any()
     assert found is not None
     return found
 
 
 def _checked(
-    document: Document, machine: Machine | None, problems: Problems
+    document: Document, machine: Machine | None, problems: Problems, gaps: bool
 ) -> tuple[Recording, Machine] | None:
     model = checked_model(RecordingFile, document.data, problems)
     if model is not None and model.reversal is not None:
@@ -90,8 +96,9 @@ def _checked(
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data)),
         ("known", lambda r: r if known is None else replace(r, known=read_known(folder / known.data, r))),
-        ("series", lambda r: replace(r, run=with_readings(with_logs(interpolated(r.run, logs))))),
-        ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("series", partial(_with_logs, logs=logs)),
+        ("data", partial(_complete, gaps=gaps)),
+        ("history", partial(_with_past, memory=model.memory, told=gaps)),
         ("nuisance", _with_labels),
         ("nuisance", partial(settled, machine=machine)),
         ("down", partial(_with_down, machine=machine, down=model.down)),
@@ -104,6 +111,23 @@ def _checked(
             return None
         recording = following
     return replace(recording, missing=missing_columns(recording.run, machine)), machine
+
+
+def _with_logs(recording: Recording, logs: dict[str, Series]) -> Recording:
+    """The recording with its logs; rows beyond the end of one are set aside."""
+    logs, gaps = reaching(recording.run, logs)
+    whole = replace(recording, run=with_readings(with_logs(interpolated(recording.run, logs))))
+    return set_aside(whole, gaps)
+
+
+def _complete(recording: Recording, gaps: bool) -> Recording:
+    """Unchanged. Raises UsageError where rows or columns were set aside and nobody would be told."""
+    if recording.notes and not gaps:
+        raise UsageError(
+            f"{'; '.join(recording.notes)}: complete the readings of the sensor, or remove the rows or the column (vcmm diagnose "
+            "and vcmm compare take the recording as it is)"
+        )
+    return recording
 
 
 def recording_file(path: str | Path) -> Path:
@@ -206,6 +230,32 @@ def _with_labels(recording: Recording) -> Recording:
                 f'{word} = "" for one placement in all rows'
             )
     return recording
+
+
+def _with_past(recording: Recording, memory: str, told: bool) -> Recording:
+    """The recording with the history of its axes. A table that was sorted otherwise than by its clock, or not at all, is followed in the
+    order of time where that can be told (`told`); else `_with_history` says what to do.
+    """
+    run = recording.run
+    two = int((recording.other >= 0).sum())
+    if not told or memory == "none" or two or not _is_shuffled(run):
+        return replace(recording, run=_with_history(recording, memory))
+    rows = np.argsort(run.column("time_s"), kind="stable")
+    back = np.argsort(rows)
+    moved = replace(recording, run=run.take(rows), row=back[recording.row])
+    past = _with_history(moved, memory).take(back)
+    note = "the rows do not stand in the order of their clock: senses, travels and distances since a reversal are those of the order of time"
+    return replace(recording, run=past, notes=(*recording.notes, note))
+
+
+def _is_shuffled(run: Run) -> bool:
+    """Does a clock that gives every row a time of its own go back in more than a quarter of the rows? In a random order it does so in
+    half of them; a clock that began anew goes back once per run.
+    """
+    if "time_s" not in run.columns or run.n < 2:
+        return False
+    time = run.column("time_s")
+    return len(np.unique(time)) == run.n and float(np.mean(np.diff(time) < 0)) > QUARTER
 
 
 def _with_history(recording: Recording, memory: str) -> Run:

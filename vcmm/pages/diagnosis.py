@@ -14,6 +14,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.accepted import written
 from vcmm.diagnosis.comparison import left_by
 from vcmm.diagnosis.constants import LEAST_TOLD
+from vcmm.diagnosis.log_mistakes import LOG
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.several import Several
@@ -39,6 +40,7 @@ VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
     "explained": "The departure is explained by physics that the machine file lacks.",
     "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
+    "named, not modelled": "What is missing has a name, but no machine file that these rows support holds it: nothing of it is written.",
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
 CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word
@@ -52,7 +54,12 @@ def sentences(d: Diagnosis) -> list[str]:
         NOT_SHOWN if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
         *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
     ]
-    if d.mistake is not None:
+    if d.mistake is not None and d.mistake.effect == LOG:
+        out.append(
+            f"The log looks mistaken: {d.mistake.component}, {d.mistake.what.replace('_', ' ')}. Correct the recording and diagnose it"
+            " again; nothing of it is the machine's."
+        )
+    elif d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
     out += [_said(d, a) for a in d.found] + _of_unknown(d)
     out += [_said(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]

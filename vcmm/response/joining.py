@@ -56,6 +56,7 @@ def joined(recordings: Sequence[Recording], machine: Machine) -> Joined:
         recordings[0].kind,
         run,
         value=np.concatenate([r.value for r in recordings]),
+        notes=tuple(f"{r.name}: {note}" for r in recordings for note in r.notes),
         measuring=recordings[0].measuring,
         row=np.concatenate([r.row + k for r, k in zip(recordings, first)]),
         direction=np.concatenate([r.direction for r in recordings]),

@@ -91,9 +91,15 @@ class Observer:
         return replace(self.machine, effects=kept)
 
     def baseline(self) -> Array:
-        """Observations (m,) predicted from the machine's own effects."""
-        motion, reading = self.usable.tip_motion(self.run), self.readings(self.usable)
-        return observe(self.recording, motion[:, :, None], reading[:, :, None])[:, 0]
+        """Observations (m,) predicted from the machine's own effects, by the engine that their size asks for."""
+        return self.predicted[0]
+
+    @cached_property
+    def predicted(self) -> tuple[Array, bool]:
+        """`baseline`, and whether the transforms were multiplied: rotations above 1 mrad, translations above 1 mm."""
+        motion, exact = self.usable.chosen_motion(self.run)
+        reading = self.readings(self.usable)
+        return observe(self.recording, motion[:, :, None], reading[:, :, None])[:, 0], exact
 
     def readings(self, machine: Machine) -> Array:
         """(n, 3) mm of the rows; those that a cut part shows the other way with their sign turned."""
@@ -115,6 +121,15 @@ class Observer:
                 if used.any():
                     out.append((one.id, columns[:, used]))
         return out
+
+    def of_input(self, one: Input) -> tuple[tuple[Effect, ...], Array]:
+        """The effects through which an Input shows, and its columns (m, r) per draw of unit variance, drawn once for all rows."""
+        effects = self._acted_on(one)
+        if not effects:
+            return (), np.zeros((self.recording.m, 0))
+        ends = responses(self.ends, one, effects)
+        factor = _unit_factor(one, ends[0].shape[1])
+        return effects, _less_second([end @ factor for end in ends])
 
     def _acted_on(self, one: Input) -> tuple[Effect, ...]:
         """The effects through which an Input shows; none where the recording lacks its columns."""
@@ -152,11 +167,14 @@ def _less_second(ends: Sequence[Array]) -> Array:
 
 
 def _counted(recording: Recording, run: Run) -> Run:
-    """Of displacements: the tip from the first row of its set-up, where the counter was zeroed."""
+    """Of displacements: the tip from the first row of its set-up, where the counter was zeroed: first by the clock, where one
+    is recorded.
+    """
     if recording.kind != "displacement" or "counted_x_mm" in run.columns:
         return run
     _, codes = run.copies("setup")
-    _, first = np.unique(codes, return_index=True)
+    by_time = np.argsort(run.columns.get("time_s", np.zeros(run.n)), kind="stable")
+    first = by_time[np.unique(codes[by_time], return_index=True)[1]]
     way = run.tip - run.tip[first[codes]]
     return run.with_columns({f"counted_{c}_mm": way[:, i] for i, c in enumerate("xyz")})
 

@@ -55,6 +55,7 @@ class Recording:
     known: (Input id, columns (m, r)): what is known to be uncertain here, mm or rad per draw of unit variance; it takes the place of the
     machine's Input of that id, and of the errors of setting that no machine file states.
     chosen_from: of how many observations these were chosen evenly (see vcmm.diagnosis.thinning); 0: they are all.
+    notes: what was set aside when the file was read, in words: rows or columns with gaps of a sensor.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -74,6 +75,7 @@ class Recording:
     index: Mapping[str, float] = field(default_factory=dict)
     known: tuple[tuple[str, Array], ...] = ()
     chosen_from: int = 0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:

@@ -46,6 +46,8 @@ def with_interval(e: Estimate) -> str:
 
 
 def micro_text(d: Diagnosis, value: float) -> str:
+    if not np.isfinite(value):
+        return "–"
     return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
 
 
@@ -57,6 +59,14 @@ def _joined(words: Sequence[str]) -> str:
     return ", ".join(words) or "–"
 
 
+def rivals_text(a: Answer) -> str:
+    """Its rivals, and the family where it is certain and its shape is open: 'lost_motion (play 1.000)'."""
+    open_shape = a.kin is not None and len(a.kin.members) > 1
+    return _joined(a.cannot_be_told_from) + (
+        f" ({a.family} {a.family_probability:.3f})" if open_shape else ""
+    )
+
+
 ANSWERS: tuple[Column[Answer], ...] = (
     Column("missing", lambda a: a.effect, page_head="effect"),
     Column("where", lambda a: _joined([str(v) for v in a.where.values()])),
@@ -64,7 +74,7 @@ ANSWERS: tuple[Column[Answer], ...] = (
     Column("probability", probability_text, NUMBER_TEXT),
     Column("share", lambda a: a.share, percent(0)),
     Column("of the rows", lambda a: a.share_of_rows, percent(0)),
-    Column("cannot be told from", lambda a: _joined(a.cannot_be_told_from)),
+    Column("cannot be told from", rivals_text),
 )
 
 
