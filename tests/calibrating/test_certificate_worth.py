@@ -105,7 +105,7 @@ def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) ->
 
 def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """E0 and A together: positions of every axis stay within A, and the worst length still meets E0."""
-    from vcmm.certified.machines import along_axis, per_mode, error_tables
+    from vcmm.certified.machines import along_axis, error_tables, per_mode
     from vcmm.certified.positioning import axis_run
     from vcmm.core.machine import Machine
 

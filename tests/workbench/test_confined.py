@@ -38,7 +38,11 @@ travel = ["0 mm", "500 mm"]
 [axes.Z]
 travel = ["-400 mm", "0 mm"]
 """
-ROWS = "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,u_um\n" + "\n".join(f"{i},0,0,1,0,0,0.{i % 7},0.3" for i in range(40)) + "\n"
+ROWS = (
+    "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,u_um\n"
+    + "\n".join(f"{i},0,0,1,0,0,0.{i % 7},0.3" for i in range(40))
+    + "\n"
+)
 TABLES = {
     "machine": 'machine = {0}\ndata = "a.csv"\n',
     "data": 'machine = "m.toml"\ndata = {0}\n',

@@ -111,7 +111,7 @@ def _diagnose_file(recording: Path, wanted: Any) -> int:
     attempt = Attempt.none()
     improved: dict[str, str] = {}
     if folder:
-        improved = attempt(WRITTEN, lambda: _improved(folder, recording, machine, known, diagnosis), {})
+        improved = attempt(WRITTEN, lambda: improved_files(folder, recording, machine, known, diagnosis), {})
         diagnosis, improved = read_back(folder, improved, [recording], diagnosis, attempt)
     page = ""
     if folder or wanted.report:
@@ -179,12 +179,12 @@ def _own_class(word: str) -> Any:
     return found
 
 
-def _improved(
+def improved_files(
     folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     from vcmm.diagnosis.accepted import anew, written
-    from vcmm.diagnosis.machine_file import improved_machine, repaired_table, with_table
+    from vcmm.diagnosis.machine_file import improved_machine, repaired_in_place, repaired_table, with_table
     from vcmm.diagnosis.renewed_file import naming_renewed, renewed_files
     from vcmm.files.toml import read_toml
 
@@ -195,13 +195,14 @@ def _improved(
     mistake = diagnosis.mistake
     tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
     new = anew(diagnosis.answer)
-    if not tables and new is None and not written(diagnosis.answer):
+    edits = repaired_in_place(known, mistake, recording.name) if mistake is not None and not tables else ""
+    if not tables and not edits and new is None and not written(diagnosis.answer):
         return {}
     text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
     if new is not None:
         files = renewed_files(original, known, new, recording.name)
         return {"machine.toml": naming_renewed(text, recording.name), **files}
-    return {"machine.toml": with_table(text) if tables else text, **tables}
+    return {"machine.toml": with_table(text) if tables else text + edits, **tables}
 
 
 def _write(

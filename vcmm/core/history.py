@@ -10,6 +10,7 @@ memory is turned into columns once, here:
     accel_X_mm_s2          signed
     time_since_accel_s     since the linear axes last accelerated (the start counts as such)
     play_X_5um_mm          how far the axis leads a follower with 5 um of play, within -5 um and 5 um
+    play_X                 how much of the play of the machine is taken up (`taken_up`), of paths of machines that have play
 
 Rotary axes have the same columns in rad: since_reversal_C_rad, speed_C_rad_s, accel_C_rad_s2.
 
@@ -20,6 +21,7 @@ in the order in which they were made, and claims only what follows from them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -33,20 +35,55 @@ RESTING = 0.05  # share of the largest acceleration of a path below which it is 
 STILL = 1e-7  # mm or rad: an axis that moves back by less has not reversed (rounding of positions)
 
 
-def sense_and_since(q: Array, still: float = STILL) -> tuple[Array, Array]:
+@dataclass(frozen=True, eq=False)
+class Width:
+    """half (n,): half of the play along a path; band (n,): way back below which an axis has not turned; mm or rad."""
+
+    half: Array
+    band: Array
+
+
+def play_name(axis: str) -> str:
+    """Name of the column that says how much of the play of an axis is taken up."""
+    return f"play_{axis}"
+
+
+def taken_up(q: Array, half: Array) -> Array:
+    """play_X (n,) along positions q (n,) with half the play h (n,), mm or rad: (q - follower) / h, 1 or -1 where it is taken up.
+
+        follower_i = min(max(follower_i-1, q_i - h), q_i + h)
+
+    The slide hangs behind its command by q - follower: an axis that turns back by less than its play moves no slide, so small
+    corrections of a path turn nothing round. The slide starts in the middle. Source: as `play`.
+    """
+    out = np.zeros(len(q))
+    follower = float(q[0]) if len(q) else 0.0
+    for i, (x, h) in enumerate(zip(q.tolist(), half.tolist())):
+        follower = min(max(follower, x - h), x + h)
+        out[i] = (x - follower) / h if h > 0.0 else out[max(i - 1, 0)]
+    return out
+
+
+def taken_up_between(before: Array, q_before: Array, q: Array, half: Array) -> Array:
+    """play_X (k,) at positions q (k,) on the straight way from rows at q_before (k,), where it was `before` (k,)."""
+    wide = np.where(half > 0.0, half, 1.0)
+    return np.where(half > 0.0, np.clip(before + (q - q_before) / wide, -1.0, 1.0), before)
+
+
+def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Array]:
     """Sense (n,) and distance since the last reversal (n,) along positions q (n,), mm or rad.
 
-    A reversal is noticed once the axis has come back from its furthest point by more than `still`, and counts from
-    that furthest point. The first reversal is the start; before the axis first moves its sense is 0.
+    A reversal is noticed once the axis has come back from its furthest point by more than `still` (one, or n of them), and counts
+    from that furthest point. The first reversal is the start; before the axis first moves its sense is 0.
     """
     sense, since = np.zeros(len(q)), np.zeros(len(q))
     direction, turned = 0, float(q[0]) if len(q) else 0.0
     furthest = turned
-    for i, x in enumerate(q.tolist()):
+    for i, (x, least) in enumerate(zip(q.tolist(), np.broadcast_to(still, len(q)).tolist())):
         ahead = (x - furthest) * direction if direction else abs(x - furthest)
         if ahead > 0 and direction:
             furthest = x
-        elif (direction and ahead < -still) or (not direction and ahead > still):
+        elif (direction and ahead < -least) or (not direction and ahead > STILL):
             direction, turned, furthest = (1 if x > furthest else -1), furthest, x
         sense[i], since[i] = direction, abs(furthest - turned)
     return sense, since
@@ -114,16 +151,21 @@ def path_history(
     rows: Ints | None = None,
     radii: Sequence[float] = (),
     arriving: bool = False,
+    widths: Mapping[str, Width] | None = None,
 ) -> dict[str, Array]:
     """Columns of the rows `rows` (all by default) of a dense path: position of each axis (n,) mm or rad, time (n,) s.
 
     radii: plays in mm or rad for which the play state is kept. Speed and acceleration need `time`; see
-    `speed_and_acceleration` for `arriving`.
+    `speed_and_acceleration` for `arriving`. widths: the play of the axes that have it (vcmm.core.taken_up.widths).
     """
     out: dict[str, Array] = {}
     for axis, q in position.items():
         unit = axis_unit(axis)
-        out[f"sense_{axis}"], out[f"since_reversal_{axis}_{unit}"] = sense_and_since(q)
+        width = (widths or {}).get(axis)
+        band = STILL if width is None else width.band
+        out[f"sense_{axis}"], out[f"since_reversal_{axis}_{unit}"] = sense_and_since(q, band)
+        if width is not None and width.half.any():
+            out[play_name(axis)] = taken_up(q, width.half)
         out[f"travel_{axis}_{unit}"] = travel(q)
         if time is not None:
             speed, acceleration = speed_and_acceleration(q, time, arriving)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from vcmm.core.declaration import PLAY, UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import Array, Run
+from vcmm.core.taken_up import share_taken_up
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,4 +49,4 @@ class Backlash(Effect):
         return self.axis
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, **{self.axis: -0.5 * self.gap * run.column(f"sense_{self.axis}")})
+        return motion(run, **{self.axis: -0.5 * self.gap * share_taken_up(run, self.axis)})

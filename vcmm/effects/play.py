@@ -11,6 +11,7 @@ from vcmm.core.declaration import PLAY, UM, Prior, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.core.taken_up import share_taken_up
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
 
@@ -58,7 +59,7 @@ class BacklashRamp(Effect):
         return since is not None and len(np.unique(since[since < LONGEST])) > 2
 
     def error_motion(self, run: Run) -> Array:
-        sense, since = (run.column(c) for c in self.required())
+        sense, since = share_taken_up(run, self.axis), run.column(self.required()[1])
         gap = self.gap - self.ramp * np.minimum(since / self.distance, 1.0)
         return motion(run, **{self.axis: -0.5 * gap * sense})
 
@@ -98,4 +99,4 @@ class LoadedPlay(Effect):
 
     def error_motion(self, run: Run) -> Array:
         gap = self.g0 + self.g_load * run.column("load_kg")
-        return motion(run, **{self.axis: -0.5 * gap * run.column(f"sense_{self.axis}")})
+        return motion(run, **{self.axis: -0.5 * gap * share_taken_up(run, self.axis)})

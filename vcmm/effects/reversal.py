@@ -14,6 +14,7 @@ from vcmm.core.declaration import PLAY, UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.core.taken_up import share_taken_up
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,7 @@ class LostMotion(_Reversal):
 
     def error_motion(self, run: Run) -> Array:
         gap = self.g0 + self.g1 * run.q(self.axis)
-        return motion(run, **{self.axis: -0.5 * gap * run.column(f"sense_{self.axis}")})
+        return motion(run, **{self.axis: -0.5 * gap * share_taken_up(run, self.axis)})
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from vcmm.core.declaration import PLAY, UM, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+from vcmm.core.taken_up import share_taken_up
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,7 @@ class LostMotionCurve(Effect):
 
     def error_motion(self, run: Run) -> Array:
         gap = self.gap(run.q(self.axis))
-        return motion(run, **{self.axis: -0.5 * gap * run.column(f"sense_{self.axis}")})
+        return motion(run, **{self.axis: -0.5 * gap * share_taken_up(run, self.axis)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,4 +119,4 @@ class LostMotionTable(Effect):
 
     def error_motion(self, run: Run) -> Array:
         gap = np.interp(run.q(self.axis), self.nodes, self.values)
-        return motion(run, **{self.axis: -0.5 * gap * run.column(f"sense_{self.axis}")})
+        return motion(run, **{self.axis: -0.5 * gap * share_taken_up(run, self.axis)})

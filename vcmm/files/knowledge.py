@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vcmm.core.effect import FREE_LINKS, Effect, place_fields
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import EVERY, Input
 from vcmm.core.kinematics import Chain
 from vcmm.core.knowledge import doubled
 from vcmm.files.correlated_inputs import build_correlated
@@ -14,6 +14,8 @@ from vcmm.files.effects import build_effect
 from vcmm.files.inputs import build_input
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Location
+
+DIAGNOSED = "diagnosed from"  # how the evidence begins of what a diagnosis wrote
 
 
 def tables_in(data: Any, key: str) -> list[dict[str, Any]]:
@@ -78,3 +80,11 @@ def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Loca
     twice = doubled(one, known)
     if twice:
         problems.add(at, twice)
+
+
+def found_since(inputs: Sequence[Input], known: Sequence[Input]) -> dict[str, str]:
+    """Id -> evidence of the Inputs whose quantity a diagnosis has found since, at that place or at all: it took what was stated as known
+    before, so its u holds alone."""
+    found = {(i.effect, i.where, i.parameter): i.evidence for i in known if i.evidence.startswith(DIAGNOSED)}
+    asked = {i.id: [(i.effect, where, i.parameter) for where in (i.where, "", EVERY)] for i in inputs}
+    return {name: found[key] for name, keys in asked.items() for key in keys[::-1] if key in found}

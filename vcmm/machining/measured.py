@@ -9,7 +9,7 @@ its prediction and of the measured points: E_n = difference / (2 u_difference), 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,6 +78,20 @@ class MeasuredCut:
     known: tuple[tuple[str, Array], ...]
     notes: tuple[str, ...] = ()
     wave: Wave | None = None
+    off: Array = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) mm, of the measured points along the normals of the drawing
+
+
+def left_of(cut: MeasuredCut) -> Array:
+    """What the prediction leaves of the measured points (n,) mm along the normals of the drawing; where the part was aligned, less the best
+    rigid motion, which is the alignment's."""
+    rest = cut.observed.rest
+    if cut.in_machine:
+        return rest
+    n, arm = cut.observed.normals, cut.observed.place - cut.observed.place.mean(axis=0)
+    rigid = np.hstack([n, np.cross(arm, n)])
+    return np.asarray(rest - rigid @ np.linalg.lstsq(rigid, rest, rcond=None)[0])
 
 
 def measured_cut(
@@ -127,6 +141,7 @@ def measured_cut(
             for name, columns in (*known.common, *_unknown(found.wave, observed))
         ),
         wave=found.wave,
+        off=deviation,
         notes=(*notes, *more),
     )
 

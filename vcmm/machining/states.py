@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vcmm.core.history import axis_unit, play_name, taken_up_between
 from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.cutting.contactmap import Ints
 from vcmm.motion.knots import times_at
@@ -62,11 +63,25 @@ def moment(path: Toolpath, move: Ints, time: Array) -> tuple[dict[str, Array], d
         name: values[following] if name.startswith(HELD) else np.interp(time, path.time, values)
         for name, values in path.columns.items()
     }
+    columns |= _memory(path, following, time)
     labels = {name: values[following] for name, values in path.labels.items()}
     moves = [path.timing.moves[i] for i in move.tolist()]  # a row that ends one may name the next
     labels["tool"] = np.array([str(m.tool) for m in moves])
     labels[OFFSET_LABEL] = np.array([m.offset for m in moves])
     return columns, labels
+
+
+def _memory(path: Toolpath, following: Ints, time: Array) -> dict[str, Array]:
+    """Distance since a reversal and state of play (k,) between two rows, where every axis goes one way (vcmm.motion.knots)."""
+    out, before = {}, np.maximum(following - 1, 0)
+    for letter, q in path.axes.items():
+        here, name = np.interp(time, path.time, q), f"since_reversal_{letter}_{axis_unit(letter)}"
+        out[name] = np.maximum(path.columns[name][following] - np.abs(q[following] - here), 0.0)
+        state = path.columns.get(play_name(letter))
+        if state is not None:
+            half = path.plays[letter].half
+            out[play_name(letter)] = taken_up_between(state[before], q[before], here, half[following])
+    return out
 
 
 def later_in_batch(states: Run, path: Toolpath, number: int, worn: Mapping[str, float] | None = None) -> Run:

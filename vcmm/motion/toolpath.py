@@ -11,15 +11,16 @@ path changes its law or an axis turns back. What a row holds does not depend on 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
 
 from vcmm.core.errors import UsageError
-from vcmm.core.history import RESTING, axis_unit, path_history
+from vcmm.core.history import RESTING, Width, axis_unit, path_history
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.core.taken_up import widths
 from vcmm.motion.curves import Ints
 from vcmm.motion.knots import knots_of, rest_points
 from vcmm.motion.servo import contour_deviation
@@ -36,7 +37,7 @@ class Toolpath:
     """n rows in order of time. axes: positions by letter (n,), mm or rad; tip (n, 3) mm, tool length taken off.
 
     move: index into `timing.moves`.   deviation (n, 3) mm: followed path less commanded path at the same path point,
-    tool-relative, from the nominal gains.   columns: as in `Run`.
+    tool-relative, from the nominal gains.   columns: as in `Run`.   plays: of the axes that have play.
     """
 
     timing: Timing
@@ -48,6 +49,7 @@ class Toolpath:
     deviation: Array
     columns: Mapping[str, Array]
     labels: Mapping[str, np.typing.NDArray[np.str_]]
+    plays: Mapping[str, Width] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -168,7 +170,8 @@ def _assembled(timing: Timing, machine: Machine, plays: Sequence[float], knots: 
     axes = {letter: state.position[:, AXES.index(letter)] for letter in machine.axes}
     moves = timing.moves
     offset = np.array([m.tool_offset for m in moves], dtype=float).reshape(-1, 3)[move]
-    columns = path_history(axes, radii=plays) | _motion_columns(axes, state)
+    wide = widths(machine.effects, axes)
+    columns = path_history(axes, radii=plays, widths=wide) | _motion_columns(axes, state)
     columns["time_s"] = time
     columns["time_since_accel_s"] = _since_acceleration(
         time, np.linalg.norm(state.acceleration[:, :3], axis=1)
@@ -178,6 +181,7 @@ def _assembled(timing: Timing, machine: Machine, plays: Sequence[float], knots: 
     return Toolpath(
         timing=timing, time=time, axes=axes, tip=state.position[:, :3] - offset, tool_offset=offset, move=move,
         deviation=knots.deviation, columns=columns, labels=_labels(moves, move, knots.begins, time),
+        plays=wide,
     )  # fmt: skip
 
 

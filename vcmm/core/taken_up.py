@@ -1,0 +1,62 @@
+"""How wide the play of the axes of a machine is: its effects say it themselves, by what they jump where an axis turns.
+
+    play     e(d = -1, far) - e(d = +1, at the reversal)                    half of it is h of history.taken_up
+    band     the largest of play, of the loop far from reversals, and of what is made up on the way
+
+An axis that comes back by less than its band has not turned: a slide that sticks up to a height has not slipped below it. Effects of one
+axis share one slide, so their plays add up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from vcmm.core.effect import Effect
+from vcmm.core.history import STILL, Width, axis_unit, play_name
+from vcmm.core.run import Array, Run
+
+FAR = 1e6  # mm or rad since a reversal: nothing of it is left
+AFTER = tuple(10.0 ** (k / 4) for k in range(-12, 9))  # mm or rad, 0.001 to 100: where a pulse is looked for
+KNOWN = ("sense_", "since_reversal_", "load_kg")  # columns of effects that are play
+
+
+def share_taken_up(run: Run, axis: str) -> Array:
+    """(n,) between -1 and 1: play_X of a dense path; where there was none, the direction sense_X of the last motion."""
+    found = run.columns.get(play_name(axis))
+    return run.column(f"sense_{axis}") if found is None else found
+
+
+def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str, Width]:
+    """Of the axes of a path, position (n,) of each in mm or rad, that have play by these effects."""
+    out, known = {}, tuple(effects)
+    for axis in position:
+        own = [e for e in known if _is_play(e, axis)]
+        if own:
+            out[axis] = _width(own, axis, position)
+    return out
+
+
+def _is_play(effect: Effect, axis: str) -> bool:
+    asked = effect.required()
+    return not effect.random and f"sense_{axis}" in asked and all(c.startswith(KNOWN) for c in asked)
+
+
+def _width(effects: Sequence[Effect], axis: str, position: Mapping[str, Array]) -> Width:
+    n = len(position[axis])
+
+    def along(sense: float, since: float) -> Array:
+        columns = {
+            "load_kg": np.zeros(n),
+            f"sense_{axis}": np.full(n, sense),
+            f"since_reversal_{axis}_{axis_unit(axis)}": np.full(n, since),
+        }
+        run = Run(dict(position), np.zeros((n, 3)), columns)
+        return np.sum([e.error_motion(run)[:, "XYZABC".index(axis)] for e in effects], axis=0)
+
+    settled = along(1.0, FAR)
+    jump = along(-1.0, FAR) - along(1.0, 0.0)
+    late = np.max([np.abs(along(1.0, s) - settled) for s in AFTER], axis=0)  # what is made up on the way
+    band = np.max([np.full(n, STILL), jump, along(-1.0, FAR) - settled, late], axis=0)
+    return Width(np.maximum(jump, 0.0) / 2.0, band)
