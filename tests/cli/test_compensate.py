@@ -160,7 +160,7 @@ def check_again(found, setup) -> None:
 
 
 def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
-    """Known errors of its characteristics after rewriting: those of geometry go, those of reversal stay."""
+    """Known errors of its characteristics after rewriting: those of geometry go, those of reversal stay, so the cut is not within 1 um."""
     import vcmm as package
     from vcmm.library import path
     from vcmm.machining import patches
@@ -171,7 +171,7 @@ def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
     scenario = replace(
         scenario, settings=replace(scenario.settings, certify=20)
     )  # trials of the exact engine
-    assert vcmm(["compensate", str(path("test_piece")), "--out", str(tmp_path / "new.nc")]) == 0
+    assert vcmm(["compensate", str(path("test_piece")), "--out", str(tmp_path / "new.nc")]) == 1
     before = package.cut(scenario, trials=1000)
     after = package.cut(replace(scenario, program=tmp_path / "new.nc"), trials=1000)
     size = {

@@ -19,7 +19,9 @@ def compensate_command(
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
-    Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. Exit code 1: the tolerance is not met everywhere.
+    Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. The new program of a
+    scenario is cut and inspected before it is written. Exit code 1: the tolerance is not met everywhere; a part that comes out worse
+    than before is refused.
 
     Parameters
     ----------
@@ -155,6 +157,9 @@ def _rewritten(
     given: _GivenProgram, out: Path | None, options: dict[str, Any], shown: tuple[bool, bool], json: bool
 ) -> int:
     """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline. shown: differences, page."""
+    from math import sqrt
+
+    from vcmm.cli.proof import proved_by_cut
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
     from vcmm.console.documents import document, print_json
@@ -170,18 +175,21 @@ def _rewritten(
             program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
             constants=given.constants, progress=report, follow=shown[1], **options,
         )  # fmt: skip
+        report("cutting the new program, and inspecting it", 0.9)
+        digits = min(result.rounding.largest, sqrt(3.0) * result.rounding.step)
+        proof = proved_by_cut(given.scenario, result.data, program.suffix, options["tolerance"] + digits)
     write_source(target, result.data)
     say(f"wrote {target}")
     if shown[1]:
         _write_page(target.with_suffix(".html"), result, program)
     if json:
-        body = compensation_json(result, target)
+        body = compensation_json(result, target, proof)
         print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
     else:
-        _show(result)
+        _show(result, proof)
         if shown[0]:
             _show_diff(program, target, result)
-    return 0 if result.met else 1
+    return 0 if (result.met if proof.after is None else proof.met) else 1
 
 
 def _write_page(target: Path, result: Any, program: Path) -> None:
@@ -220,15 +228,17 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
     return 0
 
 
-def compensation_json(result: Any, target: Path) -> dict[str, Any]:
-    """The body of the JSON document; lengths in um, as people say them."""
-
+def compensation_json(result: Any, target: Path, proof: Any) -> dict[str, Any]:
+    """The body of the JSON document; lengths in um, as people say them. met: of the cut, where one was made, else of the path."""
     from vcmm.tables.compensated import departure_json, pointing_json, shifts_json
+    from vcmm.tables.proofs import proof_json
 
     r, b = result.rounding, result.blocks
     return {
         "program": result.name, "dialect": result.dialect, "machine": result.machine, "file": str(target),
-        "tolerance_um": result.tolerance * 1e3, "tolerance_used_um": result.used * 1e3, "met": result.met,
+        "tolerance_um": result.tolerance * 1e3, "tolerance_used_um": result.used * 1e3,
+        "met": result.met if proof.after is None else proof.met, **proof_json(proof),
+        "path_met": result.met,
         "deviation": {
             "before": departure_json(result.before), "offset_only": departure_json(result.offset_only), "after": departure_json(result.after),
             "before_with_dynamic": departure_json(result.whole[0]) if result.whole else None,
@@ -247,21 +257,26 @@ def compensation_json(result: Any, target: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _show(result: Any) -> None:
+def _show(result: Any, proof: Any) -> None:
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.compensated import before_and_after, departures, pointings, shifts
+    from vcmm.tables.proofs import proof_text
 
+    if proof.after is not None:
+        print(proof_text(proof))
     show_table(departures(result, before_and_after(result)))
     if result.orientation is not None:
         show_table(pointings(result.orientation))
     show_table(shifts(result))
     r, b = result.rounding, result.blocks
     print(
-        f"tolerance {result.used * 1e3:g} um: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+        f"path, tolerance {result.used * 1e3:g} um: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
         f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
         f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
         f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
     )
+    if proof.after is None:
+        print(proof_text(proof))
     for warning in result.warnings:
         say(f"note: {warning}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -24,6 +25,8 @@ def cut_command(
     measured: Path | None = None,
     frame: Literal["part", "machine"] = "part",
     u_point: str = "",
+    inspect: Path | None = None,
+    tolerance: str = "",
 ) -> int:
     """Machine a part virtually: program, machine, tools and set-up to the deviations of its features.
 
@@ -55,15 +58,33 @@ def cut_command(
         Of the measured points: the drawing frame (after alignment) or the machine frame.
     u_point
         Standard uncertainty of a measured point, for example "0.5 um"; default: found from the points.
+    inspect
+        Another program for the same part, as compensate writes it: it is cut instead, inspected, and compared with the scenario's own.
+    tolerance
+        Of --inspect: largest departure of a point that is allowed (default 1 um). Exit code 1 where it is not met.
     """
     from vcmm.cli.options import sharing_of
 
     sharing = sharing_of(workers, cluster, shard)
     options = {"trials": trials, "seed": seed, "engine": engine}
     back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
+    other = _other(inspect, tolerance, back is not None or sharing.share is not None)
     if sharing.share is None:
-        return run_cut(scenario, options, sharing, json, out, back)
+        return run_cut(scenario, options, sharing, json, out, back, other)
     return _shard(scenario, options, sharing, json, out, back is not None)
+
+
+def _other(inspect: Path | None, tolerance: str, taken: bool) -> tuple[Path, str] | None:
+    """(program, tolerance) of --inspect. UsageError for options that do not go together."""
+    from vcmm.core.errors import UsageError
+
+    if inspect is None:
+        if tolerance:
+            raise UsageError("--tolerance is of the proof; add --inspect PROGRAM")
+        return None
+    if taken:
+        raise UsageError("--inspect cuts another program: give it without --measured and --shard")
+    return inspect, tolerance or "1 um"
 
 
 def _shard(
@@ -83,40 +104,50 @@ def _shard(
     return put_shard(shared, scenario.stem, json, out)
 
 
-def _cut(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
-    """(scenario, result); complaints get file and line."""
+def _cut(scenario: Path, options: dict[str, Any], sharing: Any, other: tuple[Path, str] | None = None) -> Any:
+    """(scenario, result); complaints get file and line. other: program that is cut instead."""
     from vcmm.console.complaints import about
     from vcmm.console.terminal import progress
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.job import cut
 
     loaded = load_cut(scenario)
+    loaded = loaded if other is None else replace(loaded, program=other[0])
     with progress() as report, about(scenario, "cut"):
         return loaded, cut(loaded, **options, progress=report, sharing=sharing)
 
 
 def run_cut(
-    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path | None, bool, str] | None = None
+    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path | None, bool, str] | None = None,
+    other: tuple[Path, str] | None = None,
 ) -> int:  # fmt: skip
     """The whole job: document, files, tables. options: trials, seed, engine. returned: measured points, whether they stand in
-    the machine frame, their standard uncertainty as text.
+    the machine frame, their standard uncertainty as text. other: program to inspect, and its tolerance.
     """
     from vcmm.cli.cut_measured import came_back
+    from vcmm.cli.proof import inspected_program
     from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
+    from vcmm.files.cut_scenario import load_cut
+    from vcmm.tables.proofs import proof_json, proof_text
 
     given = None if returned is None else measured_points(returned[0], returned[2])
     folder = output_folder(out) if out else None
-    loaded, result = _cut(scenario, options, sharing)
+    proof = None if other is None else inspected_program(load_cut(scenario), *other)
+    loaded, result = _cut(scenario, options, sharing, other)
     back, measured = None, returned[0] if returned else None
     if given is not None and returned is not None and measured is not None:
         back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or measured.parent)
-    content = _content(scenario, loaded, result, measured, back)
+    content = _content(scenario, loaded, result, measured, back) | (
+        {} if proof is None else proof_json(proof)
+    )
     if folder:
         _write(folder, loaded, result, content)
+    if proof is not None and not json:
+        print(proof_text(proof))
     print_json(content) if json else _show_both(result, back)
     decided = [c.decision.text for c in result.characteristics if c.decision]
-    return 1 if "does not conform" in decided else 0
+    return 1 if "does not conform" in decided or (proof is not None and not proof.met) else 0
 
 
 def _show_both(result: Any, back: Any) -> None:

@@ -4,7 +4,7 @@
                       over_k - gain_k . e >= 0   of every other cut that comes as near: it must not go deeper, and need not go as deep
 
 Moves that follow one another share the knot between them. The inequalities are kept by squares of what violates them, so the problem is
-convex; the set of those that count is found by turns (semismooth Newton: Hintermueller, Ito & Kunisch, SIAM J. Optim. 13 (2002) 865).
+convex; the set of those that count is found by turns (active set: Nocedal & Wright, Numerical Optimization, 2nd ed. (2006), ch. 16.5).
 """
 
 from __future__ import annotations
@@ -51,14 +51,17 @@ class Cuts:
 def shifts_of(moves: Sequence[Move], cuts: Cuts) -> tuple[Ints, Array, Array]:
     """(first knot of each move (n + 1,), e at the knots (k, 3) mm, what is left of every point (points,) mm)."""
     first, same = _knots(moves)
-    counts = cuts.makes.copy()
+    counts, released = cuts.makes.copy(), np.zeros(len(cuts.over), dtype=bool)
     for _ in range(TURNS):
         stiff = _stiffness(moves, cuts.move[counts])
         value, shown = _solved(first, same, stiff, cuts, counts)
-        now = cuts.makes | (cuts.over - shown < -UNSEEN)
-        if (now == counts).all():
+        over = cuts.over - shown
+        deeper = ~counts & (over < -UNSEEN)
+        free = counts & ~cuts.makes & ~released & (over > UNSEEN)  # it would be drawn down, which it need not
+        if not deeper.any() and not free.any():
             break
-        counts = now
+        counts = (counts & ~free) | deeper
+        released |= free  # once: what goes too deep again counts to the end
     left = np.full(len(cuts.feature), np.inf)
     np.minimum.at(left, cuts.point, cuts.over - shown)
     return first, value, left[np.isfinite(left)]
