@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vcmm.machining.result import Patch, batch, expected, extremes, group_of, grouped
+from vcmm.tables.cut import surface_text
 
 
 def line(name: str, u: float = 1.0, share: float = 0.5, redraw: str = "machine") -> SimpleNamespace:
@@ -46,7 +47,24 @@ def test_of_an_extreme_value_the_mean_is_expected():
 
 def test_extremes_of_a_surface():
     """3, -4 um and one uncut: largest 4, rms sqrt(12.5); one place is gouged by the program alone."""
-    patch = Patch(None, np.array([3e-3, -4e-3, np.nan]), np.array([0.0, -0.02, np.nan]))
+    patch = Patch(
+        SimpleNamespace(feature="top"), np.array([3e-3, -4e-3, np.nan]), np.array([0.0, -0.02, np.nan])
+    )
     found = extremes((patch,), 0.01)
     assert (found.max_um, found.points, found.uncut, found.gouges) == (pytest.approx(4.0), 3, 1, 1)
     assert found.rms_um == pytest.approx(np.sqrt(12.5))
+
+
+def test_a_surface_that_was_not_looked_at_is_none_and_not_zero():
+    """A feature of points has no net; a net that no tool reaches has no departure."""
+    nothing = extremes((), 0.01, ("blade",))
+    assert (nothing.max_um, nothing.rms_um, nothing.points, nothing.without) == (None, None, 0, ("blade",))
+    assert "blade: points, lines and meshes have no net" in nothing.reason
+    assert surface_text(nothing).startswith("surface: no figure; blade")
+    net = SimpleNamespace(feature="top")
+    missed = extremes((Patch(net, np.full(3, np.nan), np.full(3, np.nan)),), 0.01, ("top",))
+    assert (missed.max_um, missed.uncut, missed.without) == (None, 3, ())
+    assert missed.reason == "the tools reach none of the 3 points of the nets on the features"
+    cut = extremes((Patch(net, np.array([1e-3]), np.zeros(1)),), 0.01, ("top", "blade"))
+    assert cut.reason == ""
+    assert surface_text(cut).endswith("not in it, since they have no net: blade")

@@ -210,11 +210,9 @@ def show(result: Any) -> None:
         show_table(tables.threads(result))
     if result.grooves:
         show_table(tables.grooves(result))
-    s = result.surface
     minutes, seconds = divmod(result.seconds, 60)
     print(
-        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
-        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
+        f"{tables.surface_text(result.surface)}\n"
         f"{_recut_text(result.recut)}"
         f"cycle time: {minutes:.0f} min {seconds:.1f} s"
     )

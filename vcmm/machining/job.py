@@ -70,7 +70,7 @@ def cut(
     halves = {c.name: batch(c) for c in outcome.characteristics}
     return CutResult(
         uncertainty=outcome,
-        surface=extremes(patches, GOUGE),
+        surface=extremes(patches, GOUGE, scenario.part.features),
         patches=patches,
         seconds=job.seconds,
         shares={c.name: grouped(c) for c in outcome.characteristics},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -45,17 +45,28 @@ class Patch:
 
 @dataclass(frozen=True)
 class SurfaceExtremes:
-    """Over all patches, um: largest and rms departure, number of points, of those left uncut, and of gouges.
+    """Over all patches, um: largest and rms departure (None where no point was cut, with the reason), number of points, of those left uncut,
+    and of gouges. without: features that have no net.
 
     A gouge is a point that the program itself, on a perfect machine, cuts deeper than `deep_um`.
     """
 
-    max_um: float
-    rms_um: float
+    max_um: float | None
+    rms_um: float | None
     points: int
     uncut: int
     gouges: int
     deep_um: float
+    without: tuple[str, ...] = ()
+
+    @property
+    def reason(self) -> str:
+        """Why there is no figure; "" where there is one."""
+        if self.max_um is not None:
+            return ""
+        if self.points:
+            return f"the tools reach none of the {self.points} points of the nets on the features"
+        return f"{', '.join(self.without) or 'the part'}: points, lines and meshes have no net to look at; what was inspected are the points of the plan"
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +101,11 @@ class CutResult:
         none = np.zeros((0, 3))
         places = np.concatenate([none, *(p.net.points for p in self.patches)])
         height = np.concatenate([none[:, 0], *(p.height for p in self.patches)])
-        return charts.heights(places, 1e3 * height, f"cut surface, rms {self.surface.rms_um:.3g} µm", ax)
+        return charts.heights(places, 1e3 * height, f"cut surface{_rms(self.surface)}", ax)
+
+
+def _rms(surface: SurfaceExtremes) -> str:
+    return "" if surface.rms_um is None else f", rms {surface.rms_um:.3g} µm"
 
 
 def expected(c: CharacteristicResult) -> float:
@@ -124,17 +139,18 @@ def batch(c: CharacteristicResult) -> tuple[float, float]:
     return float(np.sqrt(max(c.u**2 - scatter, 0.0))), float(np.sqrt(min(scatter, c.u**2)))
 
 
-def extremes(patches: tuple[Patch, ...], deep: float) -> SurfaceExtremes:
-    """Summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge."""
+def extremes(patches: tuple[Patch, ...], deep: float, features: Iterable[str] = ()) -> SurfaceExtremes:
+    """Summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge. features: of the part."""
     height = np.concatenate([p.height for p in patches]) if patches else np.zeros(0)
     nominal = np.concatenate([p.nominal for p in patches]) if patches else np.zeros(0)
     cut = np.isfinite(height)
     there = height[cut] * 1e3
     return SurfaceExtremes(
-        float(np.abs(there).max(initial=0.0)),
-        float(np.sqrt(np.mean(there**2))) if len(there) else 0.0,
+        float(np.abs(there).max()) if len(there) else None,
+        float(np.sqrt(np.mean(there**2))) if len(there) else None,
         len(height),
         int((~cut).sum()),
         int((nominal[cut] < -deep).sum()),
         deep * 1e3,
+        tuple(name for name in features if name not in {p.net.feature for p in patches}),
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 from vcmm.core.run import Array
 from vcmm.evaluation.result import CharacteristicResult, budget_interaction
-from vcmm.machining.result import CutResult, expected
+from vcmm.machining.result import CutResult, SurfaceExtremes, expected
 from vcmm.tables.evaluated import (
     BUDGET,
     DECISION,
@@ -137,9 +137,10 @@ def surface(result: CutResult) -> ResultTable[Any]:
     s = result.surface
     minutes, seconds = divmod(result.seconds, 60)
     rows = [
-        ["largest departure", f"{s.max_um:.2f} µm"],
-        ["rms departure", f"{s.rms_um:.2f} µm"],
+        ["largest departure", s.reason if s.max_um is None else f"{s.max_um:.2f} µm"],
+        ["rms departure", "–" if s.rms_um is None else f"{s.rms_um:.2f} µm"],
         ["points looked at, on nets over all features", f"{s.points:,}"],
+        *([["features without a net, not in it", ", ".join(s.without)]] if s.without and s.points else []),
         ["of these left uncut", f"{s.uncut:,}"],
         [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
         ["contacts against displaced tools", f"{result.recut.largest * 1e3:.3f} µm" if result.recut else "–"],
@@ -186,7 +187,7 @@ def cut_json(result: CutResult) -> dict[str, Any]:
         ],
         "surface": {
             "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
-            "gouge_depth_um": s.deep_um,
+            "gouge_depth_um": s.deep_um, "reason": s.reason or None, "without": list(s.without),
             "recut": None if result.recut is None else {"points": result.recut.points, "largest_um": result.recut.largest * 1e3},
         },
         "time_s": result.seconds,
@@ -236,3 +237,14 @@ SURFACE: tuple[Column[SurfacePoint], ...] = (
 def surface_csv(result: CutResult) -> str:
     """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
     return csv_text(ResultTable("", SURFACE, list(_surface_points(result))))
+
+
+def surface_text(s: SurfaceExtremes) -> str:
+    """One line for the terminal."""
+    if s.max_um is None:
+        return f"surface: no figure; {s.reason}"
+    without = f"; not in it, since they have no net: {', '.join(s.without)}" if s.without else ""
+    return (
+        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
+        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um){without}"
+    )
