@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.tables.test_evaluated import result
+from vcmm.machining.result import SurfaceExtremes
 from vcmm.tables import cut as tables
 from vcmm.tables.table import in_terminal, on_page
 
@@ -27,7 +28,7 @@ def found():
     return SimpleNamespace(
         characteristics=(c,), shares={"bore": SHARES}, repeats={"bore": 1.5e-4}, scatters={"bore": 5e-5}, patches=(patch,),
         uncertainty=SimpleNamespace(trials=1000), seconds=83.4, blank=None, own_reading=None, threads=(), grooves=(),
-        surface=SimpleNamespace(max_um=2.5, rms_um=1.0, points=1200, uncut=1, gouges=0, deep_um=5.0),
+        surface=SurfaceExtremes(2.5, 1.0, points=1200, uncut=1, gouges=0, deep_um=5.0),
         recut=SimpleNamespace(points=3, largest=2e-6),
     )  # fmt: skip
 
