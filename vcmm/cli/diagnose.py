@@ -173,7 +173,7 @@ def _improved(
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     from vcmm.diagnosis.accepted import written
-    from vcmm.diagnosis.machine_file import improved_machine, repaired_table, with_table
+    from vcmm.diagnosis.machine_file import improved_machine, repaired_in_place, repaired_table, with_table
     from vcmm.files.toml import read_toml
 
     named = read_toml(recording).data.get("machine")
@@ -182,10 +182,11 @@ def _improved(
         return {}
     mistake = diagnosis.mistake
     tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
-    if not tables and not written(diagnosis.answer):
+    edits = repaired_in_place(known, mistake, recording.name) if mistake is not None and not tables else ""
+    if not tables and not edits and not written(diagnosis.answer):
         return {}
     text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
-    return {"machine.toml": with_table(text) if tables else text, **tables}
+    return {"machine.toml": with_table(text) if tables else text + edits, **tables}
 
 
 def _write(

@@ -24,6 +24,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
+from vcmm.machining.own_logs import with_own_logs
 from vcmm.machining.rotary import commands_to_work
 from vcmm.machining.states import states_at
 from vcmm.machining.tool_errors import cutting_effects
@@ -186,7 +187,9 @@ class PathErrors:
         }
         labels = {**found.labels, "tool": np.array([str(g.tool) for g in self._groups])[group]}
         run = Run(position, -offset, columns, labels)
-        return run if self.path is None else warmed(run, self.setup.log)
+        if self.path is None:
+            return run
+        return warmed(with_own_logs(run, self.path, self.known.machine.effects), self.setup.log)
 
     @cached_property
     def _turns(self) -> Array:

@@ -23,7 +23,7 @@ from vcmm.core.units import in_unit
 from vcmm.diagnosis.accepted import notes, written
 from vcmm.diagnosis.improve import departure
 from vcmm.diagnosis.mistakes import Mistake
-from vcmm.diagnosis.repair import repaired_effects
+from vcmm.diagnosis.repair import repaired, repaired_effects
 from vcmm.diagnosis.result import Answer
 from vcmm.files.isg_writer import isg_text, with_values
 from vcmm.files.toml_edits import editable, move_names
@@ -78,6 +78,22 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
     numbers = {e.where: getattr(e, e.stored) for e in new if e.stored}
     said = f"corrected after {source}: {mistake.component}, {mistake.what}"
     return {TABLE: isg_text(with_values(file, numbers), said)}
+
+
+def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
+    """Further [[effects]] that put right a mistake in numbers that stand in the machine file itself; "" where that cannot be said so.
+
+    Effects of one name and place are added when the file is read, so each holds the difference.
+    """
+    try:
+        new = repaired(machine, mistake).effects
+    except (UsageError, KeyError):
+        return ""
+    changed = [(one, two) for one, two in zip(machine.effects, new) if two is not one]
+    if not changed or not all(addable(one, two) for one, two in changed):
+        return ""
+    said = f"corrects a mistake found in {source}: {mistake.component}, {mistake.what}"
+    return "".join(f"\n{effect_toml(departure(two, machine), said)}" for _, two in changed)
 
 
 def with_table(text: str) -> str:

@@ -23,7 +23,7 @@ from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
 from vcmm.files.columns import read_csv
 from vcmm.files.environment import EnvironmentTable, Temperatures, columns_of, sensor_columns, temperatures_of
-from vcmm.files.knowledge import note_second, tables_in
+from vcmm.files.knowledge import found_since, note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
@@ -179,7 +179,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         )
     if problems.found or not (part and settings and environment and known and inspection):
         return None
-    machine, inputs = known
+    machine, inputs, found = known
     offset = model.cut.work_offset
     return CutScenario(
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
@@ -190,6 +190,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
+        found_since=found,
     )  # fmt: skip
 
 
@@ -254,8 +255,8 @@ def _plan(part: PartData | None, ideal: bool, document: Document, data: dict[str
 def _known(
     document: Document, machine: Machine | None, setup: Setup, cut: CutTable, part: PartData | None,
     environment: Any, problems: Problems,
-) -> tuple[Machine, tuple[Input, ...]] | None:  # fmt: skip
-    """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs."""
+) -> tuple[Machine, tuple[Input, ...], dict[str, str]] | None:  # fmt: skip
+    """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs; those found since."""
     for name in cut.tools:
         if name not in map(str, setup.tools):
             known = [str(n) for n in setup.tools]
@@ -285,9 +286,11 @@ def _known(
     whole = with_knowledge(document, full, part, environment, None, problems)
     if whole is None:
         return None
+    found = found_since(inputs, machine.inputs if machine else ())
+    inputs = [one for one in inputs if one.id not in found]
     for one in inputs:
         note_second(one, [*whole[0].inputs, *whole[1]], problems, ("cut",))
-    return whole[0], (*whole[1], *inputs)
+    return whole[0], (*whole[1], *inputs), found
 
 
 def _turned(setup: Setup, cut: CutTable, program: Path) -> bool:

@@ -15,6 +15,8 @@ from vcmm.files.inputs import build_input
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Location
 
+DIAGNOSED = "diagnosed from"  # how the evidence begins of what a diagnosis wrote
+
 
 def tables_in(data: Any, key: str) -> list[dict[str, Any]]:
     """The tables of a list such as [[effects]]; empty where the key holds something else."""
@@ -78,3 +80,10 @@ def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Loca
     twice = doubled(one, known)
     if twice:
         problems.add(at, twice)
+
+
+def found_since(inputs: Sequence[Input], known: Sequence[Input]) -> dict[str, str]:
+    """Id -> evidence of the Inputs whose quantity a diagnosis has found since: it took what was stated as known before, so its u holds
+    alone."""
+    found = {i.id: i.evidence for i in known if i.evidence.startswith(DIAGNOSED)}
+    return {i.id: found[i.id] for i in inputs if i.id in found}

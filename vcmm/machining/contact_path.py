@@ -18,6 +18,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.run import OFFSET_LABEL, PROBED, Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.envelope import CutSurface
+from vcmm.machining.own_logs import with_own_logs
 from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.machining.spindle_load import LOAD, measured_share, power_log
@@ -118,8 +119,9 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
 
 
 def logged_states(job: PreparedCut, states: Run) -> Run:
-    """With what is logged of the machine while it cuts: load of the spindle, temperatures."""
+    """With what is logged of the machine while it cuts: load and speed of the spindle, temperatures."""
     load = power_log(job)
+    states = with_own_logs(states, job.path, job.machine.effects, job.scenario.batch_part)
     series = states.series if load is None else {**states.series, LOAD: load}
     return warmed(replace(states, series=series), job.scenario.setup.log)
 

@@ -257,6 +257,10 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
     said += _turned_part(job)
+    said += [
+        f"{name}: what the scenario states is not added; the machine file says how well it is known now ({evidence})"
+        for name, evidence in job.scenario.found_since.items()
+    ]
     gaps = [(what, gap) for what, log in _logs(job.scenario) if (gap := gap_of(log)) is not None]
     said += [
         f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line stands there"

@@ -69,3 +69,6 @@ class CutScenario:
     )  # u (mm) of one touch of the program, by the tool that probes
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1
+    found_since: Mapping[str, str] = field(
+        default_factory=dict
+    )  # id of an Input of setting up -> evidence in the machine file, which holds instead
