@@ -36,6 +36,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "compare": "Simulation against recording for any machine files, side by side.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
+    "loop": "From a measured part to the program of the next one: cut, compare, diagnose, compensate, prove by a cut.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
     "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file, or of what PC-DMIS or CALYPSO exported.",
     "view": "A machine or a measuring task in a window, or as a picture.",
@@ -48,7 +49,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
 }
 JOBS = (
     "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate", "convert", "serve", "view", "merge",
+    "compensate", "loop", "convert", "serve", "view", "merge",
 )  # fmt: skip
 _NUMBER = re.compile(
     r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?"

@@ -114,13 +114,18 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
         raise UsageError(
             "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
         )
+    return rewritable(program, dialect, here)
+
+
+def rewritable(path: Path, dialect: str | None = None, here: bool = True) -> _GivenProgram:
+    """The program of a cutting scenario; here: its work offset was set on its machine, where the scenario says nothing else."""
     from vcmm.files.cut_scenario import load_cut
 
-    scenario = load_cut(program)
+    scenario = load_cut(path)
     return _GivenProgram(
         scenario.program,
         replace(scenario.setup, set_at=scenario.set_at, set_as_cut=scenario.set_as_cut),
-        [program, scenario.program],
+        [path, scenario.program],
         dialect or scenario.dialect,
         here and scenario.set_here,
         machine=scenario.machine,

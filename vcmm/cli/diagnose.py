@@ -103,7 +103,7 @@ def _diagnose_file(recording: Path, wanted: Any) -> int:
     with progress() as show_progress, about(recording):
         diagnosis = diagnose(found, known, seed=seed, extra_effects=wanted.effects, progress=show_progress)
     diagnosis = _fitted_before(diagnosis, known, recording.name)
-    improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
+    improved = improved_files(folder, recording, machine, known, diagnosis) if folder else {}
     if folder and improved:
         diagnosis = read_back(folder, improved, [recording], diagnosis)
     body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
@@ -168,7 +168,7 @@ def _own_class(word: str) -> Any:
     return found
 
 
-def _improved(
+def improved_files(
     folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""

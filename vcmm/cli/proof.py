@@ -18,20 +18,27 @@ def proved_by_cut(scenario: Any, data: bytes, suffix: str, allowed: float) -> An
     Raises ModelLimit where the part comes out worse than with the program as it is.
     """
     from vcmm.core.errors import ModelLimit
-    from vcmm.machining.proof import not_inspected, proof_by_cut
+    from vcmm.machining.proof import not_inspected
 
     if scenario is None:
         return not_inspected(NO_PART)
-    with tempfile.TemporaryDirectory() as folder:
-        new = Path(folder) / f"new{suffix}"
-        new.write_bytes(data)
-        proof = proof_by_cut(scenario, new, allowed)
+    proof = proof_of(scenario, data, suffix, allowed)
     if proof.worse:
         raise ModelLimit(
             f"{scenario.program}: cut and inspected, the part of the new program is worse than that of the program as it is: {proof.worse}; nothing was "
             "written. Correct the finished surface too (--surface), or leave the program as it is"
         )
     return proof
+
+
+def proof_of(scenario: Any, data: bytes, suffix: str, allowed: float) -> Any:
+    """The proof of a new program for the part of a scenario, good or bad."""
+    from vcmm.machining.proof import proof_by_cut
+
+    with tempfile.TemporaryDirectory() as folder:
+        new = Path(folder) / f"new{suffix}"
+        new.write_bytes(data)
+        return proof_by_cut(scenario, new, allowed)
 
 
 def inspected_program(scenario: Any, program: Path, tolerance: str) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vcmm.core.effect import FREE_LINKS, Effect, place_fields
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import EVERY, Input
 from vcmm.core.kinematics import Chain
 from vcmm.core.knowledge import doubled
 from vcmm.files.correlated_inputs import build_correlated
@@ -83,7 +83,8 @@ def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Loca
 
 
 def found_since(inputs: Sequence[Input], known: Sequence[Input]) -> dict[str, str]:
-    """Id -> evidence of the Inputs whose quantity a diagnosis has found since: it took what was stated as known before, so its u holds
-    alone."""
-    found = {i.id: i.evidence for i in known if i.evidence.startswith(DIAGNOSED)}
-    return {i.id: found[i.id] for i in inputs if i.id in found}
+    """Id -> evidence of the Inputs whose quantity a diagnosis has found since, at that place or at all: it took what was stated as known
+    before, so its u holds alone."""
+    found = {(i.effect, i.where, i.parameter): i.evidence for i in known if i.evidence.startswith(DIAGNOSED)}
+    asked = {i.id: [(i.effect, where, i.parameter) for where in (i.where, "", EVERY)] for i in inputs}
+    return {name: found[key] for name, keys in asked.items() for key in keys[::-1] if key in found}

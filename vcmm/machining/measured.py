@@ -9,7 +9,7 @@ its prediction and of the measured points: E_n = difference / (2 u_difference), 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,6 +78,9 @@ class MeasuredCut:
     known: tuple[tuple[str, Array], ...]
     notes: tuple[str, ...] = ()
     wave: Wave | None = None
+    off: Array = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) mm, of the measured points along the normals of the drawing
 
 
 def measured_cut(
@@ -127,6 +130,7 @@ def measured_cut(
             for name, columns in (*known.common, *_unknown(found.wave, observed))
         ),
         wave=found.wave,
+        off=deviation,
         notes=(*notes, *more),
     )
 
