@@ -142,15 +142,17 @@ def _found(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path
     if named is None:
         raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
     back = came_back(scenario, loaded, given, in_machine, None, folder)
-    recording, known = load_recording(back.recording, None)
-    with progress() as report, about(back.recording):
+    written = back.recording
+    assert written is not None
+    recording, known = load_recording(written, None)
+    with progress() as report, about(written):
         diagnosis = diagnose(recording, known, seed=seed, progress=report)
-    improved = improved_files(folder, back.recording, None, known, diagnosis)
+    improved = improved_files(folder, written, None, known, diagnosis)
     if improved:
-        diagnosis = read_back(folder, improved, [back.recording], diagnosis)
-    machine = folder / "machine.toml" if improved else machine_of(back.recording)[0]
+        diagnosis = read_back(folder, improved, [written], diagnosis)
+    machine = folder / "machine.toml" if improved else machine_of(written)[0]
     assert machine is not None
-    return _Found(back, diagnosis, machine, bool(improved), (back.recording.name, *improved))
+    return _Found(back, diagnosis, machine, bool(improved), (written.name, *improved))
 
 
 def _next(found: _Found, scenario: Path, folder: Path, wanted: _Wanted) -> Loop:
