@@ -19,9 +19,7 @@ def compensate_command(
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
-    Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. The new program of a
-    scenario is cut and inspected before it is written. Exit code 1: the tolerance is not met everywhere; a part that comes out worse
-    than before is refused.
+    Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. The part of a scenario is cut and inspected: exit code 1 where the tolerance is not met.
 
     Parameters
     ----------

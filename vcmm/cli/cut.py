@@ -59,18 +59,17 @@ def cut_command(
     u_point
         Standard uncertainty of a measured point, for example "0.5 um"; default: found from the points.
     inspect
-        Another program for the same part, as compensate writes it: it is cut instead, inspected, and compared with the scenario's own.
+        Another program for the same part, as compensate writes it: cut instead, inspected, and compared with the scenario's own.
     tolerance
         Of --inspect: largest departure of a point that is allowed (default 1 um). Exit code 1 where it is not met.
     """
     from vcmm.cli.options import sharing_of
 
-    sharing = sharing_of(workers, cluster, shard)
-    options = {"trials": trials, "seed": seed, "engine": engine}
+    sharing, options = sharing_of(workers, cluster, shard), {"trials": trials, "seed": seed, "engine": engine}
     back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
     other = _other(inspect, tolerance, back is not None or sharing.share is not None)
     if sharing.share is None:
-        return run_cut(scenario, options, sharing, json, out, back, other)
+        return run_cut(scenario, options, sharing, json, out, returned=back, other=other)
     return _shard(scenario, options, sharing, json, out, back is not None)
 
 

@@ -141,7 +141,7 @@ def _on_features(job: PreparedCut) -> Cuts:
     row, gain = contacts.row[point, candidate], contacts.gain[point, candidate]
     move, tips = of_row[row], rows.tip[row]
     share = np.array([float(nearest_share(job.program.moves[m], t[None])[0][0]) for m, t in zip(move, tips)])
-    return Cuts(point, move, share, gain, over, makes, feature)
+    return Cuts(point, move, share, gain=gain, over=over, makes=makes, feature=feature)
 
 
 def _rounding(job: PreparedCut, rows: ContactRows) -> Array:

@@ -146,11 +146,11 @@ def extremes(patches: tuple[Patch, ...], deep: float, features: Iterable[str] = 
     cut = np.isfinite(height)
     there = height[cut] * 1e3
     return SurfaceExtremes(
-        float(np.abs(there).max()) if len(there) else None,
-        float(np.sqrt(np.mean(there**2))) if len(there) else None,
-        len(height),
-        int((~cut).sum()),
-        int((nominal[cut] < -deep).sum()),
-        deep * 1e3,
-        tuple(name for name in features if name not in {p.net.feature for p in patches}),
+        max_um=float(np.abs(there).max()) if len(there) else None,
+        rms_um=float(np.sqrt(np.mean(there**2))) if len(there) else None,
+        points=len(height),
+        uncut=int((~cut).sum()),
+        gouges=int((nominal[cut] < -deep).sum()),
+        deep_um=deep * 1e3,
+        without=tuple(name for name in features if name not in {p.net.feature for p in patches}),
     )
