@@ -81,7 +81,27 @@ def test_a_part_that_is_as_predicted_keeps_its_machine_file(folder, capsys):
     assert (document["machine"], document["found"], document["verdict"]) == (None, [], "nothing missing")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("u_point", "said"), [("0.3 um", "that again"), ("", "--u-point does not say")])
+def test_what_setting_up_may_be_off_by_is_told_and_not_claimed(folder, capsys):
+    """A radius 4 um too large where 2 um are stated: no finding, and the program stays; the next part will be 4 um off again."""
+    path = block.write(folder, SCATTER, scenario=KNOWN)
+    points = measured(path, lambda p, n: -4e-3 * (abs(n[2]) < 0.5))
+    code = run(
+        ["loop", str(path), "--measured", str(points), "--u-point", "0.3 um", "--out", "next", "--json"]
+    )
+    found = json.loads(capsys.readouterr().out)
+    assert (code, found["verdict"], found["machine"], found["proof"]["met"]) == (
+        1,
+        "nothing missing",
+        None,
+        True,
+    )
+    assert found["part_next"]["met"] is False
+    assert found["part_next"]["not_explained"]["largest_um"] == pytest.approx(4.0, abs=1.2)
+    assert "unless tools and zero are set anew" in found["open"]
+
+
 def test_what_has_no_name_stays_open_and_is_not_met(folder, capsys, u_point, said):
     """A ripple of a few mm over all faces, 6 um: no effect of the catalogue, so the next part will have it again."""
     path = block.write(folder, SCATTER, scenario=KNOWN)

@@ -53,7 +53,7 @@ def loop_command(
     given = measured_points(measured, u_point)
     folder = output_folder(out or Path(f"{scenario.stem}-next"))
     found = _found(scenario, given, frame == "machine", seed, folder)
-    result = _next(found, scenario, folder, _Wanted(tolerance, decimals, surface, bool(u_point)))
+    result = _next(found, scenario, folder, _Wanted(tolerance, decimals, surface, given, frame == "machine"))
     files = [*sources(scenario), measured]
     content = document("vcmm.loop/1", loop_json(result), seed=seed, files=files, warnings=result.warnings)
     write_files(folder, {"loop.json": json_text(content)})
@@ -68,12 +68,17 @@ def loop_command(
     return 0 if result.met else 1
 
 
+ACCUSED = 1e-3  # of parts that hold no more than the scatter of their points, told all the same
+LEAST_SCATTER = 1e-5  # mm: below it points are given without any
+
+
 @dataclass(frozen=True)
 class _Wanted:
     tolerance: str
     decimals: int | None
     surface: bool
-    stated: bool
+    given: Any  # measured points, u of one or None
+    in_machine: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +107,7 @@ class Loop:
     warnings: tuple[str, ...]
     written: tuple[str, ...]
     stated: bool  # how well a point was measured
+    rest: Any  # (n,) mm: what the machine file with what was found leaves of the measured points
 
     @property
     def left(self) -> str:
@@ -120,9 +126,23 @@ class Loop:
         )
 
     @property
+    def setting(self) -> str:
+        """What of the measured part lies within what is uncertain of setting up, in words; "" where it is no more than the scatter of points."""
+        from scipy.stats import chi2
+
+        n, scatter = len(self.rest), max(self.cut.scatter, LEAST_SCATTER)
+        if float(self.rest @ self.rest) <= scatter**2 * float(chi2.ppf(1.0 - ACCUSED, n)):
+            return ""
+        size = abs(self.rest) * 1e3
+        return (
+            f"{size.max():.2f} um at most and {size.mean():.2f} um in the mean of the measured part lie within what is uncertain of tools, zeros and machine, so they are no finding: the "
+            "next part will have them again unless tools and zero are set anew"
+        )
+
+    @property
     def met(self) -> bool:
         """The next part is within what is allowed, and nothing of the measured one is open."""
-        return bool(self.proof.met and not self.refused and not self.left)
+        return bool(self.proof.met and not (self.refused or self.left or self.setting))
 
 
 def _found(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path) -> _Found:
@@ -165,6 +185,7 @@ def _next(found: _Found, scenario: Path, folder: Path, wanted: _Wanted) -> Loop:
     from vcmm.compensating.source import write_source
     from vcmm.core.units import quantity
     from vcmm.machining.job import measure_cut
+    from vcmm.machining.measured import left_of, measured_cut
 
     written = found.written
     if found.improved:
@@ -186,10 +207,13 @@ def _next(found: _Found, scenario: Path, folder: Path, wanted: _Wanted) -> Loop:
         write_source(program, made.data)
         written = (*written, program.name)
         after = measure_cut(replace(given.scenario, program=program))
+    again = measured_cut(
+        given.scenario, wanted.given[0], in_machine=wanted.in_machine, u_point=wanted.given[1]
+    )
     return Loop(
         cut=found.cut.cut, diagnosis=found.diagnosis, machine=found.machine if found.improved else None,
         program=None if refused else program, proof=proof, before=measure_cut(given.scenario), after=after, refused=refused,
-        warnings=tuple(dict.fromkeys((*found.cut.warnings, *notes, *made.warnings))), written=written, stated=wanted.stated,
+        warnings=tuple(dict.fromkeys((*found.cut.warnings, *notes, *made.warnings))), written=written, stated=wanted.given[1] is not None, rest=left_of(again),
     )  # fmt: skip
 
 

@@ -83,6 +83,17 @@ class MeasuredCut:
     )  # (n,) mm, of the measured points along the normals of the drawing
 
 
+def left_of(cut: MeasuredCut) -> Array:
+    """What the prediction leaves of the measured points (n,) mm along the normals of the drawing; where the part was aligned, less the best
+    rigid motion, which is the alignment's."""
+    rest = cut.observed.rest
+    if cut.in_machine:
+        return rest
+    n, arm = cut.observed.normals, cut.observed.place - cut.observed.place.mean(axis=0)
+    rigid = np.hstack([n, np.cross(arm, n)])
+    return np.asarray(rest - rigid @ np.linalg.lstsq(rigid, rest, rcond=None)[0])
+
+
 def measured_cut(
     scenario: CutScenario, given: GivenPoints, *, in_machine: bool = False, u_point: float | None = None, seed: int | None = None,
     job: PreparedCut | None = None,

@@ -38,6 +38,10 @@ class Looped(Protocol):
     @property
     def left(self) -> str: ...
     @property
+    def setting(self) -> str: ...
+    @property
+    def rest(self) -> Array: ...
+    @property
     def met(self) -> bool: ...
 
 
@@ -55,11 +59,12 @@ def loop_json(loop: Looped) -> dict[str, Any]:
             "met": loop.met,
             "allowed_um": proof.allowed * 1e3,
         }
+        after["not_explained"] = _figures(loop.rest)
         after["characteristics"] = _values(loop.after)
     return {
         "verdict": d.verdict, "found": found, "machine": _name(loop.machine), "program": _name(loop.program),
         "rms_um": {"before": _um(d.fit.before), "after": _um(d.fit.after), "noise": _um(d.fit.noise)},
-        "open": loop.left or None, "part_now": now, "part_next": after, "refused": loop.refused or None, **proof_json(proof),
+        "open": loop.left or loop.setting or None, "part_now": now, "part_next": after, "refused": loop.refused or None, **proof_json(proof),
     }  # fmt: skip
 
 
@@ -74,9 +79,14 @@ def loop_text(loop: Looped, said: Sequence[str]) -> Iterator[str]:
             f"The next part, cut by {loop.program}, departs by {proof.after.largest * 1e3:.2f} um at most ({proof.after.worst}) and "
             f"{proof.after.mean * 1e3:.2f} um in the mean; {was}."
         )
-        yield f"Allowed are {proof.allowed * 1e3:.2f} um: {'met' if loop.met else 'NOT met'}, as cut on the machine with what was found."
+        more = "" if loop.met == proof.met else "; the real part is not assured of it, see below"
+        yield (
+            f"Allowed are {proof.allowed * 1e3:.2f} um: {'met' if proof.met else 'NOT met'} by the cut on the machine with what was found{more}."
+        )
     if loop.left:
         yield f"Open: {loop.left}."
+    elif loop.setting:
+        yield f"Not in that figure: {loop.setting}."
     yield from said
     if loop.after is not None:
         yield ""
