@@ -81,8 +81,18 @@ def test_a_part_that_is_as_predicted_keeps_its_machine_file(folder, capsys):
     assert (document["machine"], document["found"], document["verdict"]) == (None, [], "nothing missing")
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(("u_point", "said"), [("0.3 um", "that again"), ("", "--u-point does not say")])
+def aligned(path: Path, um: float) -> float:
+    """Largest of `um` on the walls of the measured points once the best shift and turn of the part is taken off, by hand."""
+    steps = gauge_plan(vcmm.load_cut(path).part, None).steps
+    rows, off = [], []
+    for step in steps:
+        for (x, y, z), (a, b, c) in list(zip(step.points, step.normals))[::3]:
+            rows.append([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a])
+            off.append(um if abs(c) < 0.5 else 0.0)
+    best = np.linalg.lstsq(np.array(rows), np.array(off), rcond=None)[0]
+    return float(np.abs(np.array(off) - np.array(rows) @ best).max())
+
+
 def test_what_setting_up_may_be_off_by_is_told_and_not_claimed(folder, capsys):
     """A radius 4 um too large where 2 um are stated: no finding, and the program stays; the next part will be 4 um off again."""
     path = block.write(folder, SCATTER, scenario=KNOWN)
@@ -98,10 +108,12 @@ def test_what_setting_up_may_be_off_by_is_told_and_not_claimed(folder, capsys):
         True,
     )
     assert found["part_next"]["met"] is False
-    assert found["part_next"]["not_explained"]["largest_um"] == pytest.approx(4.0, abs=1.2)
+    assert found["part_next"]["not_explained"]["largest_um"] == pytest.approx(aligned(path, -4.0), abs=1.0)
     assert "unless tools and zero are set anew" in found["open"]
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize(("u_point", "said"), [("0.3 um", "that again"), ("", "--u-point does not say")])
 def test_what_has_no_name_stays_open_and_is_not_met(folder, capsys, u_point, said):
     """A ripple of a few mm over all faces, 6 um: no effect of the catalogue, so the next part will have it again."""
     path = block.write(folder, SCATTER, scenario=KNOWN)
