@@ -97,7 +97,7 @@ def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
 
 def _solved(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> tuple[Array, Array]:
     """e at the knots (k, 3) by the cuts that count, and what it does at every cut (k,)."""
-    from scipy.sparse import coo_matrix, vstack
+    from scipy.sparse import coo_matrix, csr_matrix, vstack
     from scipy.sparse.linalg import spsolve
 
     unknown, n, move = int(same.max()) + 1, len(cuts.over), cuts.move
@@ -107,8 +107,7 @@ def _solved(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) ->
     at = np.stack([same[first[move] + low], same[first[move] + low + 1]], axis=1)
     column = (3 * at[:, :, None] + np.arange(3)).reshape(n, 6)
     values = (weight[:, :, None] * cuts.gain[:, None, :]).reshape(n, 6)
-    shows = coo_matrix((values.ravel(), (np.repeat(np.arange(n), 6), column.ravel())), (n, 3 * unknown))
-    shows = shows.tocsr()
+    shows = csr_matrix((values.ravel(), (np.repeat(np.arange(n), 6), column.ravel())), (n, 3 * unknown))
     steps = np.delete(
         np.arange(len(same) - 1), first[1:-1] - 1
     )  # within a move; its end is the start of the next
