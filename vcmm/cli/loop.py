@@ -154,6 +154,7 @@ def _found(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path
     from vcmm.console.terminal import progress
     from vcmm.core.errors import UsageError
     from vcmm.diagnosis.job import diagnose
+    from vcmm.diagnosis.later import Attempt
     from vcmm.files.cut_scenario import load_cut
     from vcmm.files.recording import load_recording, machine_of
 
@@ -167,9 +168,10 @@ def _found(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path
     recording, known = load_recording(written, None)
     with progress() as report, about(written):
         diagnosis = diagnose(recording, known, seed=seed, progress=report)
+    attempt = Attempt.none()
     improved = improved_files(folder, written, None, known, diagnosis)
-    if improved:
-        diagnosis = read_back(folder, improved, [written], diagnosis)
+    diagnosis, improved = read_back(folder, improved, [written], diagnosis, attempt)
+    diagnosis = replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures))
     machine = folder / "machine.toml" if improved else machine_of(written)[0]
     assert machine is not None
     return _Found(back, diagnosis, machine, bool(improved), (written.name, *improved))

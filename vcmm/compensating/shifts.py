@@ -118,7 +118,7 @@ def _solved(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) ->
         (np.concatenate([-pull, pull]), (rows, np.concatenate([a.ravel(), b.ravel()]))), (a.size, 3 * unknown)
     )
     small = coo_matrix((np.full(3 * unknown, SMALL), (np.arange(3 * unknown),) * 2))
-    whole = vstack([shows[counts], change, small]).tocsc()
+    whole = vstack([shows[counts], change, small], format="csc")
     right = np.concatenate([cuts.over[counts], np.zeros(whole.shape[0] - int(counts.sum()))])
     found = spsolve((whole.T @ whole).tocsc(), whole.T @ right)
     return found.reshape(-1, 3)[same], np.asarray(shows @ found)
