@@ -13,16 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import field_of, known_errors_of
-from vcmm.compensating.job import compensate
+from vcmm.compensation.field import field_of, known_errors_of
+from vcmm.compensation.job import compensate
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.scale import ScaleFactor
-from vcmm.effects.squareness import Squareness
-from vcmm.nc.interpret import interpret
-from vcmm.nc.setup import Setup
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.squareness import Squareness
+from vcmm.program.interpret import interpret
+from vcmm.program.setup import Setup
 
 SETUP = Setup(dialect="fanuc", offsets={"G54": (0.0, 0.0, 0.0)}, compensation=())
 

@@ -13,8 +13,8 @@ import sys
 import numpy as np
 
 from benchmarks.bench_fit import cylinder, timed
-from tests.fit.lp_twin import sequential_lp
-from vcmm.fit import Fitted, associate
+from tests.part.fit.lp_twin import sequential_lp
+from vcmm.part.fit import Fitted, associate
 
 LOOP = 10  # fits of the slow way; scaled up
 

@@ -1,6 +1,6 @@
 """Confusion matrix of the diagnosis on recordings with concealed effects.
 
-The recordings come from tests/diagnosis/generator.py, which shares no line with vcmm/effects. Small by default:
+The recordings come from tests/learn/diagnosis/generator.py, which shares no line with vcmm/effects. Small by default:
 
     python benchmarks/bench_diagnose.py [--cases 2] [--delta 10] [--nulls 40] [--noise t6] [--design rich|poor] [--seed 1000]
 """
@@ -18,9 +18,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from tests.diagnosis import generator as make
-from vcmm.diagnosis.engine import diagnose_recording
-from vcmm.diagnosis.result import Diagnosis
+from tests.learn.diagnosis import generator as make
+from vcmm.learn.diagnosis.engine import diagnose_recording
+from vcmm.learn.diagnosis.result import Diagnosis
 
 
 def first(d: Diagnosis) -> str:

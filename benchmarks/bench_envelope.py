@@ -14,10 +14,10 @@ import time
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.cutting.envelope import surface_left
-from vcmm.cutting.index import build
-from vcmm.cutting.sweeps import Sweep, path
-from vcmm.cutting.tools import Cutter, ball, bull, flat
+from vcmm.shop.cutting.envelope import surface_left
+from vcmm.shop.cutting.index import build
+from vcmm.shop.cutting.sweeps import Sweep, path
+from vcmm.shop.cutting.tools import Cutter, ball, bull, flat
 
 STEP, SIDE, BRUTE = 0.5, 100.0, 200
 

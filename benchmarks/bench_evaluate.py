@@ -15,15 +15,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.evaluation.uncertainty import evaluate
-from vcmm.files.scenario import load_scenario
-from vcmm.inference.audit import audited
-from vcmm.library import path
-from vcmm.measuring.plan import Plan, Step
-from vcmm.measuring.settings import Settings
-from vcmm.measuring.strategies import Around, plan_points
-from vcmm.measuring.task import Task
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.inference.audit import audited
+from vcmm.files.own.library import path
+from vcmm.files.own.scenario import load_scenario
 from vcmm.part.part import Characteristic, Feature, Part
+from vcmm.task.measuring.plan import Plan, Step
+from vcmm.task.measuring.settings import Settings
+from vcmm.task.measuring.strategies import Around, plan_points
+from vcmm.task.measuring.task import Task
 
 RING = Feature("ring", "circle", np.zeros(3), np.array([0.0, 0, 1]), np.array([15.0]), inside=True)
 SIZE = Characteristic("diameter", "size", of=("ring",), limits=(-0.01, 0.01))

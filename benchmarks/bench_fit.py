@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vcmm.fit import Fitted, gauss, linear_fit, sensitivity
+from vcmm.part.fit import Fitted, gauss, linear_fit, sensitivity
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

@@ -25,7 +25,7 @@ RING = "ring_gauge"
 def ring_of(points: int, folder: Path) -> Job:
     """The uncertainty of a diameter by so many touches, 10^5 trials."""
     import vcmm
-    from vcmm.library import path
+    from vcmm.files.own.library import path
 
     text = path(RING).read_text().replace("n = 16 ", f"n = {points} ")
     (folder / "ring.toml").write_text(text)
@@ -36,7 +36,7 @@ def ring_of(points: int, folder: Path) -> Job:
 def table_of(inputs: int, folder: Path) -> Job:
     """The same with six error curves along X, each known at its nodes, errors of neighbours correlated."""
     import vcmm
-    from vcmm.library import path
+    from vcmm.files.own.library import path
 
     rows = [
         f"{x:.6f}" + " 0.0001" * 3 + " 0.000001" * 3 for x in np.linspace(0, 700, max(2, round(inputs / 6)))
@@ -51,7 +51,7 @@ def table_of(inputs: int, folder: Path) -> Job:
 def trials_of(trials: int, folder: Path) -> Job:
     """A diameter by 16 touches."""
     import vcmm
-    from vcmm.library import path
+    from vcmm.files.own.library import path
 
     scenario = vcmm.load_scenario(path(RING))
     return lambda: vcmm.uncertainty(scenario, trials=trials)
@@ -66,7 +66,7 @@ def rows_of(rows: int, folder: Path) -> Job:
 
 def read_of(lines: int, folder: Path) -> Job:
     """A program of straight blocks, read."""
-    from vcmm.nc.interpret import interpret
+    from vcmm.program.interpret import interpret
 
     text = program(lines)
     return lambda: interpret(text, "linuxcnc")
@@ -75,7 +75,7 @@ def read_of(lines: int, folder: Path) -> Job:
 def compensated_of(lines: int, folder: Path) -> Job:
     """The same program rewritten for squareness, scale and straightness."""
     from benchmarks.bench_compensate import SETUP, machine
-    from vcmm.compensating.job import compensate
+    from vcmm.compensation.job import compensate
 
     path = folder / f"{lines}.nc"
     path.write_text(program(lines))

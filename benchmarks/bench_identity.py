@@ -32,7 +32,7 @@ PIECES, TRIALS = (1, 2, 8), 2**18
 
 def numbers() -> dict[str, str]:
     """The trials themselves, as a digest, by pieces and by threads."""
-    from vcmm.evaluation.montecarlo import simulate
+    from vcmm.answer.evaluation.montecarlo import simulate
 
     terms = Scenario().terms()
 
@@ -62,7 +62,7 @@ class Documents:
     """One job done in many ways; each way starts without finished blocks."""
 
     def __init__(self, folder: Path, trials: int) -> None:
-        from vcmm.library import path
+        from vcmm.files.own.library import path
 
         self.folder, self.scenario = folder, folder / "ring.toml"
         self.scenario.write_text(path("ring_gauge").read_text())

@@ -13,14 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.diagnosis import generator as make
-from vcmm.diagnosis.candidates import Family, catalogue
-from vcmm.diagnosis.evidence import dictionary
-from vcmm.diagnosis.marginal import drawn
-from vcmm.diagnosis.problem import Problem, make_problem
-from vcmm.diagnosis.refine import MOMENTS, Refiner, at_value, scanned
-from vcmm.diagnosis.select import Setting, select
-from vcmm.diagnosis.sharpen import sharpened
+from tests.learn.diagnosis import generator as make
+from vcmm.learn.diagnosis.candidates import Family, catalogue
+from vcmm.learn.diagnosis.evidence import dictionary
+from vcmm.learn.diagnosis.marginal import drawn
+from vcmm.learn.diagnosis.problem import Problem, make_problem
+from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, scanned
+from vcmm.learn.diagnosis.select import Setting, select
+from vcmm.learn.diagnosis.sharpen import sharpened
 
 ROWS, DRAWS, THRESHOLD, CLIP = 150, 800, 3.5, 3.0
 ASKED = {  # name of the parameter -> effect, range

@@ -8,10 +8,10 @@ Plan: 100 points on a plane, a circle, a cylinder and a sphere; outputs: their 1
 
     loop         per trial: draw, displace the points, four scipy.optimize.least_squares
     vectorised   numpy: all 601 raw inputs, one matrix product, one linear fit for all trials
-    collapsed    vcmm.evaluation.montecarlo.simulate: the same linear fit folded into a 15-row gain
+    collapsed    vcmm.answer.evaluation.montecarlo.simulate: the same linear fit folded into a 15-row gain
     two threads  the same by two threads of one process, half of the trials each (kernels hold no interpreter lock), and beside it by
                  two processes, which share nothing: what they gain is what this computer has to give
-    closed form  sqrt(diag(G S G^T)), and vcmm.evaluation.interval for the exact coverage intervals
+    closed form  sqrt(diag(G S G^T)), and vcmm.answer.evaluation.interval for the exact coverage intervals
 
 Rounds are interleaved and the best of each taken, since other work may share the processor; the ratios are the result.
 """
@@ -37,9 +37,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.optimize import least_squares
 
+from vcmm.answer.evaluation import streams
+from vcmm.answer.evaluation.montecarlo import Accumulator, Term, marginal, simulate, uncertainty
 from vcmm.core.laws import Normal, StudentT
-from vcmm.evaluation import streams
-from vcmm.evaluation.montecarlo import Accumulator, Term, marginal, simulate, uncertainty
 
 Array = NDArray[np.float64]
 TRAVEL = np.array([800.0, 1000.0, 600.0])

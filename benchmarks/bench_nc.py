@@ -7,8 +7,8 @@ import time
 import tracemalloc
 from collections.abc import Callable
 
-from vcmm.nc.interpret import interpret
-from vcmm.nc.tokens import tokenize
+from vcmm.program.interpret import interpret
+from vcmm.program.tokens import tokenize
 
 LINES, ARCS = 100_000, 20_000
 

@@ -16,17 +16,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.streams import draw
+from vcmm.answer.placing.fixture_boxes import boxes, default_fixture
+from vcmm.answer.placing.objective import Uncertain
+from vcmm.answer.placing.travels import Travels
 from vcmm.core.run import Array
-from vcmm.evaluation.linear import LinearModel
-from vcmm.evaluation.streams import draw
-from vcmm.files.scenario import load_scenario
-from vcmm.library import path
-from vcmm.measuring.fixture import Goal, pose_of, six_of
-from vcmm.measuring.scenario import Scenario
-from vcmm.placing.fixture_boxes import boxes, default_fixture
-from vcmm.placing.objective import Uncertain
-from vcmm.placing.travels import Travels
-from vcmm.response.influence import influences
+from vcmm.files.own.library import path
+from vcmm.files.own.scenario import load_scenario
+from vcmm.task.measuring.fixture import Goal, pose_of, six_of
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.response.influence import influences
 
 TRIALS = 10_000
 

@@ -14,21 +14,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.answer.placing.candidates import nearest, problem_of, spots
+from vcmm.answer.placing.growing_plans import growing, standard_points
+from vcmm.answer.placing.plan_goal import goal_of
+from vcmm.answer.placing.planning import standard_spots
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
-from vcmm.effects.scatter import Scatter
-from vcmm.effects.squareness import Squareness
-from vcmm.measuring.plan import Plan, Step, Stylus
-from vcmm.measuring.scenario import Scenario
 from vcmm.part.part import Characteristic, Feature, Part
-from vcmm.placing.candidates import nearest, problem_of, spots
-from vcmm.placing.growing_plans import growing, standard_points
-from vcmm.placing.plan_goal import goal_of
-from vcmm.placing.planning import standard_spots
+from vcmm.physics.scatter import Scatter
+from vcmm.physics.squareness import Squareness
+from vcmm.task.measuring.plan import Plan, Step, Stylus
+from vcmm.task.measuring.scenario import Scenario
 
 Z = np.array([0.0, 0.0, 1.0])
 DATUM = Feature("datum", "plane", np.array([0, 0, 40.0]), Z, np.zeros(0), extent=(20.0, 20.0))

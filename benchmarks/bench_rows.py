@@ -32,14 +32,14 @@ CONCEALED = ("backlash", "squareness", "thermal_drift", "screw_pitch", "step_cha
 
 
 def made(name: str, rows: int, seed: int, delta: float = 10.0) -> Any:
-    from tests.diagnosis import generator as make
+    from tests.learn.diagnosis import generator as make
 
     return make.make((name,) if name else (), delta, seed, replace(make.RICH, n=rows))
 
 
 def answers(name: str, rows: int, seed: int, nulls: int = 2000) -> tuple[str, ...]:
-    from tests.diagnosis import generator as make
-    from vcmm.diagnosis.engine import diagnose_recording
+    from tests.learn.diagnosis import generator as make
+    from vcmm.learn.diagnosis.engine import diagnose_recording
 
     d = diagnose_recording(made(name, rows, seed).recording, make.machine(), 1, nulls)
     return (*(a.id for a in d.answer), *(["unknown"] if d.unknown else []))
@@ -94,7 +94,7 @@ def write_log(folder: Path, rows: int) -> None:
 def logged(rows: int) -> None:
     """A row of the table: `vcmm diagnose` in a process of its own."""
     code = (
-        "import os, resource, sys; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1'); sys.path.insert(0, sys.argv[1]); sys.argv = ['vcmm', 'diagnose', sys.argv[2], '--json']; from vcmm.cli import run;"
+        "import os, resource, sys; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1'); sys.path.insert(0, sys.argv[1]); sys.argv = ['vcmm', 'diagnose', sys.argv[2], '--json']; from vcmm.face.cli import run;"
         " code = run(sys.argv[1:]); use = resource.getrusage(resource.RUSAGE_SELF);"
         " print(code, use.ru_utime + use.ru_stime, use.ru_maxrss / 1e3, file=sys.stderr)"
     )
@@ -136,7 +136,7 @@ def agreement(count: int, rows: int = 1200) -> None:
         name = CONCEALED[k % len(CONCEALED)]
         said = []
         for screen, largest in ((10**9, 10**9), (rows // 3, 10**9), (10**9, rows // 2)):
-            with mock.patch.multiple("vcmm.diagnosis.engine", SCREENED=screen, LARGEST=largest):
+            with mock.patch.multiple("vcmm.learn.diagnosis.engine", SCREENED=screen, LARGEST=largest):
                 said.append(answers(name, rows, 40 + k, 500))
         same += [said[0] == s for s in said[1:]]
         print(

@@ -27,7 +27,7 @@ from benchmarks.bench_growth import RING, table_of
 from benchmarks.bench_sharing import VCMM, watched
 
 SMALL = 1000  # trials or points of the command that is all imports
-LOADED = [VCMM[0], "-c", f"from vcmm.evaluation import streams; streams.kernels(10**9); {VCMM[2]}"]
+LOADED = [VCMM[0], "-c", f"from vcmm.answer.evaluation import streams; streams.kernels(10**9); {VCMM[2]}"]
 POINTS_BAR, POINTS, PAIRS = 1.2, (100, 1000), 7
 SIZES = {
     "trials": "10000000,100000000",
@@ -38,7 +38,7 @@ SIZES = {
 
 
 def ring_text(points: int) -> str:
-    from vcmm.library import path
+    from vcmm.files.own.library import path
 
     return path(RING).read_text().replace("n = 16 ", f"n = {points} ")
 

@@ -23,7 +23,7 @@ from pathlib import Path
 
 import psutil
 
-VCMM = [sys.executable, "-c", "from vcmm.cli import main; main()"]
+VCMM = [sys.executable, "-c", "from vcmm.face.cli import main; main()"]
 LOOK = 0.1  # s between two looks at the workers
 
 
@@ -163,7 +163,7 @@ def main() -> int:
         clusters = True
     except ImportError:
         clusters = False
-    from vcmm.library import path
+    from vcmm.files.own.library import path
 
     ring = str(path("ring_gauge"))
     jobs = {

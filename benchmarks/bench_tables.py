@@ -24,7 +24,7 @@ NAMES = ("time_s", "X_mm", "Y_mm", "Z_mm", "nx", "ny", "nz", "d_um")
 READ = """
 import json, resource, sys, time
 sys.path.insert(0, sys.argv[1])
-from vcmm.files.recording import load_recording
+from vcmm.files.own.recording import load_recording
 before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
 found, _ = load_recording(sys.argv[2])
 used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -10,9 +10,9 @@ import numpy as np
 
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.motion.timing import Elements, Timing, plan_motion, planned
-from vcmm.motion.toolpath import naive_seconds, toolpath
-from vcmm.nc.moves import Move, Source
+from vcmm.program.moves import Move, Source
+from vcmm.shop.motion.timing import Elements, Timing, plan_motion, planned
+from vcmm.shop.motion.toolpath import naive_seconds, toolpath
 
 MOVES, LENGTH, FEED = 100_000, 0.5, 6000.0
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from vcmm.core.effect import Effect, key_fields, parameter_fields, place_fields
 from vcmm.core.units import EXAMPLES, dimension_of, parse_unit
-from vcmm.effects import ALL
+from vcmm.physics import ALL
 
 HEAD = """# Effects
 
@@ -24,7 +24,7 @@ machine or scenario file it is one `[[effects]]` table; `vcmm explain NAME` prin
 those of [conventions](conventions.md): machine effects state the tip error (actual - nominal), readings state
 indicated - true. How well a parameter is known is said apart, by an `[[inputs]]` table ([files](files.md)).
 
-This page is written from the classes in `vcmm/effects/`; change it there.
+This page is written from the classes in `vcmm/physics/`; change it there.
 
 | effect | one per | what it states | parameters |
 |---|---|---|---|
@@ -138,14 +138,14 @@ Inside: mm, rad, s, degC, N.
 def reference() -> str:
     """Functions and classes of `vcmm`, then every verb with its options."""
     import vcmm
-    from vcmm.cli import VERBS
+    from vcmm.face.cli import VERBS
 
     parts = [REFERENCE, "## In Python", ""]
     for name in vcmm.__all__[1:]:
         parts += [f"### vcmm.{name}", "", *described(f"vcmm.{name}", getattr(vcmm, name))]
     parts += ["## On the command line", ""]
     for verb, line in VERBS.items():
-        command = getattr(importlib.import_module(f"vcmm.cli.{verb}"), f"{verb}_command")
+        command = getattr(importlib.import_module(f"vcmm.face.cli.{verb}"), f"{verb}_command")
         parts += [f"### vcmm {verb}", "", line, "", *fenced(options(command))]
     return "\n".join(parts)
 

@@ -16,7 +16,7 @@
 
 # %%
 import vcmm
-from vcmm.library import path
+from vcmm.files.own.library import path
 
 scenario = vcmm.load_scenario(path("ring_gauge"))
 scenario.plot()

@@ -17,7 +17,7 @@
 from dataclasses import replace
 
 import vcmm
-from vcmm.library import path
+from vcmm.files.own.library import path
 
 scenario = vcmm.load_scenario(path("plate"))
 

@@ -16,7 +16,7 @@
 
 # %%
 import vcmm
-from vcmm.library import path
+from vcmm.files.own.library import path
 
 file = path("certificate")
 scenario = vcmm.load_scenario(file)

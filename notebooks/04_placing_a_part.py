@@ -22,8 +22,8 @@
 import numpy as np
 
 import vcmm
-from vcmm.library import path
-from vcmm.measuring.fixture import Fixture, Freedom, Goal, pose_of, six_of
+from vcmm.files.own.library import path
+from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, pose_of, six_of
 
 scenario = vcmm.load_scenario(path("plate"))
 
@@ -79,7 +79,7 @@ print(six_of(moved.pose)[:3], vcmm.measure(moved).values[1])
 # And what to do?
 
 # %%
-from vcmm.placing.advice import advice
+from vcmm.answer.placing.advice import advice
 
 print("\n".join(advice(found)))
 

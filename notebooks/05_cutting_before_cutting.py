@@ -20,9 +20,9 @@ from dataclasses import replace
 import numpy as np
 
 import vcmm
-from vcmm.library import path
-from vcmm.machining.job import finished_part
-from vcmm.machining.preparation import set_up
+from vcmm.files.own.library import path
+from vcmm.shop.machining.job import finished_part
+from vcmm.shop.machining.preparation import set_up
 
 scenario = vcmm.load_cut(path("turned_shaft"))
 result = vcmm.cut(scenario, trials=1000)

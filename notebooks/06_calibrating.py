@@ -21,13 +21,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vcmm
-from vcmm.calibrating.job import calibrate
-from vcmm.calibrating.machine_file import machine_texts, residual_texts
-from vcmm.calibrating.tested import put_to_test
-from vcmm.calibrating.thermal import thermal_model
-from vcmm.calibrating.thermal_file import thermal_text
-from vcmm.charts.canvas import canvas
-from vcmm.library import folder, path
+from vcmm.files.own.library import folder, path
+from vcmm.learn.calibration.job import calibrate
+from vcmm.learn.calibration.machine_file import machine_texts, residual_texts
+from vcmm.learn.calibration.tested import put_to_test
+from vcmm.learn.calibration.thermal import thermal_model
+from vcmm.learn.calibration.thermal_file import thermal_text
+from vcmm.show.charts.canvas import canvas
 
 lengths, bare = vcmm.load_recording(path("traced_cmm"))
 found = calibrate([lengths], bare)

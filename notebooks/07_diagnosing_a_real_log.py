@@ -17,8 +17,8 @@
 from dataclasses import replace
 
 import vcmm
-from vcmm.diagnosis.improve import improved
-from vcmm.library import path
+from vcmm.files.own.library import path
+from vcmm.learn.diagnosis.improve import improved
 
 recording, machine = vcmm.load_recording(path("worn_cmm"))
 print(recording.name, recording.m, "observations,", ", ".join(sorted(recording.run.series)))

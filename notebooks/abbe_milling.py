@@ -20,8 +20,8 @@
 import numpy as np
 
 import vcmm
-from vcmm.files.design import load_design
-from vcmm.library import folder, path
+from vcmm.files.own.design import load_design
+from vcmm.files.own.library import folder, path
 from vcmm.papers.abbe_milling import twin, validation
 from vcmm.papers.virtual_cut import departure, thinned
 

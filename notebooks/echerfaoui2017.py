@@ -17,8 +17,8 @@
 # %%
 import numpy as np
 
-from vcmm.charts.canvas import canvas
 from vcmm.papers.echerfaoui2017 import page, twin
+from vcmm.show.charts.canvas import canvas
 
 rng = np.random.default_rng(7)
 cmm = twin.drawn_cmm(rng)

@@ -25,8 +25,8 @@ import shlex
 import shutil
 from pathlib import Path
 
-from vcmm.cli import run
-from vcmm.library import folder
+from vcmm.face.cli import run
+from vcmm.files.own.library import folder
 
 
 def vcmm(line: str) -> dict:

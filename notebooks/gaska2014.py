@@ -18,7 +18,7 @@
 import numpy as np
 
 import vcmm
-from vcmm.library import path
+from vcmm.files.own.library import path
 from vcmm.papers.gaska2014 import maps, nodes, readings, tracer, twin
 
 scenario = vcmm.load_scenario(path("gaska2014"))

@@ -17,7 +17,7 @@
 # %%
 
 import vcmm
-from vcmm.library import path
+from vcmm.files.own.library import path
 from vcmm.papers.marin2004 import twin
 from vcmm.papers.marin2004.day import PARAMETERS, UNITS
 

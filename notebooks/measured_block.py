@@ -20,10 +20,10 @@ import numpy as np
 
 import vcmm
 from vcmm.files.columns import run_columns
-from vcmm.files.measured import read_measured_points
-from vcmm.library import path
-from vcmm.machining.measured import measured_cut
-from vcmm.machining.part_recording import part_recording
+from vcmm.files.own.library import path
+from vcmm.files.own.measured import read_measured_points
+from vcmm.shop.machining.measured import measured_cut
+from vcmm.shop.machining.part_recording import part_recording
 
 file = path("measured_block")
 scenario = vcmm.load_cut(file)

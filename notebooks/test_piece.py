@@ -19,8 +19,8 @@ import numpy as np
 import vcmm
 from vcmm.cases import test_piece_errors as twin
 from vcmm.cases.test_piece_page import tables
-from vcmm.library import path
-from vcmm.tables.table import text
+from vcmm.files.own.library import path
+from vcmm.show.tables.table import text
 
 scenario = vcmm.load_cut(path("test_piece"))
 result = twin.run(scenario)

@@ -16,8 +16,8 @@
 # %%
 import numpy as np
 
-from vcmm.charts.canvas import canvas
 from vcmm.papers.xcz_lathe import flat, joint, lathe, surveys, twin
+from vcmm.show.charts.canvas import canvas
 
 rng = np.random.default_rng(4)
 drawn, shape, tried = twin.consistent(rng)

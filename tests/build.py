@@ -9,11 +9,11 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
-from vcmm.effects.scatter import Scatter
-from vcmm.measuring.plan import Plan, Step, Stylus
-from vcmm.measuring.scenario import Scenario
-from vcmm.measuring.strategies import Grid, Levels, plan_points
 from vcmm.part.part import Characteristic, Feature, Part
+from vcmm.physics.scatter import Scatter
+from vcmm.task.measuring.plan import Plan, Step, Stylus
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.strategies import Grid, Levels, plan_points
 
 BORE = Feature(
     "bore", "cylinder", np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([15.0]), inside=True, extent=(20.0,)

@@ -24,9 +24,9 @@ def pytest_collection_finish() -> None:
 def few_parts() -> Iterator[None]:
     """Belts of the true form from a tenth of the parts, for modules that evaluate forms and ask nothing of those belts.
 
-    Three quarters of a small evaluation are spent on them; tests/evaluation/test_inversion.py asks for them.
+    Three quarters of a small evaluation are spent on them; tests/answer/evaluation/test_inversion.py asks for them.
     """
-    from vcmm.evaluation import inversion
+    from vcmm.answer.evaluation import inversion
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(inversion, "PARTS", (600, 600))

@@ -6,8 +6,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from vcmm.report import escape
-from vcmm.tables.table import text
+from vcmm.show.report import escape
+from vcmm.show.tables.table import text
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.nc.moves import Move, Source
+from vcmm.program.moves import Move, Source
 
 AT = Source(7, 1, 5)
 

@@ -3,7 +3,7 @@
 Points on the nominal surface, residuals r orthogonal to the columns of the Jacobian J of the distances,
 points moved by r along their normals. J does not change on the way, so the nominal element is an exact
 stationary point of the sum of squares, and a minimum while r is small against the radii. Shares no code with
-vcmm.fit.
+vcmm.part.fit.
 
 `touching` makes sets whose element by contact is known: points of contact whose gradients balance (the conditions of
 optimality of Kuhn and Tucker) with multipliers of the right signs, all other points strictly inside.
@@ -39,7 +39,7 @@ class Recipe:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Points (n, 3) and the element: a point of it (3,), unit axis (3,), sizes (s,) as in vcmm.fit.Fitted."""
+    """Points (n, 3) and the element: a point of it (3,), unit axis (3,), sizes (s,) as in vcmm.part.fit.Fitted."""
 
     kind: str
     points: Array

@@ -14,13 +14,13 @@ import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from vcmm.evaluation.inversion import inversion_of
-from vcmm.evaluation.pairs import both
-from vcmm.files.scenario import load_scenario
-from vcmm.inference.audit import Audited, audit, beside_oracle
-from vcmm.inference.oracle import IntervalLengths
-from vcmm.measuring.scenario import Scenario
-from vcmm.tables.audited import verdict
+from vcmm.answer.evaluation.inversion import inversion_of
+from vcmm.answer.evaluation.pairs import both
+from vcmm.answer.inference.audit import Audited, audit, beside_oracle
+from vcmm.answer.inference.oracle import IntervalLengths
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.tables.audited import verdict
+from vcmm.task.measuring.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, COUNTS = ROOT / "docs" / "audit.md", ROOT / "tools" / "audit_counts.json"

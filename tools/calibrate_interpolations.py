@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.calibrating.drawn import bare, draw, laser_and_plates, recorded, truth
-from vcmm.calibrating.held_out import compare_interpolations
-from vcmm.calibrating.interpolation import INTERPOLATIONS
-from vcmm.calibrating.job import calibrate
+from tests.learn.calibration.drawn import bare, draw, laser_and_plates, recorded, truth
+from vcmm.learn.calibration.held_out import compare_interpolations
+from vcmm.learn.calibration.interpolation import INTERPOLATIONS
+from vcmm.learn.calibration.job import calibrate
 
 
 def main(machines: int) -> None:

@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.calibrating.drawn import TRAVEL, bare, draw, laser_and_plates, recorded, tracers, truth
-from vcmm.calibrating.evidence import with_others
-from vcmm.calibrating.job import calibrate
-from vcmm.calibrating.model import ErrorModel
-from vcmm.calibrating.prior import widest_pairs
-from vcmm.calibrating.result import Calibration
-from vcmm.calibrating.solve import conditioned
+from tests.learn.calibration.drawn import TRAVEL, bare, draw, laser_and_plates, recorded, tracers, truth
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.learn.calibration.evidence import with_others
+from vcmm.learn.calibration.job import calibrate
+from vcmm.learn.calibration.model import ErrorModel
+from vcmm.learn.calibration.prior import widest_pairs
+from vcmm.learn.calibration.result import Calibration
+from vcmm.learn.calibration.solve import conditioned
 
 DESIGNS = {"laser": laser_and_plates, "tracer": tracers}
 PLACES = 400  # of the tip, in the volume

@@ -23,17 +23,17 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.recordings import convert  # noqa: E402
-from vcmm.calibrating.job import bare_machine, calibrate  # noqa: E402
-from vcmm.calibrating.machine_file import machine_texts  # noqa: E402
-from vcmm.calibrating.result import rms  # noqa: E402
-from vcmm.calibrating.tested import IndependentTest, put_to_test  # noqa: E402
-from vcmm.calibrating.thermal import thermal_model  # noqa: E402
-from vcmm.calibrating.thermal_file import thermal_text  # noqa: E402
-from vcmm.calibrating.thermal_net import net_left  # noqa: E402
 from vcmm.core.errors import ModelLimit, VcmmError  # noqa: E402
-from vcmm.files.machine import load_machine  # noqa: E402
-from vcmm.files.recording import load_recording  # noqa: E402
-from vcmm.response.recording import Recording  # noqa: E402
+from vcmm.files.own.machine import load_machine  # noqa: E402
+from vcmm.files.own.recording import load_recording  # noqa: E402
+from vcmm.learn.calibration.job import bare_machine, calibrate  # noqa: E402
+from vcmm.learn.calibration.machine_file import machine_texts  # noqa: E402
+from vcmm.learn.calibration.result import rms  # noqa: E402
+from vcmm.learn.calibration.tested import IndependentTest, put_to_test  # noqa: E402
+from vcmm.learn.calibration.thermal import thermal_model  # noqa: E402
+from vcmm.learn.calibration.thermal_file import thermal_text  # noqa: E402
+from vcmm.learn.calibration.thermal_net import net_left  # noqa: E402
+from vcmm.task.response.recording import Recording  # noqa: E402
 
 Maker = Callable[[Path, Path], Path]
 SLIT = "recordings/iso230_2_linear_axis/slit_11358_axis{}_tidy.csv"

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.calibrating import turning as rotary
-from tests.calibrating.drawn import U, bare, draw, laser_and_plates, recorded, tracers, truth
-from vcmm.calibrating.design import PlannedSetup, SetupPlan, best_within, plan_of
-from vcmm.calibrating.job import calibrate
+from tests.learn.calibration import turning as rotary
+from tests.learn.calibration.drawn import U, bare, draw, laser_and_plates, recorded, tracers, truth
 from vcmm.core.crew import Crew, crew_of
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.instruments.artefact import grid_of_balls, plate
-from vcmm.instruments.laser import diagonal, six_d
+from vcmm.learn.calibration.design import PlannedSetup, SetupPlan, best_within, plan_of
+from vcmm.learn.calibration.job import calibrate
+from vcmm.task.instruments.artefact import grid_of_balls, plate
+from vcmm.task.instruments.laser import diagonal, six_d
 
 DESIGNS = {"laser": laser_and_plates, "tracer": tracers}
 

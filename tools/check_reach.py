@@ -15,8 +15,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.placing.placing_independent import compare  # noqa: E402
-from tests.placing.test_collision import random_checks  # noqa: E402
+from tests.answer.placing.placing_independent import compare  # noqa: E402
+from tests.answer.placing.test_collision import random_checks  # noqa: E402
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
     python tools/concealed_cuts.py              64 concealed cases at delta 10 and 60 parts as predicted: the table of docs/cut.md
     python tools/concealed_cuts.py --cases 6 --nulls 0 --only wear
 
-Each case draws what the machine file says is uncertain, adds one effect by a formula of its own (nothing of vcmm/effects is asked),
+Each case draws what the machine file says is uncertain, adds one effect by a formula of its own (nothing of vcmm/physics is asked),
 draws some points of every feature with their scatter, and goes the way of a user: `measured_cut`, the recording written and
 read back, `diagnose`. delta: norm of the departure in units of everything that is uncertain, alignment and zeros taken out.
 """
@@ -22,22 +22,22 @@ from pathlib import Path
 import numpy as np
 
 import vcmm
+from vcmm.answer.evaluation.linear import LinearModel, build
+from vcmm.answer.inference.given import GivenPoints
 from vcmm.core.run import Array, Run
-from vcmm.diagnosis.result import Diagnosis
-from vcmm.evaluation.linear import LinearModel, build
 from vcmm.files.columns import run_columns
-from vcmm.files.machine import load_machine
-from vcmm.files.recording import load_recording
-from vcmm.files.recording_writer import save_recording
-from vcmm.inference.given import GivenPoints
-from vcmm.library import path as example
-from vcmm.machining.gauge import gauge_plan
-from vcmm.machining.job import finished_part
-from vcmm.machining.measured import MeasuredCut, known_columns, measured_cut
-from vcmm.machining.part_recording import part_recording
-from vcmm.machining.preparation import set_up
-from vcmm.machining.process import PreparedCut
-from vcmm.machining.world import Cutting
+from vcmm.files.own.library import path as example
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording import load_recording
+from vcmm.files.own.recording_writer import save_recording
+from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.shop.machining.gauge import gauge_plan
+from vcmm.shop.machining.job import finished_part
+from vcmm.shop.machining.measured import MeasuredCut, known_columns, measured_cut
+from vcmm.shop.machining.part_recording import part_recording
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.process import PreparedCut
+from vcmm.shop.machining.world import Cutting
 
 DELTA = 10.0
 NOISE = 0.3e-3  # mm, of a measured point

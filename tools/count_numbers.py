@@ -1,9 +1,9 @@
-"""Numbers written into vcmm/diagnosis: which decide an answer, and which merely stand there.
+"""Numbers written into vcmm/learn/diagnosis: which decide an answer, and which merely stand there.
 
     python tools/count_numbers.py            # how many, by file
     python tools/count_numbers.py --places   # every one with its place
     python tools/count_numbers.py --kinds    # what those outside the table are for, by file, in Markdown
-    python tools/count_numbers.py --table    # the table of vcmm/diagnosis/constants.py as it stands in docs/diagnose.md
+    python tools/count_numbers.py --table    # the table of vcmm/learn/diagnosis/constants.py as it stands in docs/diagnose.md
 
 Counted are numeric literals other than 0, 1, -1, 2, 0.5, conversions of units (1e3, 1e6, 60, 3600, 100 per cent), numbers of array
 columns, and digits in texts. tests/house/test_numbers.py holds both counts to a ceiling.
@@ -19,7 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOM = Path(__file__).resolve().parent.parent / "vcmm" / "diagnosis"
+ROOM = Path(__file__).resolve().parent.parent / "vcmm" / "learn" / "diagnosis"
 TABLE = "constants.py"
 PLAIN = (0, 1, 2, 0.5)
 UNITS = (1e3, 1e6, 60, 3600, 100)

@@ -18,7 +18,7 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-DRAWING = re.compile(r"vcmm/(report|pages)/|_page\.py$")
+DRAWING = re.compile(r"vcmm/show/(report|pages|charts)/|_page\.py$")
 AXES = {"axis", "ndmin", "ndim", "decimals", "digits", "indent", "width", "maxiter", "maxfun", "keepdims"}
 SHAPES = {"range", "reshape", "zeros", "ones", "empty", "eye", "full", "round", "zeros_like", "expand_dims", "swapaxes", "repeat", "tile"}  # fmt: skip
 MESSAGES = re.compile(r"(Error|Limit|Warning|Exit|warn|print|write|join|format|report|progress)$")

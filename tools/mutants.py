@@ -39,7 +39,7 @@ from mutant_map import Coverage
 from mutant_sites import Site, shown, sites
 
 ROOT = Path(__file__).resolve().parents[1]
-LEFT_OUT = ("vcmm/diagnosis/",)
+LEFT_OUT = ("vcmm/learn/diagnosis/",)
 PYTEST = [
     "-m",
     "pytest",

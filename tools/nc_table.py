@@ -10,9 +10,9 @@ from collections import Counter
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from vcmm.cli.nc_folder import programs_in, row_of
-from vcmm.nc.setup import Setup
-from vcmm.tables.program import FolderRow, outcome, reason_kind
+from vcmm.face.cli.nc_folder import programs_in, row_of
+from vcmm.program.setup import Setup
+from vcmm.show.tables.program import FolderRow, outcome, reason_kind
 
 KINDS = ("read", "read with assumptions", "no motion", "refused")
 

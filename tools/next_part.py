@@ -3,7 +3,7 @@
     python tools/next_part.py                    all effects of the table of docs/cut.md, about 40 s each
     python tools/next_part.py wear clamping --delta 20
 
-One effect is concealed in the measured block (formulas of tools/concealed_cuts.py, which share nothing with vcmm/effects), its points come
+One effect is concealed in the measured block (formulas of tools/concealed_cuts.py, which share nothing with vcmm/physics), its points come
 back, `measured_cut` and `diagnose` say what it is, `compensate --surface` writes the next program, and both programs are cut by the
 concealed formula: what of the part is off the drawing before and after.
 """
@@ -22,15 +22,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from concealed_cuts import EFFECTS, Effect, Points, asked
 
 import vcmm
-from vcmm.compensating.job import compensate
-from vcmm.compensating.surface import surface_errors
+from vcmm.compensation.job import compensate
+from vcmm.compensation.surface import surface_errors
 from vcmm.core.run import Array
-from vcmm.diagnosis.written_fit import handed_over
-from vcmm.library import path as example
-from vcmm.machining.job import finished_part
-from vcmm.machining.measured import known_columns
-from vcmm.machining.preparation import set_up
-from vcmm.machining.process import PreparedCut
+from vcmm.files.own.library import path as example
+from vcmm.learn.diagnosis.written_fit import handed_over
+from vcmm.shop.machining.job import finished_part
+from vcmm.shop.machining.measured import known_columns
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.process import PreparedCut
 
 WORDS = ("deflection", "wear", "wrong tool radius", "runout", "servo lag", "thermal growth", "clamping")
 NOTCH = "notch_"  # walls that one way of the tool makes together

@@ -2,7 +2,7 @@
 
     python tools/place_statistics.py [problems] [first]
 
-Problems are drawn (tests/placing/drawn.py): one to five freedoms, discrete turns in some. The search may use 5000
+Problems are drawn (tests/answer/placing/drawn.py): one to five freedoms, discrete turns in some. The search may use 5000
 evaluations; the reference is the better of a dense Sobol scan of 25 000 poses and a differential evolution of 25 000
 evaluations (together ten times the 5000), spread over the boxes of a fixture. The bar: within 0.1 % of the reference in 95 % of 200 problems.
 """
@@ -17,8 +17,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from tests.placing.drawn import Problem, problem
-from vcmm.placing.search import CountedObjective, search
+from tests.answer.placing.drawn import Problem, problem
+from vcmm.answer.placing.search import CountedObjective, search
 
 SCAN, EVOLUTION, BAR = 25_000, 26_000, 1e-3
 

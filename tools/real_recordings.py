@@ -28,10 +28,10 @@ sys.path.insert(0, str(ROOT))
 from tests.recordings import convert  # noqa: E402
 from tests.recordings.judged import left, rms, without_nuisance  # noqa: E402
 from vcmm.core.errors import VcmmError  # noqa: E402
-from vcmm.diagnosis.job import diagnose  # noqa: E402
-from vcmm.diagnosis.problem import Problem, make_problem  # noqa: E402
-from vcmm.diagnosis.result import Diagnosis  # noqa: E402
-from vcmm.files.recording import load_recording  # noqa: E402
+from vcmm.files.own.recording import load_recording  # noqa: E402
+from vcmm.learn.diagnosis.job import diagnose  # noqa: E402
+from vcmm.learn.diagnosis.problem import Problem, make_problem  # noqa: E402
+from vcmm.learn.diagnosis.result import Diagnosis  # noqa: E402
 
 Maker = Callable[[Path, Path], Path]
 SLIT, RESOLVER = "iso230_2_linear_axis/slit_11358_axis{}_tidy.csv", "resolver_cyclic_latency/{}.csv"

@@ -14,19 +14,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.answer.evaluation.linear import build
+from vcmm.answer.routes import hidden
+from vcmm.answer.routes.job import routes
+from vcmm.answer.routes.positions import LENGTH, PER_TIP, RING, StandardReadings, corrections
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
-from vcmm.effects import has_role
-from vcmm.evaluation.linear import build
-from vcmm.files.scenario import load_scenario
-from vcmm.gps import characteristics as gps
-from vcmm.library import path
-from vcmm.measuring.plan import Step
-from vcmm.measuring.task import Task
+from vcmm.files.own.library import path
+from vcmm.files.own.scenario import load_scenario
+from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import normal
-from vcmm.routes import hidden
-from vcmm.routes.job import routes
-from vcmm.routes.positions import LENGTH, PER_TIP, RING, StandardReadings, corrections
+from vcmm.physics import has_role
+from vcmm.task.measuring.plan import Step
+from vcmm.task.measuring.task import Task
 
 SCENARIOS = ("ring_gauge", "plate", "certificate")
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.answer.evaluation.interval import Linear
 from vcmm.core.laws import Uniform
-from vcmm.evaluation.interval import Linear
 from vcmm.files.columns import read_positions
-from vcmm.files.machine import load_machine
+from vcmm.files.own.machine import load_machine
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 

@@ -27,11 +27,11 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from vcmm.core.run import Array  # noqa: E402
-from vcmm.diagnosis.comparison import compared  # noqa: E402
-from vcmm.diagnosis.problem import Problem, make_problem  # noqa: E402
-from vcmm.effects import BY_NAME  # noqa: E402
-from vcmm.files.machine import load_machine  # noqa: E402
-from vcmm.files.recording import load_recording  # noqa: E402
+from vcmm.files.own.machine import load_machine  # noqa: E402
+from vcmm.files.own.recording import load_recording  # noqa: E402
+from vcmm.learn.diagnosis.comparison import compared  # noqa: E402
+from vcmm.learn.diagnosis.problem import Problem, make_problem  # noqa: E402
+from vcmm.physics import BY_NAME  # noqa: E402
 
 Term = dict[str, Any]
 PLACES: Term = {"effect": "places"}  # one number per target, whatever the sense
@@ -133,7 +133,7 @@ def row(folder: Path, seed: int) -> list[str]:
     best = least_squares(problem, SUPPORTED.get(folder.name, [])) * unit
     with tempfile.TemporaryDirectory() as work:
         start = time.perf_counter()
-        code = "from vcmm.cli import main; main()"
+        code = "from vcmm.face.cli import main; main()"
         words = ["diagnose", str(folder / "recording.toml"), "--seed", str(seed), "--json", "--out", work]
         done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True)
         seconds = time.perf_counter() - start

@@ -14,37 +14,34 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from vcmm.former_paths import install as _keep_former_paths
-
 __version__ = "0.1.0"
 
 _HOME = {
-    "load_machine": "vcmm.files.machine",
-    "load_scenario": "vcmm.files.scenario",
+    "load_machine": "vcmm.files.own.machine",
+    "load_scenario": "vcmm.files.own.scenario",
     "Machine": "vcmm.core.machine",
     "Axis": "vcmm.core.kinematics",
     "Run": "vcmm.core.run",
     "Effect": "vcmm.core.effect",
     "Input": "vcmm.core.inputs",
-    "Scenario": "vcmm.measuring.scenario",
-    "Settings": "vcmm.measuring.settings",
-    "measure": "vcmm.api",
-    "optimise_plan": "vcmm.placing.planning",
-    "uncertainty": "vcmm.api",
-    "evaluate": "vcmm.api",
-    "audit": "vcmm.inference.audit",
-    "field": "vcmm.response.volumetric",
-    "place": "vcmm.api",
-    "diagnose": "vcmm.diagnosis.job",
-    "diagnose_several": "vcmm.diagnosis.several",
-    "cut": "vcmm.machining.job",
-    "compensate": "vcmm.compensating.job",
-    "calibrate": "vcmm.calibrating.job",
-    "load_cut": "vcmm.files.cut_scenario",
-    "load_recording": "vcmm.files.recording",
+    "Scenario": "vcmm.task.measuring.scenario",
+    "Settings": "vcmm.task.measuring.settings",
+    "measure": "vcmm.face.api",
+    "optimise_plan": "vcmm.answer.placing.planning",
+    "uncertainty": "vcmm.face.api",
+    "evaluate": "vcmm.face.api",
+    "audit": "vcmm.answer.inference.audit",
+    "field": "vcmm.task.response.volumetric",
+    "place": "vcmm.face.api",
+    "diagnose": "vcmm.learn.diagnosis.job",
+    "diagnose_several": "vcmm.learn.diagnosis.several",
+    "cut": "vcmm.shop.machining.job",
+    "compensate": "vcmm.compensation.job",
+    "calibrate": "vcmm.learn.calibration.job",
+    "load_cut": "vcmm.files.own.cut_scenario",
+    "load_recording": "vcmm.files.own.recording",
 }
 __all__ = ["__version__", *_HOME]
-_keep_former_paths()
 
 
 def __getattr__(name: str) -> Any:

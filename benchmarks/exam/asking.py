@@ -20,7 +20,7 @@ from types import FrameType
 from typing import Any
 
 LIMIT = 900.0  # s
-START = "import sys; from vcmm.cli import main; sys.exit(main())"
+START = "import sys; from vcmm.face.cli import main; sys.exit(main())"
 
 
 class OutOfTime(BaseException):
@@ -49,7 +49,7 @@ def _elsewhere(words: Sequence[str], limit: float) -> tuple[int, str, str]:
 
 
 def _here(words: Sequence[str], limit: float) -> tuple[int, str, str]:
-    from vcmm.cli import run
+    from vcmm.face.cli import run
 
     told, said = io.StringIO(), io.StringIO()
     try:

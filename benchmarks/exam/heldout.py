@@ -54,9 +54,9 @@ def energy_left(case: Case, improved: Path, folder: Path) -> float | None:
 
 def _predicted(recording: Path, improved: Path) -> Array:
     """What the improved file predicts more than the stated one, mm (rows, x y z in turn where there is no direction)."""
-    from vcmm.files.machine import load_machine
-    from vcmm.files.recording import load_recording
-    from vcmm.response.observe import baseline
+    from vcmm.files.own.machine import load_machine
+    from vcmm.files.own.recording import load_recording
+    from vcmm.task.response.observe import baseline
 
     first, stated = load_recording(recording, None)
     second, better = load_recording(recording, load_machine(improved))

@@ -25,8 +25,8 @@ from benchmarks.exam.kinema import Errors
 from benchmarks.exam.observe import Hidden, observed, tip_motion
 from benchmarks.exam.score import score, summarise
 from benchmarks.exam.tables import pages
-from vcmm.cli.options import share_of
 from vcmm.core.crew import Crew, crew_of
+from vcmm.face.cli.options import share_of
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from tests.machining import shop
-from vcmm.cli import run
+from tests.shop.machining import shop
+from vcmm.face.cli import run
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]

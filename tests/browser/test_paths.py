@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tests.browser.conftest import Watched
-from tests.machining import shop
-from vcmm.cli import run
+from tests.shop.machining import shop
+from vcmm.face.cli import run
 
 pytestmark = pytest.mark.thorough
 SCALE = '[[effects]]\neffect = "scale_factor"\naxis = "X"\nk = "100 um/m"\n'

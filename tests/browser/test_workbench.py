@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from tests.browser.conftest import Watched
-from tests.pages.test_hostile_names import plate
 from tests.plate import PLATE
-from vcmm.files.scenario import load_scenario
-from vcmm.library import path
-from vcmm.workbench.bench import Bench
-from vcmm.workbench.server import WorkbenchServer
+from tests.show.pages.test_hostile_names import plate
+from vcmm.face.workbench.bench import Bench
+from vcmm.face.workbench.server import WorkbenchServer
+from vcmm.files.own.library import path
+from vcmm.files.own.scenario import load_scenario
 
 pytestmark = pytest.mark.thorough
 SETTLED = "want => document.body.dataset.settled && Object.entries(want).every(([k, v]) => JSON.parse(document.body.dataset.settled)[k] === v)"

@@ -7,7 +7,7 @@ import pytest
 
 import vcmm
 from vcmm.cases import ball_bar
-from vcmm.library import companions, folder, path
+from vcmm.files.own.library import companions, folder, path
 
 
 def test_the_files_of_the_example_are_what_the_case_makes():

@@ -13,13 +13,13 @@ from tests.documented import assert_documented, assert_titled, instead
 from vcmm.cases import test_piece as piece
 from vcmm.cases import test_piece_errors as twin
 from vcmm.cases import test_piece_page as page
-from vcmm.cli import run as command
-from vcmm.effects.lag import ServoLag
-from vcmm.effects.scale import ScaleFactor
-from vcmm.effects.squareness import Squareness
-from vcmm.library import folder, path
-from vcmm.machining.preparation import set_up
+from vcmm.face.cli import run as command
+from vcmm.files.own.library import folder, path
 from vcmm.papers.virtual_cut import departure, seen
+from vcmm.physics.lag import ServoLag
+from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.squareness import Squareness
+from vcmm.shop.machining.preparation import set_up
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import vcmm
-from vcmm.calibrating.job import calibrate
-from vcmm.calibrating.tested import put_to_test
-from vcmm.calibrating.thermal import thermal_model
 from vcmm.cases import traced_cmm
-from vcmm.library import companions, folder, path
+from vcmm.files.own.library import companions, folder, path
+from vcmm.learn.calibration.job import calibrate
+from vcmm.learn.calibration.tested import put_to_test
+from vcmm.learn.calibration.thermal import thermal_model
 
 
 def test_the_files_of_the_example_are_what_the_case_makes():

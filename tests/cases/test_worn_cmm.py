@@ -11,13 +11,13 @@ import pytest
 import vcmm
 from vcmm.cases import worn_cmm as twin
 from vcmm.cases import worn_cmm_page as page
-from vcmm.cli import run as command
 from vcmm.core.run import Run, Series
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.thermal import ThermalDrift
-from vcmm.files.machine import load_machine
-from vcmm.library import companions, folder, path
-from vcmm.tables.table import text
+from vcmm.face.cli import run as command
+from vcmm.files.own.library import companions, folder, path
+from vcmm.files.own.machine import load_machine
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.thermal import ThermalDrift
+from vcmm.show.tables.table import text
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
 

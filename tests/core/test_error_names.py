@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.error_names import canonical, known, table
 from vcmm.core.errors import DataError, UsageError
-from vcmm.files.isg import read_isg
+from vcmm.files.foreign.isg import read_isg
 
 # Error of axis X in direction Y: ISO EYX (direction, axis), δy(x) (direction, axis), xty (axis, direction).
 BY_HAND = [

@@ -12,10 +12,10 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure, rotation_from_vector
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.effects import BY_NAME
-from vcmm.effects.component import ComponentTable
 from vcmm.files.columns import read_positions
-from vcmm.files.machine import load_machine
+from vcmm.files.own.machine import load_machine
+from vcmm.physics import BY_NAME
+from vcmm.physics.component import ComponentTable
 
 
 def reference():

@@ -10,9 +10,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import addable, doubled, informed, merged, targets
 from vcmm.core.laws import Normal
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.scale import ScaleFactor
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.scale import ScaleFactor
 
 GAP = Input("backlash", "X", "gap", Normal(1e-3), evidence="ball bar")
 

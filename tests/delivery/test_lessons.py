@@ -13,7 +13,7 @@ import pytest
 
 from tests.hostile.judge import ask
 from tests.house.test_notebooks import NOTEBOOKS, read, run_cell
-from vcmm.library import path
+from vcmm.files.own.library import path
 
 LESSONS = {p.stem[:2]: p for p in NOTEBOOKS if p.stem[:2].isdigit()}
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from vcmm.library import path
+from vcmm.files.own.library import path
 
 pytestmark = pytest.mark.thorough
-VCMM = [sys.executable, "-c", "from vcmm.cli import main; main()"]
+VCMM = [sys.executable, "-c", "from vcmm.face.cli import main; main()"]
 MANY = (
     "--trials",
     "1200000",

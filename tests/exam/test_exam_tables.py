@@ -32,10 +32,10 @@ def _row(block: str = "A", case: int = 0, **more):
 
 def test_the_exam_knows_the_product_by_its_command_only() -> None:
     allowed = {
-        "asking.py": {"vcmm.cli"},
-        "heldout.py": {"vcmm.files.machine", "vcmm.files.recording", "vcmm.response.observe"},
+        "asking.py": {"vcmm.face.cli"},
+        "heldout.py": {"vcmm.files.own.machine", "vcmm.files.own.recording", "vcmm.task.response.observe"},
         "run.py": {
-            "vcmm.cli.options",
+            "vcmm.face.cli.options",
             "vcmm.core.crew",
         },  # how many workers there are, nothing of a diagnosis
     }

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from vcmm.api import measure
 from vcmm.core.errors import DataError
-from vcmm.files.scenario import load_scenario
+from vcmm.face.api import measure
+from vcmm.files.own.scenario import load_scenario
 
 HEAD = """vcmm = "scenario/1"
 [machine]

@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.core.run import Run
-from vcmm.files.machine import load_machine
+from vcmm.files.own.machine import load_machine
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b X Y Z t"

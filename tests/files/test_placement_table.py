@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.placing.cases import plate, written
+from tests.answer.placing.cases import plate, written
 from vcmm.core.errors import DataError
-from vcmm.files.scenario import load_scenario
+from vcmm.files.own.scenario import load_scenario
 
 
 def test_placement_table_is_read(tmp_path):
@@ -60,7 +60,7 @@ def test_wrong_placements_are_refused_with_a_fix(tmp_path, lines, text):
 
 
 def test_machine_of_a_scenario_is_replaced(tmp_path):
-    from vcmm.library import path as shipped
+    from vcmm.files.own.library import path as shipped
 
     other = tmp_path / "other.toml"
     other.write_text(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vcmm.core.errors import DataError
-from vcmm.files.setup import load_setup
+from vcmm.files.own.setup import load_setup
 
 TOOL = 'vcmm = "setup/1"\n[tools.1]\nlength = "120 mm"\ndiameter = "10 mm"\n'
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from tests.plate import edited
-from vcmm.certified.certificate import length_limit, short_limit
-from vcmm.cli import run
 from vcmm.core.errors import UsageError
-from vcmm.files.machine import load_machine
+from vcmm.face.cli import run
+from vcmm.files.own.machine import load_machine
+from vcmm.task.certified.certificate import length_limit, short_limit
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b Y X Z t"

@@ -7,10 +7,10 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.exchange.samples import DCC, DMIS, QIF
-from tests.machining import shop
+from tests.files.foreign.samples import DCC, DMIS, QIF
 from tests.plate import PLATE
-from vcmm.library import path as shipped
+from tests.shop.machining import shop
+from vcmm.files.own.library import path as shipped
 
 AXES = """[axes.X]
 travel = ["-10 mm", "600 mm"]

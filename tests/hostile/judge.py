@@ -19,7 +19,7 @@ from tests.hostile.corpus import CASES as FIRST
 from tests.hostile.corpus import Case
 from tests.hostile.corpus_newest import NEWEST
 from tests.hostile.mutations import Mutation, mutated
-from vcmm.cli import run
+from vcmm.face.cli import run
 
 CASES = (*FIRST, *NEWEST)
 LONGEST = 4096  # bytes of all messages together

@@ -194,7 +194,7 @@ def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
 
 
 def test_too_little_memory_is_no_bug(tmp_path, monkeypatch):
-    from vcmm.response import volumetric
+    from vcmm.task.response import volumetric
 
     def too_much(*args):
         raise MemoryError("Unable to allocate 74.5 GiB")

@@ -1,9 +1,9 @@
-"""The package with other effects than it has, without a copy on the disk: a file of effects/ gone with its line, or one added.
+"""The package with other effects than it has, without a copy on the disk: a file of physics/ gone with its line, or one added.
 
-    python -m tests.house.other_effects       imports everything else, once without each file of effects/
+    python -m tests.house.other_effects       imports everything else, once without each file of physics/
 
-A finder answers for `vcmm.effects` with another text and refuses, or adds, files of it. It is to be put in place before
-vcmm.effects is imported, so every change has a process of its own (a fork of one that has the libraries loaded).
+A finder answers for `vcmm.physics` with another text and refuses, or adds, files of it. It is to be put in place before
+vcmm.physics is imported, so every change has a process of its own (a fork of one that has the libraries loaded).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from types import ModuleType
 
 from tests.house.test_layers import PACKAGE, inner_imports, sources, within
 
-EFFECTS = PACKAGE / "effects"
+EFFECTS = PACKAGE / "physics"
 LIBRARIES = ("numpy", "numba", "pydantic", "cyclopts", "rich", "scipy.spatial", "scipy.interpolate")
 APART = ("vcmm.papers.", "vcmm.cases.")  # they are made of certain effects
 
 
 class OtherEffects(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """texts: module name -> source, for `vcmm.effects` and what is added to it; gone: module names that are no more."""
+    """texts: module name -> source, for `vcmm.physics` and what is added to it; gone: module names that are no more."""
 
     def __init__(self, texts: Mapping[str, str], gone: Sequence[str] = ()) -> None:
         self.texts, self.gone = texts, gone
@@ -41,7 +41,7 @@ class OtherEffects(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             raise ModuleNotFoundError(f"{fullname} was deleted", name=fullname)
         if fullname not in self.texts:
             return None
-        spec = importlib.machinery.ModuleSpec(fullname, self, is_package=fullname == "vcmm.effects")
+        spec = importlib.machinery.ModuleSpec(fullname, self, is_package=fullname == "vcmm.physics")
         if spec.submodule_search_locations is not None:
             spec.submodule_search_locations.append(str(EFFECTS))
         return spec
@@ -50,19 +50,19 @@ class OtherEffects(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.texts[module.__name__], module.__name__, "exec"), module.__dict__)
 
     def install(self) -> None:
-        assert "vcmm.effects" not in sys.modules
+        assert "vcmm.physics" not in sys.modules
         sys.meta_path.insert(0, self)
 
 
 def files() -> list[str]:
-    """Names of the files of effects/ that can be deleted."""
+    """Names of the files of physics/ that can be deleted."""
     return sorted(p.stem for p in EFFECTS.glob("*.py") if p.stem != "__init__")
 
 
 def classes_of(stem: str) -> list[str]:
     """The classes of one file that stand in ALL."""
     tree = ast.parse((EFFECTS / "__init__.py").read_text(encoding="utf-8"))
-    lines = [n for n in tree.body if isinstance(n, ast.ImportFrom) and n.module == f"vcmm.effects.{stem}"]
+    lines = [n for n in tree.body if isinstance(n, ast.ImportFrom) and n.module == f"vcmm.physics.{stem}"]
     return [alias.name for line in lines for alias in line.names]
 
 
@@ -77,30 +77,30 @@ def without(stem: str) -> OtherEffects:
     """A file deleted, its import and its lines in ALL with it."""
     text = (EFFECTS / "__init__.py").read_text(encoding="utf-8")
     gone = classes_of(stem)
-    assert gone, f"vcmm/effects/{stem}.py has no line in vcmm/effects/__init__.py"
-    node = next(n for n in ast.parse(text).body if getattr(n, "module", "") == f"vcmm.effects.{stem}")
+    assert gone, f"vcmm/physics/{stem}.py has no line in vcmm/physics/__init__.py"
+    node = next(n for n in ast.parse(text).body if getattr(n, "module", "") == f"vcmm.physics.{stem}")
     lines = text.splitlines()
     rest = [*lines[: node.lineno - 1], *lines[node.end_lineno or node.lineno :]]
     kept = [line for line in rest if line.strip() not in {f"{name}," for name in gone}]
     assert len(kept) == len(rest) - len(gone)
-    return OtherEffects({"vcmm.effects": "\n".join(kept)}, (f"vcmm.effects.{stem}",))
+    return OtherEffects({"vcmm.physics": "\n".join(kept)}, (f"vcmm.physics.{stem}",))
 
 
 def with_file(stem: str, source: str, name: str) -> OtherEffects:
     """A file added, with one line in ALL for the class `name` (and the import that it takes)."""
     text = (EFFECTS / "__init__.py").read_text(encoding="utf-8")
     head, tail = text.split("\nALL: tuple[type[Effect], ...] = (\n", 1)
-    listed = f"{head}\nfrom vcmm.effects.{stem} import {name}\nALL: tuple[type[Effect], ...] = (\n    {name},\n{tail}"
-    return OtherEffects({"vcmm.effects": listed, f"vcmm.effects.{stem}": source})
+    listed = f"{head}\nfrom vcmm.physics.{stem} import {name}\nALL: tuple[type[Effect], ...] = (\n    {name},\n{tail}"
+    return OtherEffects({"vcmm.physics": listed, f"vcmm.physics.{stem}": source})
 
 
 def modules() -> list[str]:
-    """All modules of the package but the files of effects/."""
-    return [f"vcmm.{m}".rstrip(".") for m in sources() if not (m.startswith("effects."))]
+    """All modules of the package but the files of physics/."""
+    return [f"vcmm.{m}".rstrip(".") for m in sources() if not (m.startswith("physics."))]
 
 
 def apart_from_effects() -> list[str]:
-    """The modules that load nothing of effects/ when they are imported."""
+    """The modules that load nothing of physics/ when they are imported."""
     graph = {
         m: {m.rpartition(".")[0]} if m else set() for m in sources()
     }  # a package is loaded before what is in it
@@ -116,20 +116,20 @@ def apart_from_effects() -> list[str]:
             open_ += new
         return seen
 
-    return [f"vcmm.{m}" for m in graph if m and not any(within(x, "effects") for x in loaded(m))]
+    return [f"vcmm.{m}" for m in graph if m and not any(within(x, "physics") for x in loaded(m))]
 
 
 def import_all_without(stem: str) -> None:
-    """Import every module of the package without one file of effects/; what needs it by name is a paper or a case."""
+    """Import every module of the package without one file of physics/; what needs it by name is a paper or a case."""
     gc.disable()
     without(stem).install()
     for module in modules():
         try:
             importlib.import_module(module)
         except ModuleNotFoundError as error:
-            if not (module.startswith(APART) and error.name == f"vcmm.effects.{stem}"):
+            if not (module.startswith(APART) and error.name == f"vcmm.physics.{stem}"):
                 raise RuntimeError(f"{module} cannot be imported: {error}") from error
-    from vcmm.effects import ALL
+    from vcmm.physics import ALL
 
     assert not {kind.name for kind in ALL} & set(names_of(stem))
 
@@ -154,7 +154,7 @@ def in_a_child(job: Callable[[], None]) -> str:
 
 
 def each_without(job: Callable[[str], None]) -> dict[str, str]:
-    """File of effects/ -> what the job raised without it, "" for nothing; in forks of this process, two at a time."""
+    """File of physics/ -> what the job raised without it, "" for nothing; in forks of this process, two at a time."""
     with ThreadPoolExecutor(2) as pool:
         return dict(zip(files(), pool.map(lambda stem: in_a_child(lambda: job(stem)), files())))
 
@@ -166,9 +166,9 @@ def main() -> int:
         sys.dont_write_bytecode, sys.pycache_prefix = False, folder
         failed = {stem: said for stem, said in each_without(import_all_without).items() if said}
     for stem, said in failed.items():
-        print(f"without vcmm/effects/{stem}.py:\n{said}")
+        print(f"without vcmm/physics/{stem}.py:\n{said}")
     print(
-        f"{len(files())} files of vcmm/effects/ deleted one at a time, {len(modules())} modules imported each time"
+        f"{len(files())} files of vcmm/physics/ deleted one at a time, {len(modules())} modules imported each time"
     )
     return 1 if failed else 0
 

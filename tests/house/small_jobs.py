@@ -1,6 +1,6 @@
 """Files of one small machine and the commands on them, for a catalogue of effects that was changed.
 
-python -m tests.house.small_jobs          runs all of them once without each file of effects/
+python -m tests.house.small_jobs          runs all of them once without each file of physics/
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tests.house.other_effects import LIBRARIES, apart_from_effects, each_without, files, without
-from tests.machining import shop
+from tests.shop.machining import shop
 
 AXES = """\
 structure = "w X' Y' b Z t"
@@ -95,7 +95,7 @@ def _touches(tip: Tip) -> str:
 
 def command(*words: object) -> str:
     """What a command prints. Raises AssertionError with its message where it could not do its job (1: it did, with bad news)."""
-    from vcmm.cli import run
+    from vcmm.face.cli import run
 
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -131,9 +131,9 @@ def main() -> int:
         importlib.import_module(name)
     failed = {stem: said for stem, said in each_without(all_jobs_without).items() if said}
     for stem, said in failed.items():
-        print(f"without vcmm/effects/{stem}.py:\n{said}")
+        print(f"without vcmm/physics/{stem}.py:\n{said}")
     print(
-        f"the small jobs work without {len(files()) - len(failed)} of {len(files())} files of vcmm/effects/"
+        f"the small jobs work without {len(files()) - len(failed)} of {len(files())} files of vcmm/physics/"
     )
     return 1 if failed else 0
 

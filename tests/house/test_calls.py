@@ -10,10 +10,10 @@ MOST = 6
 # Compiled kernels take no keywords in the loops where they are called, so files of kernels are left out (KERNELS), and
 # whoever hands them their arrays.
 KERNEL_CALLS = (
-    ("vcmm/cutting/stock.py", "kernels.cut_all"),
-    ("vcmm/fit/exchange.py", "minimax_steps"),
+    ("vcmm/shop/cutting/stock.py", "kernels.cut_all"),
+    ("vcmm/part/fit/exchange.py", "minimax_steps"),
 )
-ROOMS = ("diagnosis",)  # that still have such calls: what they hold is to be built anew
+ROOMS = ("learn",)  # that still have such calls: what they hold is to be built anew
 
 
 def long_calls() -> dict[str, list[str]]:

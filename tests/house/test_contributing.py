@@ -11,10 +11,10 @@ import pytest
 from tests.house.test_layers import PACKAGE
 
 CONTRIBUTING = PACKAGE.parent / "CONTRIBUTING.md"
-EFFECTS_TESTS = PACKAGE.parent / "tests" / "effects"
+EFFECTS_TESTS = PACKAGE.parent / "tests" / "physics"
 STEM, CLASS = "ram_droop", "RamDroop"
 
-# In a process of its own, in which vcmm.effects has the file and the line. Y carries the workpiece of the small machine.
+# In a process of its own, in which vcmm.physics has the file and the line. Y carries the workpiece of the small machine.
 STORY = """
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ from tests.house.test_contributing import CLASS, EFFECTS_TESTS, STEM, blocks
 
 source, number = blocks()
 with_file(STEM, source, CLASS).install()
-exec(number, {name: getattr(__import__(f"vcmm.effects.{STEM}", fromlist=[name]), name) for name in (CLASS, "Run")})
+exec(number, {name: getattr(__import__(f"vcmm.physics.{STEM}", fromlist=[name]), name) for name in (CLASS, "Run")})
 
 folder = Path.cwd()
 known = KNOWN.format(STEM, "axis", "Y", "c", "40 um/m^2", "4 um/m^2")

@@ -90,8 +90,8 @@ def words(page: str) -> set[str]:
 
 def test_every_key_of_the_file_formats_is_documented():
     """Keys are read from the formats themselves, so that a new key cannot stay undocumented."""
-    from vcmm.files import machine, part, plan, recording_tables, scenario
-    from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
+    from vcmm.files.own import machine, part, plan, recording_tables, scenario
+    from vcmm.files.own.inputs import INPUT_KEYS, LAW_KEYS
     from vcmm.files.schema import Table
 
     models = [m for file in (machine, part, plan, scenario, recording_tables) for m in vars(file).values()]
@@ -104,8 +104,8 @@ def test_every_key_of_the_file_formats_is_documented():
 def test_every_strategy_feature_and_characteristic_is_documented():
     from dataclasses import fields
 
-    from vcmm.measuring.strategies import PATTERNS
     from vcmm.part.part import KINDS, TYPES
+    from vcmm.task.measuring.strategies import PATTERNS
 
     shown = words("docs/files.md")
     strategies = {n for by_name in PATTERNS.values() for n in by_name}
@@ -114,7 +114,7 @@ def test_every_strategy_feature_and_characteristic_is_documented():
 
 
 def test_every_verb_is_documented():
-    from vcmm.cli import VERBS
+    from vcmm.face.cli import VERBS
 
     shown = words("docs/cli.md")
     assert not sorted(set(VERBS) - shown)
@@ -139,7 +139,7 @@ def test_every_command_that_is_shown_is_understood():
     """Verbs, options and their values, as the command line itself reads them; nothing is run. NAME stands for a value."""
     from cyclopts import CycloptsError, MissingArgumentError
 
-    from vcmm.cli import build_app
+    from vcmm.face.cli import build_app
 
     app, wrong = build_app(), []
     found = list(command_lines())
@@ -156,10 +156,10 @@ def test_every_command_that_is_shown_is_understood():
 
 def test_json_keys_are_documented():
     """The keys of the uncertainty document, from a real one."""
-    from vcmm.api import uncertainty
-    from vcmm.files.scenario import load_scenario
-    from vcmm.library import path
-    from vcmm.tables.evaluated import uncertainty_json
+    from vcmm.face.api import uncertainty
+    from vcmm.files.own.library import path
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.show.tables.evaluated import uncertainty_json
 
     document = uncertainty_json(uncertainty(load_scenario(path("plate")), trials=2000))
     characteristic = document["characteristics"][0]
@@ -176,7 +176,7 @@ def generator() -> dict[str, Any]:
 
 def test_the_page_of_effects_holds_every_effect_and_parameter(tmp_path: Path):
     from vcmm.core.effect import parameter_fields
-    from vcmm.effects import ALL
+    from vcmm.physics import ALL
 
     target = tmp_path / "effects.md"
     generator()["write"](target)
@@ -191,7 +191,7 @@ def test_the_page_of_effects_holds_every_effect_and_parameter(tmp_path: Path):
 
 def test_the_reference_holds_every_function_and_every_verb():
     import vcmm
-    from vcmm.cli import VERBS
+    from vcmm.face.cli import VERBS
 
     page = generator()["reference"]()
     assert all(f"### vcmm.{name}\n" in page for name in vcmm.__all__[1:])
@@ -209,8 +209,8 @@ def test_a_lesson_as_a_notebook_repeats():
 
 
 def test_examples_of_effects_can_be_read():
-    from vcmm.effects import ALL
-    from vcmm.files.effects import build_effect
+    from vcmm.files.own.effects import build_effect
+    from vcmm.physics import ALL
 
     read = 0
     for effect in ALL:

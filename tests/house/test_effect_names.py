@@ -13,9 +13,9 @@ from tests.house.other_effects import PACKAGE, files, in_a_child, names_of, with
 from tests.house.test_layers import inner_imports, sources, tree, within
 from vcmm.core.declaration import OWNERS, ROLES
 from vcmm.core.effect import Effect, parameter_fields, place_fields
-from vcmm.effects import ALL, BY_NAME, has_role, made_for, of_role
+from vcmm.physics import ALL, BY_NAME, has_role, made_for, of_role
 
-MADE_OF_EFFECTS = ("effects", "papers", "cases")  # a paper's twin is made of certain effects
+MADE_OF_EFFECTS = ("physics", "papers", "cases")  # a paper's twin is made of certain effects
 
 # (module, string): why it stands there without meaning the effect of that name.
 CONTRACT = {
@@ -23,11 +23,11 @@ CONTRACT = {
         "core.run",
         "work_offset",
     ): "label of the rows: which work offset they were cut under; a word of `redraw`",
-    ("motion.toolpath", "work_offset"): "the same label",
-    ("files.placed", "work_offset"): "key of the table [cut] of a scenario",
-    ("files.iso230", "dead_path"): "beginning of a column name of recordings",
-    ("instruments.tracker", "dead_path"): "the same word of [nuisance]",
-    ("response.recording", "dead_path"): "word of the table [nuisance] of a recording",
+    ("shop.motion.toolpath", "work_offset"): "the same label",
+    ("files.own.placed", "work_offset"): "key of the table [cut] of a scenario",
+    ("files.foreign.iso230", "dead_path"): "beginning of a column name of recordings",
+    ("task.instruments.tracker", "dead_path"): "the same word of [nuisance]",
+    ("task.response.recording", "dead_path"): "word of the table [nuisance] of a recording",
 }
 
 
@@ -52,8 +52,8 @@ def test_no_effect_is_named_outside_its_file():
 
 def test_nobody_imports_a_single_effect():
     known = set(others())
-    wrong = [f"{i.module}:{i.line} imports {i.target}" for i in inner_imports() if i.module in known and i.target.startswith("effects.")]  # fmt: skip
-    assert not wrong, "ask vcmm.effects for a role, or the effect for a declaration:\n" + "\n".join(wrong)
+    wrong = [f"{i.module}:{i.line} imports {i.target}" for i in inner_imports() if i.module in known and i.target.startswith("physics.")]  # fmt: skip
+    assert not wrong, "ask vcmm.physics for a role, or the effect for a declaration:\n" + "\n".join(wrong)
 
 
 @pytest.mark.thorough
@@ -64,24 +64,24 @@ def test_every_file_of_effects_can_be_deleted():
         cwd=PACKAGE.parent, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{len(files())} files of vcmm/effects/ deleted" in done.stdout
+    assert f"{len(files())} files of vcmm/physics/ deleted" in done.stdout
 
 
 def test_a_deleted_file_is_really_gone():
     """The check above sees what needs the file: the tables of a paper are made of its class."""
     code = (
         "import importlib\nfrom tests.house.other_effects import without\nwithout('component').install()\n"
-        "from vcmm.effects import BY_NAME\nassert 'component_table' not in BY_NAME and 'backlash' in BY_NAME\n"
+        "from vcmm.physics import BY_NAME\nassert 'component_table' not in BY_NAME and 'backlash' in BY_NAME\n"
         "importlib.import_module('vcmm.papers.error_tables')"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False
     )
-    assert "ModuleNotFoundError: vcmm.effects.component was deleted" in done.stderr
+    assert "ModuleNotFoundError: vcmm.physics.component was deleted" in done.stderr
 
 
 def test_the_line_goes_with_the_file():
-    text = without("abbe").texts["vcmm.effects"]
+    text = without("abbe").texts["vcmm.physics"]
     assert "Abbe" not in text
     assert "    Backlash,\n" in text
     assert names_of("abbe") == ["abbe_counted_twice", "abbe_offset"]
@@ -105,7 +105,7 @@ def test_every_role_is_taken_once():
 def test_a_role_finds_its_effect(role: str):
     kind = of_role(role)
     if kind is None:
-        pytest.skip("its file was taken out of vcmm/effects/")
+        pytest.skip("its file was taken out of vcmm/physics/")
     assert kind is made_for(role, "this test")
     assert has_role(kind.name, role)
     assert not has_role("my_own", role)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.house.test_docs import ROOT, blocks
-from vcmm.cli import run
+from vcmm.face.cli import run
 
 PAGE = ROOT / "docs" / "from_cmm_software.md"
 

@@ -68,10 +68,10 @@ def test_the_rest_by_hand(found):
 
 
 def test_layout_is_left_alone(tmp_path):
-    file = tmp_path / "vcmm" / "report" / "bars.py"
+    file = tmp_path / "vcmm" / "show" / "report" / "bars.py"
     file.parent.mkdir(parents=True)
     file.write_text("def bar(x):\n    return 12 * x + 4\n", encoding="utf-8")
-    kinds = {(s.kind, s.formula) for s in sites(tmp_path, "vcmm/report/bars.py")}
+    kinds = {(s.kind, s.formula) for s in sites(tmp_path, "vcmm/show/report/bars.py")}
     assert kinds == {("operator", False), ("term", False)}
 
 
@@ -80,7 +80,7 @@ def test_the_nearest_and_quickest_tests_come_first(tmp_path):
     calls = ["vcmm/room/part.py:area"]
     record = {
         "tests/house/test_all.py::test_docs": {"seconds": 0.1, "passed": True, "calls": calls},
-        "tests/cli/test_x.py::test_a": {"seconds": 0.2, "passed": True, "calls": calls},
+        "tests/face/cli/test_x.py::test_a": {"seconds": 0.2, "passed": True, "calls": calls},
         "tests/room/test_y.py::test_b": {"seconds": 9.0, "passed": True, "calls": calls},
         "tests/room/test_part.py::test_slow": {"seconds": 5.0, "passed": True, "calls": calls},
         "tests/room/test_part.py::test_quick": {"seconds": 0.3, "passed": True, "calls": calls},
@@ -94,5 +94,5 @@ def test_the_nearest_and_quickest_tests_come_first(tmp_path):
     (tmp_path / "map-1.json").write_text(json.dumps(record), encoding="utf-8")
     assert Coverage.read(tmp_path, tmp_path).noticing("vcmm/room/part.py", "area") == [
         "tests/room/test_part.py::test_quick", "tests/room/test_part.py::test_slow", "tests/room/test_y.py::test_b",
-        "tests/cli/test_x.py::test_a", "tests/house/test_all.py::test_docs", "tests/room/test_part.py::test_other",
+        "tests/face/cli/test_x.py::test_a", "tests/house/test_all.py::test_docs", "tests/room/test_part.py::test_other",
     ]  # fmt: skip

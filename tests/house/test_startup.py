@@ -41,7 +41,7 @@ def test_the_probe_itself_sees_numpy():
     ],
 )
 def test_help_loads_nothing_heavy(words: list[str], text: str):
-    done, loaded = run(f"from vcmm.cli import run\nassert run({words!r}) == 0")
+    done, loaded = run(f"from vcmm.face.cli import run\nassert run({words!r}) == 0")
     assert loaded == []
     assert text in done.stdout
 
@@ -72,13 +72,13 @@ def test_a_mistyped_name_is_answered_with_the_closest():
 
 def test_the_command_ends_with_its_exit_code():
     done = subprocess.run(
-        [sys.executable, "-c", "from vcmm.cli import main; main(['--help'])"],
+        [sys.executable, "-c", "from vcmm.face.cli import main; main(['--help'])"],
         capture_output=True,
         check=False,
     )
     assert done.returncode == 0
     done = subprocess.run(
-        [sys.executable, "-c", "from vcmm.cli import main; main(['mesure'])"],
+        [sys.executable, "-c", "from vcmm.face.cli import main; main(['mesure'])"],
         capture_output=True,
         check=False,
     )

@@ -10,18 +10,18 @@ import pytest
 
 import vcmm
 from tests.documented import DOCS, instead
-from vcmm.cli import run as command
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.squareness import Squareness
-from vcmm.library import folder, path
+from vcmm.face.cli import run as command
+from vcmm.files.own.library import folder, path
 from vcmm.papers.abbe_milling import page, twin
 from vcmm.papers.abbe_milling.spline_slot import Slot, contour, program
 from vcmm.papers.virtual_cut import departure
-from vcmm.tables.table import text
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.squareness import Squareness
+from vcmm.show.tables.table import text
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ import pytest
 
 import vcmm
 from vcmm.core.run import Run
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.component import ComponentTable
-from vcmm.files.design import load_design
-from vcmm.library import folder, path
+from vcmm.files.own.design import load_design
+from vcmm.files.own.library import folder, path
 from vcmm.papers.abbe_milling import survey, twin, validation
 from vcmm.papers.virtual_cut import departure, thinned
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.component import ComponentTable
 
 TRAVEL = np.array([0.0, 1500.0])
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.documented import DOCS, assert_documented
-from vcmm.cli import run as command
+from vcmm.face.cli import run as command
 from vcmm.papers.echerfaoui2017 import page, twin
 from vcmm.papers.echerfaoui2017.laser import ARCSEC, OPTIONS, read
 

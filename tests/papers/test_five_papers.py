@@ -8,10 +8,10 @@ import pytest
 
 import vcmm
 from tests.documented import DOCS
-from vcmm.effects.lag import ServoLag
-from vcmm.files.design import load_design
-from vcmm.files.machine import load_machine
-from vcmm.library import companions, folder, path
+from vcmm.files.own.design import load_design
+from vcmm.files.own.library import companions, folder, path
+from vcmm.files.own.machine import load_machine
+from vcmm.physics.lag import ServoLag
 
 
 def test_the_shop_knows_no_error_and_the_truth_has_one_that_no_table_holds():

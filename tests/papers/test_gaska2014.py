@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vcmm.calibrating import multilateration
-from vcmm.calibrating import nodes as calibrated_nodes
-from vcmm.cli import run as command
 from vcmm.core.laws import StudentT
-from vcmm.effects import residual
-from vcmm.files.scenario import load_scenario
-from vcmm.library import path
-from vcmm.measuring.fixture import six_of
+from vcmm.face.cli import run as command
+from vcmm.files.own.library import path
+from vcmm.files.own.scenario import load_scenario
+from vcmm.learn.calibration import multilateration
+from vcmm.learn.calibration import nodes as calibrated_nodes
 from vcmm.papers.gaska2014 import maps, nodes, page, placement, readings, tracer, twin
 from vcmm.papers.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
-from vcmm.tables.table import in_terminal
+from vcmm.physics import residual
+from vcmm.show.tables.table import in_terminal
+from vcmm.task.measuring.fixture import six_of
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 DOC = (DOCS / "gaska2014.md").read_text(encoding="utf-8")

@@ -11,10 +11,7 @@ import vcmm
 from tests.documented import assert_documented, assert_titled
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Run
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.squareness import Squareness
-from vcmm.library import folder, path
+from vcmm.files.own.library import folder, path
 from vcmm.papers.error_tables import effects_of
 from vcmm.papers.marin2004 import learnt, page, rewritten, twin
 from vcmm.papers.marin2004.chain import (
@@ -35,6 +32,9 @@ from vcmm.papers.marin2004.day import (
     read_before,
     regression,
 )
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.squareness import Squareness
 
 
 @pytest.fixture(scope="module")

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from tests.documented import assert_documented
-from vcmm.cli import run as command
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.rotary import RotaryCyclic
-from vcmm.effects.squareness import RotaryLocation
+from vcmm.face.cli import run as command
 from vcmm.papers.xcz_lathe import flat, joint, lathe, page, recorded, surveys, twin
 from vcmm.papers.xcz_lathe.lathe import ARCSEC, NM
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.rotary import RotaryCyclic
+from vcmm.physics.squareness import RotaryLocation
 
 
 @cache
@@ -229,7 +229,7 @@ def test_documentation_shows_what_the_command_prints():
 def test_every_place_that_the_page_names_exists():
     import re
 
-    from vcmm.instruments import reversal, reversal_line
+    from vcmm.task.instruments import reversal, reversal_line
 
     rooms = {
         "lathe": lathe,

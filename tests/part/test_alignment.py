@@ -9,8 +9,8 @@ import pytest
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose
-from vcmm.fit.elements import Fitted
 from vcmm.part.alignment import Alignment, align, datum_system
+from vcmm.part.fit.elements import Fitted
 from vcmm.part.part import Feature, moved
 
 NONE = np.array([])

@@ -12,6 +12,17 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from vcmm.answer.evaluation.interval import Linear
+from vcmm.answer.evaluation.montecarlo import (
+    Summary,
+    Term,
+    adaptive,
+    covariance,
+    marginal,
+    simulate,
+    summarise,
+)
+from vcmm.answer.evaluation.streams import draw
 from vcmm.core.laws import (
     Arcsine,
     CurvilinearTrapezoidal,
@@ -21,9 +32,6 @@ from vcmm.core.laws import (
     StudentT,
     Uniform,
 )
-from vcmm.evaluation.interval import Linear
-from vcmm.evaluation.montecarlo import Summary, Term, adaptive, covariance, marginal, simulate, summarise
-from vcmm.evaluation.streams import draw
 
 LANE = np.zeros((1, 2), np.uint32)
 TRIALS = 1_000_000

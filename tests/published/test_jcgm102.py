@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.answer.evaluation.streams import draw
 from vcmm.core.laws import MultivariateNormal, Normal
-from vcmm.evaluation.streams import draw
 
 TRIALS = 1_000_000
 

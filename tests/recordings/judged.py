@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.diagnosis.accepted import written
-from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.result import Diagnosis
 
 
 def left(problem: Problem, d: Diagnosis) -> np.ndarray:

@@ -26,10 +26,10 @@ from tests.recordings.convert import (
     telescope_mount,
 )
 from tests.recordings.judged import left, rms, without_nuisance
-from vcmm.cli import run
-from vcmm.diagnosis.job import diagnose
-from vcmm.diagnosis.problem import make_problem
-from vcmm.files.recording import load_recording
+from vcmm.face.cli import run
+from vcmm.files.own.recording import load_recording
+from vcmm.learn.diagnosis.job import diagnose
+from vcmm.learn.diagnosis.problem import make_problem
 
 Found = dict[str, Any]
 

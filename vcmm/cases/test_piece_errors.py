@@ -13,24 +13,24 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.run import Array
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.component import ComponentPolynomial
-from vcmm.effects.heating import SpindleGrowth
-from vcmm.effects.lag import ServoLag
-from vcmm.effects.reversal import ReversalSpike
-from vcmm.effects.scale import ScaleFactor
-from vcmm.effects.setting import ToolRadius
-from vcmm.effects.squareness import Squareness
-from vcmm.gps import characteristics as gps
-from vcmm.machining.job import finished_part
-from vcmm.machining.maps import Net
-from vcmm.machining.preparation import set_up
-from vcmm.machining.process import PreparedCut
-from vcmm.machining.scenario import CutScenario
-from vcmm.machining.world import Cutting
-from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.papers.virtual_cut import SeenNet, departure, seen
+from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import Feature, normal, surface_point
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.component import ComponentPolynomial
+from vcmm.physics.heating import SpindleGrowth
+from vcmm.physics.lag import ServoLag
+from vcmm.physics.reversal import ReversalSpike
+from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.setting import ToolRadius
+from vcmm.physics.squareness import Squareness
+from vcmm.shop.machining.job import finished_part
+from vcmm.shop.machining.maps import Net
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.process import PreparedCut
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.shop.machining.world import Cutting
+from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
 
 UM, URAD = 1e-3, 1e-6
 CIRCLE = ("circle, scan of 1°", "oval at 0°", "oval at 45°")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 
 from vcmm import __version__
-from vcmm import charts as draw
-from vcmm import report as r
 from vcmm.cases.test_piece_errors import CIRCLE, PieceTwin
 from vcmm.core.run import Array
-from vcmm.machining.scenario import CutScenario
-from vcmm.tables.table import Column, ResultTable, Writing, titled_html
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.tables.table import Column, ResultTable, Writing, titled_html
 
 WHAT = (
     "The piece is cut virtually with one error of the machine at a time, of a round unit size. The table shows what each "

@@ -16,11 +16,11 @@ import numpy as np
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.effects import made_for
-from vcmm.files.recording_writer import recording_texts
-from vcmm.instruments.laying import joined, layout, rows, simulated
-from vcmm.instruments.tracker import lengths_to
-from vcmm.response.recording import Recording
+from vcmm.files.own.recording_writer import recording_texts
+from vcmm.physics import made_for
+from vcmm.task.instruments.laying import joined, layout, rows, simulated
+from vcmm.task.instruments.tracker import lengths_to
+from vcmm.task.response.recording import Recording
 
 TRAVEL = {"X": (0.0, 600.0), "Y": (0.0, 500.0), "Z": (-400.0, 0.0)}
 STATIONS = (

@@ -18,23 +18,23 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.evaluation.virtual_measurement import measure_task
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
 from vcmm.core.laws import StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.core.text import csv_of
-from vcmm.diagnosis.accepted import written
-from vcmm.diagnosis.improve import improved
-from vcmm.diagnosis.job import diagnose
-from vcmm.diagnosis.result import Answer, Diagnosis
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.thermal import ThermalDrift
-from vcmm.evaluation.uncertainty import evaluate
-from vcmm.evaluation.virtual_measurement import measure_task
-from vcmm.measuring.scenario import Scenario
-from vcmm.response.observe import baseline, calibration_columns
-from vcmm.response.recording import Recording
+from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.improve import improved
+from vcmm.learn.diagnosis.job import diagnose
+from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.thermal import ThermalDrift
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.response.observe import baseline, calibration_columns
+from vcmm.task.response.recording import Recording
 
 GAP = 1.4e-3  # mm, play of the Y drive: a worn nut, the order of ISO 230-2 reversal errors of used machines
 GROWTH, LAG = (
@@ -48,7 +48,7 @@ BACK = 5.0  # mm, retreat from the surface
 STYLI = {"down": (0.0, 0.0, -110.0), "side": (60.0, 0.0, -90.0)}
 SEED = 1
 Progress = Callable[[str, float], None]
-Learnt = tuple[tuple[Effect, tuple[Input, ...]], ...]  # as vcmm.diagnosis.improve.improved takes them
+Learnt = tuple[tuple[Effect, tuple[Input, ...]], ...]  # as vcmm.learn.diagnosis.improve.improved takes them
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vcmm import __version__
-from vcmm import report as r
 from vcmm.cases.worn_cmm import AIR, CONCEALED, Concealed, Moved, WornTwin, answer_to
-from vcmm.diagnosis.estimates import Estimate
-from vcmm.pages.diagnosis import sentences
-from vcmm.tables.diagnosed import FOLDS, FoldRow, folds
-from vcmm.tables.quantities import fixed
-from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
+from vcmm.learn.diagnosis.estimates import Estimate
+from vcmm.show import report as r
+from vcmm.show.pages.diagnosis import sentences
+from vcmm.show.tables.diagnosed import FOLDS, FoldRow, folds
+from vcmm.show.tables.quantities import fixed
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 WHAT = (
     "A ball plate is touched 400 times in six hours, in five placements, on a bridge CMM with a worn Y drive and a ram that "

@@ -1,4 +1,1 @@
-"""Numbers with units, poses and runs, the effect as an interface, the machine that carries effects, what is known of them.
-
-Imports nothing of vcmm outside this room.
-"""
+"""Numbers with units, poses and runs, the effect as an interface, the machine that carries effects, what is known of them."""

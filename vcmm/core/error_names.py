@@ -10,7 +10,7 @@ The same straightness of axis X in direction Y has many names, and the order of 
     compact T / R        Txy       axis, direction     Rxy rotation of axis x about y, Wxy squareness
 
 Only the name is translated. Signs and units stay those of the file that is read: mm and rad, right-hand rotations,
-squareness as in vcmm.effects.squareness.
+squareness as in vcmm.physics.squareness.
 """
 
 from __future__ import annotations

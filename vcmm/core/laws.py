@@ -11,7 +11,7 @@ shape, so 192 t-laws of 13 degrees of freedom with 192 scales cost one table. Ev
     cf(t)             characteristic function E exp(i t X): real for symmetric laws, complex for `Samples`
     bound(t), reach   a falling bound on |cf|; a bound on |X| (inf where none)
 
-The last line tells vcmm.evaluation.interval how far and how finely to integrate.
+The last line tells vcmm.answer.evaluation.interval how far and how finely to integrate.
 Joint laws (`MultivariateNormal`, `MultivariateSamples`) describe k quantities at once.
 Sources: JCGM 101:2008, table 1 and 6.4; characteristic function of t: see `StudentT`.
 """

@@ -1,5 +1,1 @@
-"""What people have: machines, scenarios, recordings, plans and tables of other programs, read with line numbers and written.
-
-Imports core, part, gps, effects, nc, cutting, measuring, response, certified, instruments, inference, routes,
-machining.
-"""
+"""What people have, read with line numbers and written: TOML and tables here, own formats and those of other systems below."""

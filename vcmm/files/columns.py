@@ -15,8 +15,8 @@ from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, restored, to_number
 from vcmm.core.units import ABSOLUTE_ZERO
-from vcmm.effects import ALL
 from vcmm.files.problems import misspelt
+from vcmm.physics import ALL
 
 LABELS = (
     "pose",

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vcmm.core.run import Run, Series
 from vcmm.files.columns import Sheet, is_temperature
 from vcmm.files.large_tables import ColumnSheet
-from vcmm.response.recording import Recording
+from vcmm.task.response.recording import Recording
 
 Mask = npt.NDArray[np.bool_]
 BLANK = ("", "nan", "na", "n/a")

@@ -20,8 +20,8 @@ from vcmm.core.run import Array, Run
 from vcmm.files.columns import Sheet, axes_of, axis_column, positions_of
 from vcmm.files.gaps import filled, set_aside
 from vcmm.files.large_tables import read_table
-from vcmm.response.pointing import POINTED, pointing_observations
-from vcmm.response.recording import Ints, Recording
+from vcmm.task.response.pointing import POINTED, pointing_observations
+from vcmm.task.response.recording import Ints, Recording
 
 VECTOR = ("dx_um", "dy_um", "dz_um")
 OBSERVED = ("d_um", "d_urad", *VECTOR)
@@ -163,7 +163,7 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
 def _pointed(
     run: Run, machine: Machine, sense: Sense, sheet: Sheet
 ) -> tuple[Array, Ints, Array, Array | None]:
-    """Two small rotations per pointed direction (see vcmm.response.pointing)."""
+    """Two small rotations per pointed direction (see vcmm.task.response.pointing)."""
     size = np.linalg.norm(run.vector(*POINTED), axis=1)
     wrong = np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
     if len(wrong):

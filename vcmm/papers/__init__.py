@@ -1,4 +1,1 @@
-"""The founding papers: each a twin with its page and its command in one folder.
-
-Imports core, effects, nc, cutting, machining.
-"""
+"""The founding papers: each a twin with its page and its command in one folder."""

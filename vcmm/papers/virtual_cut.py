@@ -13,13 +13,13 @@ import numpy as np
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.cutting.contactmap import Contacts
-from vcmm.cutting.envelope import UNCUT
-from vcmm.machining.contact_path import surface_at, tool_side
-from vcmm.machining.maps import Net
-from vcmm.machining.process import PreparedCut
-from vcmm.machining.tool_errors import ToolSide
-from vcmm.nc.setup import Setup
+from vcmm.program.setup import Setup
+from vcmm.shop.cutting.contactmap import Contacts
+from vcmm.shop.cutting.envelope import UNCUT
+from vcmm.shop.machining.contact_path import surface_at, tool_side
+from vcmm.shop.machining.maps import Net
+from vcmm.shop.machining.process import PreparedCut
+from vcmm.shop.machining.tool_errors import ToolSide
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,1 @@
-"""The part: features in the drawing frame, mesh, form, alignment.
-
-Imports core, fit.
-"""
+"""The drawing: features in the drawing frame, mesh, form, alignment."""

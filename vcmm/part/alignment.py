@@ -28,8 +28,8 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length, triad, unit
-from vcmm.fit import Fitted
-from vcmm.fit import held as held_by
+from vcmm.part.fit import Fitted
+from vcmm.part.fit import held as held_by
 from vcmm.part.part import KINDS, Feature, Shape, centre, frame
 
 AXES = ("line", "cylinder", "cone")

@@ -54,7 +54,7 @@ class Characteristic:
     the absolute limits of the size in mm. `filter`: what a roundness or straightness keeps of its profile.
 
     mm, or rad for an angle. `criterion` and `datum_criterion`: the association of features and datums, words of
-    vcmm.gps.criteria (GG, G = least squares).
+    vcmm.part.gps.criteria (GG, G = least squares).
     """
 
     name: str

@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm import charts as draw
-from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.machining.scenario import CutScenario
 from vcmm.papers.abbe_milling.twin import (
     PAPER_REDUCTION,
     STRUCTURES,
@@ -33,8 +30,11 @@ from vcmm.papers.abbe_milling.validation import (
     SlotPrediction,
     rms,
 )
-from vcmm.tables.quantities import fixed, percent
-from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.tables.quantities import fixed, percent
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 ZERO_SET = {True: "on this machine", False: "without error"}
 WHAT = (

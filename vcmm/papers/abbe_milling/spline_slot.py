@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.machining.maps import Net
+from vcmm.shop.machining.maps import Net
 
 STRAIGHT = 4e-3  # 1/mm: where the spline is straighter than that, lines get no longer (2 mm)
 

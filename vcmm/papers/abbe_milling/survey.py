@@ -22,14 +22,14 @@ from vcmm.core.history import row_history
 from vcmm.core.kinematics import link_frames
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.squareness import Squareness
-from vcmm.instruments.instrument import InstrumentCertificate
-from vcmm.instruments.laying import simulated
-from vcmm.response.nuisance import nuisance_columns
-from vcmm.response.observe import Observer
-from vcmm.response.recording import Recording
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.squareness import Squareness
+from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.laying import simulated
+from vcmm.task.response.nuisance import nuisance_columns
+from vcmm.task.response.observe import Observer
+from vcmm.task.response.recording import Recording
 
 SECOND = "EYZ at 300 mm"  # straightness of Z once more, beside the first line in X
 PAIRS = ("A0Z", "B0Z", "C0Y")

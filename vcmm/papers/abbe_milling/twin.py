@@ -18,12 +18,8 @@ import numpy as np
 from vcmm.core.kinematics import Axis, link_frames, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.squareness import Squareness
-from vcmm.files.design import load_design
-from vcmm.library import folder
-from vcmm.machining.preparation import set_up
-from vcmm.machining.scenario import CutScenario
+from vcmm.files.own.design import load_design
+from vcmm.files.own.library import folder
 from vcmm.papers.abbe_milling.spline_slot import Slot, nets
 from vcmm.papers.abbe_milling.validation import (
     FAR as FAR,
@@ -38,7 +34,11 @@ from vcmm.papers.abbe_milling.validation import (
 )
 from vcmm.papers.error_tables import effects_of, shape, table_text
 from vcmm.papers.virtual_cut import SeenNet, departure, placed, seen, thinned
-from vcmm.response.volumetric import grid
+from vcmm.physics.component import ComponentTable
+from vcmm.physics.squareness import Squareness
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.response.volumetric import grid
 
 PAPER_REDUCTION = 0.247
 LENGTH = {"X": 1500.0, "Y": 900.0, "Z": 600.0}  # mm, travels

@@ -21,10 +21,6 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
-from vcmm.effects.backlash import Backlash
-from vcmm.effects.scale import ScaleFactor
-from vcmm.effects.squareness import Squareness
-from vcmm.measuring.plan import Plan, Step, Stylus, touches
 from vcmm.papers.abbe_milling.survey import (
     Planned,
     consistent_model,
@@ -33,6 +29,10 @@ from vcmm.papers.abbe_milling.survey import (
     surveyed,
 )
 from vcmm.papers.virtual_cut import SeenNet, departure
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.squareness import Squareness
+from vcmm.task.measuring.plan import Plan, Step, Stylus, touches
 
 CENTRE, NEAR, FAR = "centre", "corner X- Y-", "corner X+ Y+"
 ZEROS = {

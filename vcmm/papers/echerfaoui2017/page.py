@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm import report as r
-from vcmm.calibrating.net import CHOSEN, LAYOUTS
 from vcmm.core.run import Array
+from vcmm.learn.calibration.net import CHOSEN, LAYOUTS
 from vcmm.papers.echerfaoui2017.twin import METHODS, EcherfaouiTwin
-from vcmm.tables.table import Column, ResultTable, titled_html
+from vcmm.show import report as r
+from vcmm.show.tables.table import Column, ResultTable, titled_html
 
 PAPER_MAXIMA = (35.0, 30.0, 25.0)  # um
 CHOSEN_ROW = list(LAYOUTS).index(CHOSEN)

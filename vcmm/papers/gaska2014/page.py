@@ -9,15 +9,9 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm import charts as draw
-from vcmm import report as r
+from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
-from vcmm.effects import of_role
-from vcmm.evaluation.result import CharacteristicResult
-from vcmm.measuring.scenario import Scenario
-from vcmm.pages.uncertainty import pictures
-from vcmm.pages.view import machine_items, part_items, reach
 from vcmm.papers.gaska2014.maps import PANELS, field_map, grid
 from vcmm.papers.gaska2014.nodes import NODES, SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import (
@@ -36,8 +30,14 @@ from vcmm.papers.gaska2014.twin import (
     order,
     span_of,
 )
-from vcmm.tables.quantities import fixed, percent
-from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
+from vcmm.physics import of_role
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.pages.uncertainty import pictures
+from vcmm.show.pages.view import machine_items, part_items, reach
+from vcmm.show.tables.quantities import fixed, percent
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
+from vcmm.task.measuring.scenario import Scenario
 
 WHAT = (
     "Residual kinematic errors of a Leitz PMM 12106 after Gąska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497–507. "

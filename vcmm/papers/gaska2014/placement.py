@@ -16,20 +16,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.answer.placing.objective import Uncertain
+from vcmm.answer.placing.placement import place
+from vcmm.answer.placing.result import Placed
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.run import Array
-from vcmm.effects import of_role
-from vcmm.effects.residual import CorrelatedField
-from vcmm.gps import characteristics as gps
-from vcmm.measuring.fixture import Fixture, Freedom, Goal, six_of
-from vcmm.measuring.plan import Ints
-from vcmm.measuring.scenario import Scenario
 from vcmm.papers.gaska2014.nodes import NODES, SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import REDRAWS, SHOWN_READING, matrix
-from vcmm.placing.objective import Uncertain
-from vcmm.placing.placement import place
-from vcmm.placing.result import Placed
+from vcmm.part.gps import characteristics as gps
+from vcmm.physics import of_role
+from vcmm.physics.residual import CorrelatedField
+from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, six_of
+from vcmm.task.measuring.plan import Ints
+from vcmm.task.measuring.scenario import Scenario
 
 LENGTH = 150.0  # mm: correlation length of the correlated field, the distance between the nodes
 OTHERS = 40  # machines on which the pose found is tried
@@ -214,8 +214,8 @@ def _reduced(count: int, how: str, loss: Array) -> NodeReduction:
 
 def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Array]:
     """(poses, n, 3) squared gains of the distance per direction at every touch; (poses, n, nodes) kernel to the nodes."""
-    from vcmm.placing.fixture_boxes import boxes
-    from vcmm.placing.travels import Travels
+    from vcmm.answer.placing.fixture_boxes import boxes
+    from vcmm.answer.placing.travels import Travels
 
     objective = Uncertain.of(scenario, goal(scenario))
     rows = objective.closed.rows

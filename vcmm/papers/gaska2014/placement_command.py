@@ -8,12 +8,12 @@ from typing import Any
 
 def show_placement(folder: Path | None, draws: int, options: dict[str, Any], json: bool) -> int:
     """Ranking, optimum and node reduction: tables, JSON, report. options: seed, evaluations, scanned, trials of `optimum`."""
-    from vcmm.console.documents import document, json_text, print_json
-    from vcmm.console.files import write_files
-    from vcmm.console.terminal import progress, say
-    from vcmm.files.scenario import load_scenario
-    from vcmm.library import path
+    from vcmm.files.own.library import path
+    from vcmm.files.own.scenario import load_scenario
     from vcmm.papers.gaska2014 import placement as twin
+    from vcmm.show.console.documents import document, json_text, print_json
+    from vcmm.show.console.files import write_files
+    from vcmm.show.console.terminal import progress, say
 
     source = path("gaska2014")
     scenario = load_scenario(source)
@@ -41,7 +41,7 @@ def show_placement(folder: Path | None, draws: int, options: dict[str, Any], jso
 
 def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, Any]:
     """The document: that of the placement on the correlated field, and what the twin adds."""
-    from vcmm.placing.result import place_json, pose_json
+    from vcmm.answer.placing.result import place_json, pose_json
 
     run = next(o for o in optima if o.redraw == "run")
     twin = {
@@ -83,8 +83,8 @@ def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, A
 
 
 def _show(rankings: Any, optima: Any, reductions: Any, draws: int) -> None:
-    from vcmm.console.terminal import show_table
     from vcmm.papers.gaska2014.placement_page import node_table, optimum_table, ranking_table
+    from vcmm.show.console.terminal import show_table
 
     show_table(ranking_table(rankings, draws))
     show_table(optimum_table(optima))

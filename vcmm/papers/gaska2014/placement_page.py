@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from functools import partial
 
 from vcmm import __version__
-from vcmm import report as r
-from vcmm.measuring.scenario import Scenario
-from vcmm.pages.place import maps
+from vcmm.answer.placing.words import pose_text
 from vcmm.papers.gaska2014.page import overview
 from vcmm.papers.gaska2014.placement import OTHERS, NodeReduction, Optimum, Ranking
 from vcmm.papers.gaska2014.readings import PAPER_DISTANCE_U, PAPER_FORM_U
-from vcmm.placing.words import pose_text
-from vcmm.tables.quantities import fixed, percent
-from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, html
+from vcmm.show import report as r
+from vcmm.show.pages.place import maps
+from vcmm.show.tables.quantities import fixed, percent
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, html
+from vcmm.task.measuring.scenario import Scenario
 
 FIELDS = {"touch": "interpolated standard deviations", "run": "correlated field"}
 CAUTION = (

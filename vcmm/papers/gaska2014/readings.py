@@ -20,15 +20,15 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.answer.evaluation.linear import build
+from vcmm.answer.evaluation.streams import draw
 from vcmm.core.laws import MultivariateNormal, StudentT
 from vcmm.core.run import Array
-from vcmm.effects import of_role
-from vcmm.effects.residual import CURVES, field_weights
-from vcmm.evaluation.linear import build
-from vcmm.evaluation.streams import draw
-from vcmm.measuring.scenario import Scenario
-from vcmm.measuring.strategies import Grid, Levels, plan_points
 from vcmm.papers.gaska2014.nodes import NODES, NU
+from vcmm.physics import of_role
+from vcmm.physics.residual import CURVES, field_weights
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.strategies import Grid, Levels, plan_points
 
 PAPER_FORM_U = {"1": 0.6, "2": 0.8, "3": 0.5, "4": 0.9, "5": 0.5}  # Table 3, um
 PAPER_DISTANCE_U = {"1": 0.4, "2": 0.5, "3": 0.4, "4": 0.6, "5": 0.3}

@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.calibrating.nodes import NodeScatter, node_scatter
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.effects import made_for
-from vcmm.instruments.instrument import InstrumentCertificate
-from vcmm.instruments.laying import joined, simulated
-from vcmm.instruments.tracker import LASER_TRACER, lengths_to
+from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
 from vcmm.papers.gaska2014.nodes import NODES
-from vcmm.response.recording import Recording
+from vcmm.physics import made_for
+from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.laying import joined, simulated
+from vcmm.task.instruments.tracker import LASER_TRACER, lengths_to
+from vcmm.task.response.recording import Recording
 
 AXES = tuple((s * np.eye(3)[i]).astype(int) for i in range(3) for s in (1, -1))
 DIAGONALS = tuple(np.array([x, y, z]) for x in (1, -1) for y in (1, -1) for z in (1, -1))

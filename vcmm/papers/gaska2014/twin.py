@@ -19,15 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.calibrating.machine_file import bare_text
+from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.core.run import Array
-from vcmm.effects.residual import CURVES
-from vcmm.evaluation.indication import at_indication
-from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
-from vcmm.evaluation.uncertainty import evaluate
-from vcmm.files.recording_writer import recording_texts
-from vcmm.gps.decision import undecided
-from vcmm.measuring.scenario import Scenario
+from vcmm.files.own.recording_writer import recording_texts
+from vcmm.learn.calibration.machine_file import bare_text
 from vcmm.papers.gaska2014.nodes import SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import (
     PAPER_DISTANCE_U,
@@ -43,6 +40,9 @@ from vcmm.papers.gaska2014.readings import (
 )
 from vcmm.papers.gaska2014.tracer import READINGS as LENGTHS
 from vcmm.papers.gaska2014.tracer import Approached, bare, found_by, read, untold
+from vcmm.part.gps.decision import undecided
+from vcmm.physics.residual import CURVES
+from vcmm.task.measuring.scenario import Scenario
 
 RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"
 HYSTERESIS = (0.0, 0.5, 1.0)  # share of the variance of the approaches
@@ -249,7 +249,7 @@ def order(values: Sequence[float]) -> str:
 
 def figures(result: GaskaTwin) -> dict[str, Any]:
     """Body of the JSON document."""
-    from vcmm.tables.evaluated import characteristic_json
+    from vcmm.show.tables.evaluated import characteristic_json
 
     return {
         "draws": result.draws,

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.calibrating.net import CHOSEN, AxisNet, trained
 from vcmm.core.run import T0_DEG_C, Array, Series, first_order_lag
+from vcmm.learn.calibration.net import CHOSEN, AxisNet, trained
 
 MINUTES = 480
 SENSORS = ("spindle", "column", "screw X", "screw Y", "bed", "air")

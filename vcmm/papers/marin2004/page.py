@@ -10,10 +10,7 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm import charts as draw
-from vcmm import report as r
 from vcmm.core.run import Array
-from vcmm.machining.scenario import CutScenario
 from vcmm.papers.marin2004.day import PARAMETERS, SENSORS, UNITS
 from vcmm.papers.marin2004.learnt import ANGLE, LENGTH, LearntGeometry
 from vcmm.papers.marin2004.rewritten import RewrittenProgram
@@ -34,8 +31,11 @@ from vcmm.papers.marin2004.twin import (
     PartCut,
     Remainder,
 )
-from vcmm.tables.quantities import fixed
-from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.tables.quantities import fixed
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 WHAT = (
     "D. Marin, Error prediction and compensation for CNC machine tools (SISOM 2004): the errors of a vertical machining "

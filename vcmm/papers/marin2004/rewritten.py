@@ -18,21 +18,21 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.job import compensate
-from vcmm.compensating.result import CompensatedProgram
+from vcmm.compensation.job import compensate
+from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.core.run import T0_DEG_C, Array, Series
-from vcmm.effects.component import ComponentWarming
-from vcmm.files.setup import load_setup
-from vcmm.library import folder
-from vcmm.machining.maps import net
-from vcmm.machining.preparation import set_up
-from vcmm.machining.scenario import CutScenario
-from vcmm.machining.warming import warmed
-from vcmm.nc.setup import Setup, TemperatureLog
+from vcmm.files.own.library import folder
+from vcmm.files.own.setup import load_setup
 from vcmm.papers.marin2004.day import PARAMETERS, SENSORS, Day, Regression, read_before
 from vcmm.papers.virtual_cut import SeenNet, departure, seen
+from vcmm.physics.component import ComponentWarming
+from vcmm.program.setup import Setup, TemperatureLog
+from vcmm.shop.machining.maps import net
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.shop.machining.warming import warmed
 
 TOLERANCE, DECIMALS = 0.2e-3, 4  # mm, of the rewritten programs
 MINUTE = 60.0

@@ -18,7 +18,6 @@ import numpy as np
 from vcmm.core.kinematics import Axis
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.machining.scenario import CutScenario
 from vcmm.papers.error_tables import shape, table_text
 from vcmm.papers.marin2004.chain import (
     LETTERS,
@@ -63,6 +62,7 @@ from vcmm.papers.marin2004.rewritten import (
     true_log,
 )
 from vcmm.papers.virtual_cut import SeenNet
+from vcmm.shop.machining.scenario import CutScenario
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
 LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables

@@ -1,4 +1,1 @@
-"""On-machine measurement on an ultra-precision X-C-Z lathe: reversals, selective error model, map, a flat compensated.
-
-Imports core, effects, report, charts, instruments, tables.
-"""
+"""On-machine measurement on an ultra-precision X-C-Z lathe: reversals, selective error model, map, a flat compensated."""

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm import charts as draw
-from vcmm import report as r
 from vcmm.core.run import Array
 from vcmm.papers.xcz_lathe.flat import CELL, RADIUS, cells
 from vcmm.papers.xcz_lathe.lathe import CIRCLE, NM
@@ -26,7 +24,9 @@ from vcmm.papers.xcz_lathe.twin import (
     Pictured,
     XczTwin,
 )
-from vcmm.tables.table import Column, ResultTable, titled_html
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.tables.table import Column, ResultTable, titled_html
 
 WITHIN, OUTSIDE, BARE = "within our range", "outside our range", "no figure of theirs"
 WHAT = (

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.instruments.reversal_line import LineScan
-from vcmm.instruments.reversal_simulated import Sampling, simulated_values
 from vcmm.papers.xcz_lathe.lathe import NM, drawn_lathe
 from vcmm.papers.xcz_lathe.surveys import FACE, half_turn_scans, straightness_scans
+from vcmm.task.instruments.reversal_line import LineScan
+from vcmm.task.instruments.reversal_simulated import Sampling, simulated_values
 
 SEED, THIN = 3, 10  # every tenth mean of a scan: 1 mm
 SAMPLING = Sampling(turns=5, per_turn=48, u=0.3 * NM, mounting=2e-6)

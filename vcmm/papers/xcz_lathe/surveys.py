@@ -12,17 +12,17 @@ import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.instruments.reversal import NORMAL, REVERSED, ReversalTest, Separated, separated
-from vcmm.instruments.reversal_line import (
+from vcmm.papers.xcz_lathe.lathe import HALF, NM, RADIUS, TURN, DrawnLathe, surface_motion
+from vcmm.task.instruments.reversal import NORMAL, REVERSED, ReversalTest, Separated, separated
+from vcmm.task.instruments.reversal_line import (
     LineScan,
     SquarenessReversal,
     StraightnessReversal,
     squareness_reversal,
     straightness_reversal,
 )
-from vcmm.instruments.reversal_simulated import reading
-from vcmm.instruments.reversal_turns import TurnGroup, turn_group
-from vcmm.papers.xcz_lathe.lathe import HALF, NM, RADIUS, TURN, DrawnLathe, surface_motion
+from vcmm.task.instruments.reversal_simulated import reading
+from vcmm.task.instruments.reversal_turns import TurnGroup, turn_group
 
 RATE = 1000.0  # 1/s
 QUIET, PASS = 0.6 * NM, 60.0  # after the low-pass, Hz

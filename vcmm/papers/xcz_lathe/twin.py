@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.effects.squareness import RotaryLocation
 from vcmm.papers.xcz_lathe.flat import (
     REPEATS,
     Flatness,
@@ -46,6 +45,7 @@ from vcmm.papers.xcz_lathe.lathe import (
     surface_motion,
 )
 from vcmm.papers.xcz_lathe.surveys import Survey, survey
+from vcmm.physics.squareness import RotaryLocation
 
 RAW, SIGMA_ON, ON, OFF_LINE, SIGMA_OFF = 17.3, 2.3, 11.4, 8.7, 1.2  # nm, published
 ADDED = 1.5  # nm that the noise of a scan adds to its range

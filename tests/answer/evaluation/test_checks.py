@@ -1,0 +1,56 @@
+"""Remarks on a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tests.build import scenario
+from vcmm.answer.evaluation.checks import remarks
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.physics.expansion import ScaleExpansion
+from vcmm.task.measuring.qualification import Qualification
+
+QUALIFIED = {"down": Qualification()}
+
+
+def test_nothing_to_say():
+    assert remarks(replace(scenario(), qualifications=QUALIFIED)) == ()
+
+
+def test_a_stylus_that_was_not_qualified():
+    (text,) = remarks(scenario())
+    assert text.startswith("stylus down: tip radius and offset are taken as exactly known")
+
+
+def test_a_temperature_without_effect():
+    one = replace(scenario(constants={"temp_part_C": 22.0, "temp_gradient_C": 0.0}), qualifications=QUALIFIED)
+    assert remarks(one) == (
+        "the temperature part = 22 has no effect: nothing in the machine or part depends on it; add [part] expansion",
+    )
+
+
+def test_a_temperature_taken_as_known():
+    constants = {"temp_scale_x_C": 22.0, "reading_scale_x_C": 22.0}
+    one = replace(scenario(ScaleExpansion("X", 1e-5), constants=constants), qualifications=QUALIFIED)
+    assert any("scale_x is taken as exactly known" in text for text in remarks(one))
+    known = replace(one, inputs=(Input("channel", "", "temp_scale_x_C", Normal(0.1)),))
+    assert remarks(known) == ()
+
+
+def test_a_stylus_shorter_than_the_bore_is_deep():
+    job = replace(scenario(), qualifications=QUALIFIED)
+    short = replace(job.plan.styli["down"], offset=np.array([0.0, 0.0, -5.0]), length=5.0)
+    (text,) = remarks(replace(job, plan=replace(job.plan, styli={"down": short})))
+    # the bore is 20 mm long from z = 0; levels at 5 and 15 mm, the deeper one 15 mm below the mouth
+    assert text.startswith("bore: touches 15 mm deep with stylus down, which is 5 mm long")
+
+
+def test_a_normal_into_the_material():
+    job = replace(scenario(), qualifications=QUALIFIED)
+    step = job.plan.steps[1]
+    inward = replace(step, normals=np.tile([0.0, 0.0, -1.0], (len(step.points), 1)))
+    (text,) = remarks(replace(job, plan=replace(job.plan, steps=(inward,))))
+    assert "left: its normal points away from the head of stylus down" in text

@@ -1,0 +1,98 @@
+"""The whole placement: gain, order of the poses, discrete choices, what is said when nothing can be reached."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vcmm
+from tests.answer.placing.cases import plate, with_field
+from vcmm.answer.placing.confirmation import fresh_seed
+from vcmm.answer.placing.placement import place
+from vcmm.core.errors import ModelLimit
+from vcmm.task.measuring.fixture import Fixture, Freedom, Goal
+
+
+def test_gain_is_confirmed_out_of_sample(placed):
+    """The gain by paired trials agrees with the closed form within its standard error and what k is good for."""
+    sure = placed.confirmation
+    assert sure is not None
+    assert placed.present is not None
+    assert sure.confirmed
+    assert sure.seed == fresh_seed(placed.seed) != placed.seed
+    closed = placed.present.value - placed.best.value
+    assert sure.gain == pytest.approx(closed, abs=4 * sure.u_gain + 0.02 * closed)
+    assert (
+        0 < sure.u_gain < 0.1 * sure.gain
+    )  # common random numbers: the difference is known better than either
+
+
+def test_order_of_the_poses_and_the_full_evaluation(placed):
+    assert placed.best.value <= placed.median.value <= placed.worst.value
+    assert placed.best.value < placed.present.value
+    for at, result in ((placed.best, placed.after), (placed.present, placed.before)):
+        for i in placed.objective.smooth:
+            assert result.characteristics[i].u == pytest.approx(at.u[i], rel=1e-3)
+            assert result.characteristics[i].expanded == pytest.approx(at.expanded[i], rel=0.02)
+
+
+@pytest.mark.thorough
+def test_the_same_seed_gives_the_same_answer(tmp_path, monkeypatch):
+    monkeypatch.setattr("vcmm.answer.placing.confirmation.TRIALS", 100)
+    scenario = with_field(plate(tmp_path), 5)
+    options = {
+        "evaluations": 60,
+        "scanned": 16,
+        "trials": 1000,
+        "constraints": (),
+        "goal": Goal({"U": 1.0}, {"bore diameter": 1.0}),
+    }
+    first, again = vcmm.place(scenario, **options), vcmm.place(scenario, **options)
+    assert np.array_equal(first.best.pose, again.best.pose)
+    assert first.confirmation == again.confirmation
+
+
+def test_present_pose_out_of_reach_is_said(tmp_path):
+    scenario = plate(tmp_path, "", ('shift = "300 250 -300 mm"', 'shift = "20 250 -300 mm"'))
+    found = vcmm.place(
+        scenario, evaluations=100, scanned=32, trials=1000, goal=Goal({"U": 1.0}, {"bore diameter": 1.0})
+    )
+    assert found.present is None
+    assert found.before is None
+    assert found.gain is None
+    assert found.problems[0].constraint == "travel of axis X"
+    assert any("cannot be used" in w for w in found.warnings)
+
+
+def test_discrete_choices_are_enumerated(tmp_path):
+    scenario = with_field(plate(tmp_path), 4)
+    slots = ((150.0, 150.0, -300.0), (300.0, 250.0, -300.0), (430.0, 330.0, -300.0))
+    turns = Freedom("turn_z", values=tuple(np.radians([0.0, 90.0, 180.0])))
+    goal = Goal({"U": 1.0}, {"bore to front": 1.0})
+    found = vcmm.place(
+        scenario, fixture=Fixture((turns,), slots), goal=goal, evaluations=100, scanned=32, trials=1000
+    )
+    every = np.array([[*s, 0, 0, t] for s in slots for t in turns.values])
+    values = found.objective.values(every)
+    assert np.allclose(found.best.pose, every[values.argmin()])
+    assert found.label.startswith("slot ")
+
+
+def test_a_part_larger_than_the_machine(tmp_path):
+    small = plate(tmp_path, "", ('travel = ["0 mm", "600 mm"]', 'travel = ["0 mm", "60 mm"]'))
+    fixture = Fixture((Freedom("x", -np.inf, np.inf), Freedom("turn_z", -0.01, 0.01)))
+    with pytest.raises(ModelLimit, match="the part is larger than the machine: the touches need"):
+        place(small, fixture=fixture)
+
+
+def test_among_equal_poses_the_present_one_stays(tmp_path):
+    # nothing but scatter is uncertain: u is the same at every pose, so nothing is gained by going anywhere
+    from dataclasses import replace
+
+    job = plate(tmp_path)
+    scatter = tuple(i for i in job.machine.inputs if i.id == "scatter.value")
+    quiet = replace(job, machine=replace(job.machine, inputs=scatter), inputs=(), qualifications={})
+    fixture = Fixture((Freedom("x", 200.0, 400.0), Freedom("y", 200.0, 300.0)))
+    found = place(quiet, fixture=fixture, evaluations=200, scanned=50, trials=1000)
+    assert found.best is found.present
+    assert found.gain == 0.0

@@ -1,0 +1,50 @@
+"""Cutting: deflection, wear and runout of the tool; actual - commanded, n out of the part."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.build import machine
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
+from vcmm.physics.cutting import ToolDeflection, ToolRunout, ToolWear
+
+
+def _run(**columns: float) -> Run:
+    named = {"nx": 0.0, "ny": 0.6, "nz": 0.8} | columns
+    return Run(
+        {a: np.zeros(1) for a in "XYZ"}, np.zeros((1, 3)), {k: np.array([v]) for k, v in named.items()}
+    )
+
+
+def test_tool_deflection_follows_the_force():
+    # 0.1 um/N x (200, -50, 0) N = (20, -5, 0) um
+    run = _run(force_x_N=200.0, force_y_N=-50.0, force_z_N=0.0)
+    assert machine(ToolDeflection(1e-4)).tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 0], abs=1e-15)
+
+
+def test_a_rod_bends_across_its_axis_alone():
+    # 0.1 um/N x (200, -50, 400) N = (20, -5, 40) um; along z a rod is stiff
+    run = _run(force_x_N=200.0, force_y_N=-50.0, force_z_N=400.0)
+    assert machine(ToolDeflection(1e-4)).tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 40e-3], abs=1e-15)
+    rod = machine(ToolDeflection(1e-4, rod=1))
+    assert rod.tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 0], abs=1e-15)
+
+
+def test_tool_wear_leaves_material():
+    # 0.2 um/m x 50 m = 10 um outward along n = (0, 0.6, 0.8)
+    error = machine(ToolWear(2e-7)).tip_error(_run(cut_length_mm=5e4))[0]
+    assert error == pytest.approx([0, 6e-3, 8e-3], abs=1e-15)
+
+
+def test_tool_runout_takes_material():
+    # 5 um larger radius: 5 um inward
+    assert machine(ToolRunout(5e-3)).tip_error(_run())[0] == pytest.approx([0, -3e-3, -4e-3], abs=1e-15)
+    # once per turn, 4 um cosine and 2 um sine at 60 deg: 4 x 0.5 + 2 x 0.866025 = 3.732051 um inward
+    once = ToolRunout(4e-3, 2e-3, 1)
+    assert once.required()[-1] == "spindle_angle_rad"
+    error = once.error_motion(_run(spindle_angle_rad=np.pi / 3))[0, 2]
+    assert error == pytest.approx(-0.8 * 3.732051e-3, abs=1e-9)
+    with pytest.raises(UsageError, match="harmonic must be 0"):
+        ToolRunout(harmonic=-1)

@@ -1,0 +1,155 @@
+"""What single effects say of themselves beside their formula: where they can sit, how they are tried, shown and remarked."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vcmm.core.declaration import KnownRange, Site
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
+from vcmm.physics import BY_NAME
+from vcmm.physics.clamping import Clamping
+from vcmm.physics.component import ComponentSpline, ComponentTable
+from vcmm.physics.dynamics import StructuralVibration
+from vcmm.physics.encoder import EncoderInterpolation
+from vcmm.physics.flexure import GradientBending
+from vcmm.physics.geometric_change import GeometricChange
+from vcmm.physics.gravity import GravityFlexure
+from vcmm.physics.laser import CosineError
+from vcmm.physics.map_interpolation import MapInterpolation
+from vcmm.physics.probe import ProbeLobing, TipRadius
+from vcmm.physics.residual import CorrelatedField
+from vcmm.physics.reversal_curve import LostMotionCurve
+from vcmm.physics.scale import ScaleFactor
+
+CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
+
+
+def run(**positions: list[float]) -> Run:
+    n = len(next(iter(positions.values())))
+    return Run({a: np.array(q) for a, q in positions.items()}, np.zeros((n, 3)))
+
+
+def site(rows: Run, *effects: object, work: str = "", tool: str = "XYZ") -> Site:
+    return Site(effects, tuple(work), tuple(tool), rows)
+
+
+def test_a_change_spans_the_recorded_travel_but_no_full_turn():
+    change = GeometricChange.placed({"component": "EXX"}, site(run(X=[30.0, 10.0, 70.0])))
+    assert change.nodes.tolist() == [10.0, 70.0]
+    with pytest.raises(UsageError, match="after a full turn"):
+        GeometricChange.placed({"component": "ECC"}, site(run(C=[0.0, 6.1])))  # 350 deg; 345 are a full turn
+    assert GeometricChange.placed({"component": "ECC"}, site(run(C=[0.0, 6.0]))).link == "C"  # 344 deg
+
+
+def test_a_curve_of_lost_motion_needs_four_places():
+    assert LostMotionCurve.placed({"axis": "X"}, site(run(X=[1.0, 2.0, 3.0, 4.0, 4.0]))).nodes.tolist() == [
+        1.0,
+        4.0,
+    ]
+    with pytest.raises(UsageError, match="four places"):
+        LostMotionCurve.placed({"axis": "X"}, site(run(X=[1.0, 2.0, 4.0, 4.0])))
+
+
+def test_a_guide_knows_on_which_side_it_is():
+    place = {"axis": "Y", "direction": "z"}
+    assert GradientBending.placed(place, site(run(Y=[0.0]), work="Y", tool="XZ")).carries == "workpiece"
+    assert GradientBending.placed(place, site(run(Y=[0.0]))).carries == "tool"
+
+
+def test_only_a_head_that_turns_has_attitudes():
+    assert GravityFlexure.placed({}, site(run(X=[0.0]), tool="XYZA")).name == "gravity_flexure"
+    with pytest.raises(UsageError, match="without a head"):
+        GravityFlexure.placed({}, site(run(X=[0.0]), work="C"))
+
+
+def test_a_clamped_part_is_as_long_as_it_was_touched():
+    rows = run(X=[0.0, 0.0]).with_columns(
+        {f"part_{c}_mm": np.array(v) for c, v in zip("xyz", ([3, -80.0], [1, 2.0], [0, 60.0]))}
+    )
+    assert Clamping.placed({"direction": "z"}, site(rows)).length == 80.0
+
+
+def test_a_table_between_its_nodes_stands_on_the_table_of_the_machine():
+    table = ComponentTable("EXX", ("X",), (np.array([0.0, 50.0, 100.0]),), np.zeros(3))
+    made = MapInterpolation.placed({"component": "EXX"}, site(run(X=[0.0]), table))
+    assert made.nodes.tolist() == [0.0, 50.0, 100.0]
+    with pytest.raises(UsageError, match="no table of EYX"):
+        MapInterpolation.placed({"component": "EYX"}, site(run(X=[0.0]), table))
+    trials = made.weighted_trials("shape")
+    assert trials is not None
+    # half the weight for smooth and ripple together, half for one height in each of the two meshes
+    assert [c["shape"] for c, _ in trials] == ["smooth", "ripple", "cells"]
+    assert np.exp([w for _, w in trials]) == pytest.approx([0.25, 0.25, 0.5])
+    assert made.weighted_trials("nodes") is None
+
+
+def test_tables_and_fields_are_known_within_their_nodes():
+    grids = (np.array([-200.0, 0.0]), np.array([0.0, 150.0, 400.0]))
+    table = ComponentTable("EBX", ("Z", "X"), grids, np.zeros((2, 3)))
+    what = "range of the table EBX"
+    assert table.known_range() == (KnownRange(what, 2, -200.0, 0.0), KnownRange(what, 0, 0.0, 400.0))
+    assert table.own_nodes() is None
+    spline = ComponentSpline("EYX", np.array([0.0, 10.0, 30.0]), np.zeros(3))
+    assert spline.known_range() == (KnownRange("range of the table EYX", 0, 0.0, 30.0),)
+    assert spline.own_nodes().tolist() == [0.0, 10.0, 30.0]
+    field = CorrelatedField(CUBE, np.full((8, 3), 1e-3))
+    assert field.known_range()[2] == KnownRange("range of correlated_field", 2, -200.0, 0.0, "tip")
+    assert ScaleFactor("X").known_range() == ()
+    assert ComponentTable("ECC", ("C",), (np.array([0.0, 1.0]),), np.zeros(2)).known_range() == ()
+
+
+def test_only_a_field_fixes_its_own_covariance():
+    # K = exp(-d^2 / (2 length^2)): one for a node with itself, exp(-200^2 / (2 150^2)) = 0.4111 for two 200 mm apart
+    covariance = CorrelatedField(CUBE, np.full((8, 3), 1e-3), 150.0).covariance()
+    assert covariance[0, 0] == pytest.approx(1.0)
+    assert covariance[0, 3] == pytest.approx(0.4111, abs=1e-4)
+    assert ScaleFactor("X").covariance() is None
+
+
+def test_an_amplitude_of_a_square_is_reported_as_an_angle():
+    # share 4 of theta^2 is an angle of 2 theta; a negative share is no angle
+    name, values, unit = CosineError(1e-3).reported(np.array([4.0, -1.0]))
+    assert (name, unit) == ("theta", "mrad")
+    assert values == pytest.approx([2e-3, 0.0])
+    assert ScaleFactor("X").reported(np.array([4.0])) is None
+
+
+def test_remarks():
+    turn = run(C=[0.0, 6.2], X=[0.0, 6.2])
+    assert "a saw over a full turn of C" in ScaleFactor("C").remark(turn)
+    assert ScaleFactor("X").remark(turn) == ""
+    assert ScaleFactor("C").remark(run(C=[0.0, 3.0])) == ""
+    assert EncoderInterpolation("X", period=0.02, harmonic=2).remark(turn).startswith("a wave of 0.01 mm")
+    assert EncoderInterpolation("X", period=0.02).remark(turn) == ""
+
+
+def test_ringing_is_told_after_the_acceleration_only():
+    ringing = StructuralVibration("X")
+    late = run(X=[0.0, 1.0]).with_columns({"time_since_accel_s": np.array([0.0, 0.1])})
+    never = run(X=[0.0, 1.0]).with_columns({"time_since_accel_s": np.zeros(2)})
+    assert ringing.told_by(late)
+    assert not ringing.told_by(never)
+    assert StructuralVibration("X", follows=1).told_by(never)
+    assert ringing.told_by(run(X=[0.0]))
+
+
+def test_qualification_is_seen_by_what_it_touches_with():
+    spheres = {"down": object(), "side": object()}
+    assert set(ProbeLobing("").qualified(spheres).spheres) == {"down", "side"}
+    assert set(ProbeLobing("down").qualified(spheres).spheres) == {"down"}
+    radius = TipRadius("down")
+    assert radius.qualified(spheres) is radius
+
+
+def test_who_answers_for_what():
+    owners = {name: BY_NAME[name].belongs_to for name in ("backlash", "tool_wear", "work_offset", "clamping")}
+    assert owners == {
+        "backlash": "machine",
+        "tool_wear": "tool",
+        "work_offset": "setup",
+        "clamping": "part",
+    }
+    assert BY_NAME["settling_drift"].reported_as() == "linear_drift"
+    assert BY_NAME["linear_drift"].reported_as() == "linear_drift"

@@ -1,0 +1,74 @@
+"""Okuma lines in the words of the G-code family."""
+
+from __future__ import annotations
+
+import pytest
+
+from vcmm.program.okuma.lines import OkumaLines
+
+
+def lathe(text: str) -> list[str]:
+    return [line.strip() for line in OkumaLines(text, True).translated().split("\n")]
+
+
+def mill(text: str) -> list[str]:
+    return [line.strip() for line in OkumaLines(text, False).translated().split("\n")]
+
+
+def test_names_become_numbers():
+    """V1, names of two letters and more, sequence names, names of programs; as many lines as before."""
+    assert lathe("$A.MIN%\nOMAIN\nV1=3\nNLOOP G0 X=V1*2\nDEP=V1+1\nIF [V1 LT 5] NLOOP\nGOTO N10\nN10 M2") == [
+        "", "O9000", "#600=[3]", "N900000 G0 X[#600*2]", "#601=[#600+1]", "IF [#600 LT 5] GOTO 900000", "GOTO 10", "N10 M2",
+    ]  # fmt: skip
+    assert lathe("CALL OSUB DEP=5 LEN=V9 Q2\nOSUB\nRTS")[0] == "#600=[5] #601=[0] M98 P9000 L2"
+
+
+def test_words_of_the_lathe():
+    assert lathe("G50 S2000\nT010203\nG2 X5 Z6 L7 F.1\nG4 F2.5\nG13 G0 X1") == [
+        "G92 S2000", "T0203", "G2 X5 Z6 R7 F.1", "G4 P2.5", "G0 X1",
+    ]  # fmt: skip
+
+
+def test_a_contour_of_lap():
+    """The blocks from G81 to G80; D is a diameter; the flow jumps over them, wherever they stand."""
+    got = lathe("G85 NLAP1 D4 F0.3 U0.4 W0.1\nNLAP1 G81\nG0 X40\nN9 G1 Z-2\nG80\nG87 NLAP1")
+    assert got == [
+        "G71 P900000 Q900001 D2.0000 F0.3 U0.4 W0.1", "N900002 GOTO 900001", "N900000 G0 X40", "N9 G1 Z-2", "N900001",
+        "G70 P900000 Q900001",
+    ]  # fmt: skip
+    assert lathe("NL2 G82\nG0 Z1\nG1 X2\nG80\nG85 NL2 D2")[-1].startswith("G72 P")
+
+
+def test_words_of_the_mill():
+    assert mill("G15 H2\nT5 M6\nG56 HA\nG56 H3\nG53\nM54\nG15 H8") == [
+        "G55",
+        "T5 M6",
+        "G43 H5",
+        "G43 H3",
+        "G49",
+        "G99",
+        "G54.1 P2",
+    ]
+
+
+def test_lines_that_go_on():
+    assert lathe("G0 X1\n$Z2") == ["G0 X1 Z2", ""]
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("VZOFX[1]=5", "the setting of VZOFX[1]"), ("G20 HP=4", "G20"), ("DRAW", "DRAW"), ("MODIN OA", "MODIN"), ("G71 X5 Z-20 B60", "the cycle G71"),
+        ("G85 NLAP9 D4", "the contour LAP9 of LAP"),
+    ],
+)  # fmt: skip
+def test_what_has_no_like_is_told(text: str, what: str):
+    lines = OkumaLines(f"\n{text}", True)
+    assert lines.translated().strip() == ""
+    assert [(line, told) for line, told, _, _ in lines.told] == [(2, what)]
+
+
+def test_turret_and_spindle_move_nothing_and_g116_changes_the_tool():
+    assert [line.strip() for line in lathe("G13 G140")] == ["G15"]  # of the family: the first spindle
+    assert mill("G116 T3")[0].split() == ["T3", "M6"]
+    assert lathe("G141")[0].strip() == "G14"  # the second, which the moves carry

@@ -1,0 +1,60 @@
+"""Words about several parts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import vcmm
+from vcmm.files.own.library import path
+from vcmm.show.pages.sheet import in_words
+from vcmm.show.tables.inferred import batch, shown, values_csv, warnings_of_parts, wholes
+
+
+def part(name: str, *warnings: str) -> Any:
+    return SimpleNamespace(part=name, warnings=warnings)
+
+
+def test_what_only_some_parts_say_stands_with_their_names() -> None:
+    parts = [part("A", "cold room"), part("B", "cold room", "oval"), part("C", "cold room", "oval", "oval")]
+    assert warnings_of_parts(parts) == ["cold room", 'part "B", "C": oval']
+    assert warnings_of_parts([part("", "oval")]) == ["oval"]
+
+
+def test_parts_as_wholes_are_counted_by_their_decision() -> None:
+    joint = [SimpleNamespace(decision=d) for d in ("conforms", "undecided", "conforms")]
+    parts: Any = [SimpleNamespace(part=n, joint=j) for n, j in zip("ABC", joint)]
+    assert wholes(parts) == [
+        "all tolerances together: 2 of 3 parts: conforms (A, C)",
+        "all tolerances together: 1 of 3 parts: undecided (B)",
+    ]
+    assert wholes([SimpleNamespace(part="A", joint=None)]) == []
+
+
+@pytest.mark.parametrize("known_bias", ["reported", "corrected"])
+def test_an_interval_about_the_indicated_value_is_not_called_that_of_the_true_one(
+    tmp_path: Path, known_bias: str
+) -> None:
+    """A steel ring of 50 mm at 22 degC reads 11.5e-6 * 2 * 50 mm = 1.15 um too large."""
+    text = path("ring_gauge").read_text(encoding="utf-8").replace('part = "20.0 degC"', 'part = "22.0 degC"')
+    (tmp_path / "ring.toml").write_text(text.replace("seed = 1", f'seed = 1\nknown_bias = "{known_bias}"'))
+    (tmp_path / "values.csv").write_text("characteristic,value_mm\ndiameter,50.0012\n")
+    found = vcmm.evaluate(
+        vcmm.load_scenario(tmp_path / "ring.toml"), values=tmp_path / "values.csv", trials=4000
+    )
+    table, several, row = shown(found[0]), batch(found), values_csv(found).splitlines()[1].split(",")
+    heads = {str(c.head) for c in table.columns}
+    if known_bias == "reported":
+        assert "interval from nominal" in heads
+        assert "true value" not in table.title + several.title
+        assert row[4:7] == ["", "", "undecided"]
+        assert in_words(found[0].characteristics[0]).startswith("diameter = 50.00120 mm ± ")
+    else:
+        assert "true value from nominal" in heads
+        assert table.title.endswith("the 95% interval of the true value")
+        assert several.title.endswith("the 95% interval of the true value")
+        assert float(row[4]) < 50.00005 < float(row[5])
+        assert in_words(found[0].characteristics[0]).startswith("diameter = 50.00005 mm ± ")

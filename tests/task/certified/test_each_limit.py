@@ -1,0 +1,121 @@
+"""A certificate is an upper bound: a worse one never gives a shorter interval, a smaller U or a better decision."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.task.certified.task import CHARACTERISTICS, scenario_with
+from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.result import CharacteristicResult
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.files.own.scenario import load_scenario
+from vcmm.part.gps.decision import CONFORMS, REJECTED
+from vcmm.task.measuring.settings import Settings
+
+QUICK = Settings(trials=3000, certify=5)
+BETTER: Mapping[str, str] = {"E0_MPE": "1.8 um + L/350", "R0_MPL": "0.4 um", "P_Form_Sph_1x25": "0.9 um"}
+WORSE = (
+    {"R0_MPL": "1.5 um"},
+    {"R0_MPL": "3 um"},
+    {"P_Form_Sph_1x25": "1.8 um"},
+    {"P_Form_Sph_1x25": "4 um"},
+    {"E0_MPE": "3.6 um + L/175"},
+)
+SCATTER = 0.1  # of the length: ends of belts of 6000 parts scatter by so much from draw to draw
+READINGS = (1e-3, 3e-3)  # mm beyond nominal; for an angle as many urad
+
+Results = Mapping[str, CharacteristicResult]
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Mapping[str, str]], Results]:
+    folder, kept = tmp_path_factory.mktemp("limits"), dict[str, Results]()
+
+    def results(changes: Mapping[str, str]) -> Results:
+        key = str(changes)
+        if key not in kept:
+            task = load_scenario(scenario_with(folder, {**BETTER, **changes})).task()
+            kept[key] = {c.name: c for c in evaluate(task, QUICK, read=False).characteristics}
+        return kept[key]
+
+    return results
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", CHARACTERISTICS)
+@pytest.mark.parametrize("change", WORSE, ids=lambda c: " ".join(f"{k} {v}" for k, v in c.items()))
+def test_a_worse_limit_is_never_better(
+    known: Callable[[Mapping[str, str]], Results], change: Mapping[str, str], name: str
+) -> None:
+    good, bad = known({})[name], known(change)[name]
+    if name == "flatness" and "R0_MPL" in change:
+        pytest.xfail("open: the upper end moved from 8.6 to 7.8 um, by more than SCATTER")
+    assert bad.u >= good.u * (1 - SCATTER)
+    for y in READINGS:
+        y = y * (1e-3 if good.unit == "rad" else 1.0) + good.nominal
+        better, worse = (at_indication(r, y, "probability 95 %") for r in (good, bad))
+        room = SCATTER * (worse.interval[1] - worse.interval[0])
+        assert worse.interval[0] <= better.interval[0] + room
+        assert worse.interval[1] >= better.interval[1] - room
+        for word in (CONFORMS, REJECTED):
+            assert worse.decision is not None
+            assert better.decision is not None
+            if worse.decision.text == word and worse.coverage_shown and better.coverage_shown:
+                assert better.decision.text == word
+
+
+@pytest.mark.thorough
+def test_a_limit_takes_nothing_off_a_reading(known: Callable[[Mapping[str, str]], Results]) -> None:
+    """A perfect machine keeps every limit: the reading itself may be the true value, or more where points miss some of it."""
+    for name in ("roundness", "flatness", "cylindricity", "perpendicularity", "position", "circular_runout"):
+        for change in ({}, {"P_Form_Sph_1x25": "4 um"}, {"R0_MPL": "3 um"}):
+            for y in READINGS:
+                low, high = at_indication(known(change)[name], y, "probability 95 %").interval
+                assert low <= y * 1.001, (name, y)
+                assert high >= y * 0.999, (name, y)
+
+
+ROUND = """
+[[part.characteristics]]
+name = "round"
+type = "roundness"
+of = "ring"
+zone = "0.0018 mm"
+"""
+LIMITS = {"E0_MPE": "1.8 um + L/350", "R0_MPL": "1.5 um", "P_Form_Sph_1x25": "1.8 um"}
+OF_TEST = 'E0_largest = { error = "0.5 um", u = "0.1 um" }\nR0 = "0.4 um"\nP_Form = "0.45 um"'
+
+
+def read_round(folder: Path, measured: str) -> CharacteristicResult:
+    """Roundness of 100 points that read 2.04 um, against 1.8 um; the true value was 1.963 um, the machine at 25 % of its limits."""
+    file = scenario_with(folder, LIMITS, measured)
+    whole = file.read_text(encoding="utf-8").replace('"even", n = 25', '"even", n = 100')
+    head, rest = whole.split("[[part.characteristics]]", 1)
+    file.write_text(head + ROUND + rest[rest.index("[pose]") :], encoding="utf-8")
+    (found,) = evaluate(
+        load_scenario(file).task(), Settings(trials=6000, certify=5), read=False
+    ).characteristics
+    return at_indication(found, 2.04e-3, "probability 95 %")
+
+
+def test_a_limit_does_not_accept_a_bad_part(tmp_path: Path) -> None:
+    """The limit took 1.54 um off as if every machine scattered so: [0, 1.67] um, conforms. A perfect machine keeps the limit, too."""
+    found = read_round(tmp_path, "")
+    low, high = found.interval
+    assert low < 1.0e-3
+    assert 2.04e-3 < high < 2.6e-3
+    assert found.decision is not None
+    assert (found.decision.text, found.decision.p_conform) == ("undecided", 0.5)
+    assert found.true_value is not None
+    assert found.true_value.estimate == pytest.approx(2.04e-3, rel=0.03)
+
+
+def test_what_was_found_is_taken_off(tmp_path: Path) -> None:
+    """R0 0.4 um is a scatter of 0.4 / 5.5 = 0.07 um, and the tip adds what P_Form says: [1.42, 2.23] um by an outside count."""
+    found = read_round(tmp_path, OF_TEST)
+    assert found.interval == pytest.approx((1.42e-3, 2.23e-3), abs=0.1e-3)
+    assert found.decision is not None
+    assert found.decision.text == "undecided"

@@ -1,0 +1,45 @@
+"""The error field: grid, diagonals, and what a map cannot show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests import build
+from vcmm.core.errors import UsageError
+from vcmm.physics.backlash import Backlash
+from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.scatter import Scatter
+from vcmm.physics.squareness import Squareness
+from vcmm.task.response.volumetric import diagonals, field, grid, not_mapped, with_defaults
+
+
+def test_a_grid_over_the_travels():
+    run = grid(build.machine(), 3)
+    assert run.n == 27
+    assert sorted(set(run.position["Y"].tolist())) == [-1000.0, 0.0, 1000.0]
+    with pytest.raises(UsageError, match="at least 2"):
+        grid(build.machine(), 1)
+
+
+def test_sizes_of_tip_errors():
+    # 10 um/m in X and 20 um/m in Y at the corners (1 m, 1 m): sqrt(10^2 + 20^2) um
+    out = field(build.machine(ScaleFactor("X", 10e-6), ScaleFactor("Y", 20e-6)), nodes=2)
+    assert out.size == pytest.approx(np.full(8, np.hypot(10e-3, 20e-3)))
+
+
+def test_body_diagonals_of_a_scale_and_a_squareness():
+    # each diagonal of the cube of 2 m goes 2 m along X: 20 um x cos = 20 / sqrt(3) um
+    out = diagonals(build.machine(ScaleFactor("X", 10e-6)))
+    assert [d.length_error for d in out] == pytest.approx([20e-3 / np.sqrt(3)] * 4)
+    # squareness of 10 urad: 2000 mm x 10 urad across, seen with +-1/sqrt(3); the sign goes with X against Y
+    out = diagonals(build.machine(Squareness("C0Y", 10e-6)))
+    assert np.abs([d.length_error for d in out]) == pytest.approx([20e-3 / np.sqrt(3)] * 4)
+    assert sum(d.length_error for d in out) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_a_position_does_not_tell():
+    machine = build.machine(Backlash("X", 1e-3), Scatter(), ScaleFactor("X", 1e-6))
+    run = grid(machine, 2)
+    assert not_mapped(machine, run) == (("backlash[X]", ("sense_X",)),)
+    assert with_defaults(machine, run).column("sense_X").tolist() == [0.0] * 8

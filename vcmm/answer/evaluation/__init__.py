@@ -1,0 +1,1 @@
+"""Uncertainty of a task: streams, intervals, Monte Carlo, linear and exact model, budget, certificate."""

@@ -1,0 +1,70 @@
+"""Machines from perfect to their limit: what a share of an upper bound leaves of drawn machines.
+
+Of an Input that is `bound` (a limit of a certificate) nothing is known but that it is no larger. A reading of such a machine
+must be read as one of any machine allowed: nothing is taken off it that this machine was not shown to add, and nothing is
+excluded that a machine at its limit may have added or hidden. The machines drawn at the limit are therefore taken with shares
+of their own errors (geometry, tip) and of their scatter, one by one and together: what adds most (both), what hides most (the
+tip without scatter), what does nothing, and half way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.core.run import Array
+from vcmm.task.response.influence import Influence
+
+Share = tuple[float, float]  # of the machine's own errors, and of its scatter
+FULL: Share = (1.0, 1.0)
+
+
+def shares_allowed(influences: Sequence[Influence]) -> tuple[Share, ...]:
+    """From the least to the limit, which is the last; the limit alone where nothing is a mere bound."""
+    own, scatter = (any(_is_of(f, number) for f in influences) for number in (1, 2))
+    if own and scatter:
+        return ((0.0, 0.0), (0.5, 0.5), (0.0, 1.0), (1.0, 0.0), FULL)
+    if own:
+        return ((0.0, 1.0), (0.5, 1.0), FULL)
+    return ((1.0, 0.0), (1.0, 0.5), FULL) if scatter else (FULL,)
+
+
+def split(model: LinearModel) -> tuple[LinearModel, LinearModel, LinearModel]:
+    """What is known, what a bound allows of the machine's own errors, what one allows of its scatter.
+
+    Products of two Inputs belong to what is known: a bound has none (`vcmm.task.response.influence.products` has those of
+    scalar Inputs that meet in one effect, and neither drawn tables nor scatter do).
+    """
+    known, own, scatter = (
+        [i for i, f in enumerate(model.influences) if _group(f) == number] for number in range(3)
+    )
+    place = {i: k for k, i in enumerate(known)}
+    products = tuple(replace(p, first=place[p.first], second=place[p.second]) for p in model.products)
+    of_known = replace(model, influences=tuple(model.influences[i] for i in known), products=products)
+    return of_known, _only(model, own), _only(model, scatter)
+
+
+def at_share(parts: Sequence[Array], share: Share) -> Array:
+    """Displacements (count, n) of the touches from those of `split`."""
+    known, own, scatter = parts
+    return np.asarray(known + share[0] * own + share[1] * scatter)
+
+
+def doubtful(found: Sequence[float]) -> float:
+    """Of the probabilities under all machines allowed the one nearest to one half: it accepts, or rejects, only where all of them do."""
+    return float(np.clip(0.5, min(found), max(found)))
+
+
+def _only(model: LinearModel, numbers: Sequence[int]) -> LinearModel:
+    return replace(model, influences=tuple(model.influences[i] for i in numbers), products=())
+
+
+def _group(f: Influence) -> int:
+    return 0 if not f.input.bound else 2 if f.input.redraw == "touch" else 1
+
+
+def _is_of(f: Influence, number: int) -> bool:
+    return _group(f) == number and bool(np.abs(f.response).max(initial=0.0) > 0)

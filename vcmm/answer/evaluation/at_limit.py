@@ -1,0 +1,102 @@
+"""Machines that just pass the test of their certificate: how often an interval made from the certificate holds what they measure.
+
+Each drawn machine has its own geometry, tip and scatter, and its test finds the limit with all of them together. What is
+counted is that machine measuring the part, not a mixture of machines: geometry, tip and scatter belong together.
+
+    "at the limit"            geometry, tip and scatter together use all of the limit
+    "geometry alone at it"    the same machines, their geometry made larger until it uses all of the limit by itself
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.exact import draw_inputs, linear_quantities
+from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.physics import has_role
+from vcmm.task.certified.certificate import MachineCertificate
+from vcmm.task.certified.machines import CertifiedMachines, drawn_machines, geometry_at_limit
+from vcmm.task.response.trials import Draws
+
+TOGETHER, GEOMETRY = "at the limit", "geometry alone at it"
+BLOCK = 500
+ANEW = 7  # added to the seed: draws that the interval was not made of
+
+
+@dataclass(frozen=True)
+class CoveredMachines:
+    """Share of machines whose measurement lies so that the interval about it holds the true value; least, over machines: worst tenth."""
+
+    characteristic: str
+    kind: str
+    machines: int
+    share: float
+
+
+def covered_at_limit(
+    machine: Machine, certificate: MachineCertificate, result: UncertaintyResult
+) -> tuple[CoveredMachines, ...]:
+    """Counts for sizes, distances and angles. machine: with its axes; certificate: prior "limit" is used whatever it says."""
+    limit = replace(certificate, prior="limit")
+    bare = replace(machine, effects=(), inputs=())
+    together = drawn_machines(bare, limit)
+    kinds = [(TOGETHER, together)]
+    if certificate.E0 is not None:
+        kinds.append((GEOMETRY, geometry_at_limit(bare, limit, together)))
+    smooth = [i for i, c in enumerate(result.characteristics) if not c.extreme]
+    out = []
+    for kind, machines in kinds:
+        errors = _errors(result.model, machines, result.seed + ANEW)
+        out += [_counted(result.characteristics[i], kind, errors[:, i]) for i in smooth]
+    return tuple(out)
+
+
+def _counted(c: CharacteristicResult, kind: str, errors: Array) -> CoveredMachines:
+    """errors (m,): indicated - true of one measurement by every machine, about the estimates."""
+    low, high = (end - c.indicated for end in at_indication(c, c.indicated, "probability 95 %").interval)
+    truth = -c.bias - errors  # of a part that is indicated at c.indicated + errors
+    held = (low <= truth) & (truth <= high)
+    return CoveredMachines(c.name, kind, len(errors), float(held.mean()))
+
+
+def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array:
+    """(m, C): departures of what every machine (and its mirror image) indicates, each with one draw of everything else."""
+    found = []
+    both = machines.mirrored
+    for at in range(0, len(both.scatter), BLOCK):
+        rows = slice(at, min(at + BLOCK, len(both.scatter)))
+        drawn = draw_inputs(model, seed, at, rows.stop - rows.start)
+        own = [_own(one, both, rows) for one in drawn]
+        found.append(model.values(linear_quantities(model, own)) - model.at_estimates)
+    return np.concatenate(found)
+
+
+def _own(one: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
+    """The draws of one Input, those of the certificate taken from the machines themselves."""
+    effect = one.influence.input.effect
+    if has_role(effect, "repeatability"):
+        law = one.influence.input.law
+        factor = machines.scatter[rows] / float(np.ravel(law.u)[0])
+        return Draws(one.influence, one.raw, one.departures * factor[:, None, None])
+    for role, values in (
+        ("joint calibration", machines.modes),
+        ("tip out of round", machines.form),
+        ("tip size", machines.radius[:, None]),
+    ):
+        if has_role(effect, role):
+            return Draws(
+                one.influence, one.raw, np.broadcast_to(values[rows][:, None, :], one.departures.shape)
+            )
+    return one
+
+
+def smallest(found: Sequence[CoveredMachines]) -> float:
+    """Of machines at the limit."""
+    return min((f.share for f in found if f.kind == TOGETHER), default=1.0)

@@ -1,0 +1,244 @@
+"""The true value from the indicated one: a confidence belt made of parts that were drawn and measured.
+
+For every true value t the drawn parts say how the indicated value y scatters, bias and lost or added form included. The
+interval of t for a found y holds all t under which y is no surprise (Neyman's construction): it attains its probability at
+every size of the form, not only on average. Lower end 0 where a perfect part would do; an indicated value below that of most
+perfect parts is read as that of the middle one (limits constrained by power), so that the interval never shrinks to 0.
+
+Quantiles of y - t are taken among neighbours in t; where the residuals tell how rough the surface is (orientation, location,
+extreme sizes), among parts whose residuals are as large, all lengths counted in units of the residuals. J. Neyman, Phil. Trans. A 236 (1937) 333; the one-sided end:
+G. Cowan et al., Power-constrained limits, arXiv:1105.3166.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.answer.evaluation.allowed import doubtful
+from vcmm.answer.evaluation.pairs import Pairs
+from vcmm.core.run import Array
+from vcmm.part.gps import characteristics as gps
+from vcmm.part.part import Characteristic
+
+CLASSES = 8  # of roughness, each with as many of the drawn parts
+SMOOTHEST = 0.01  # share of the drawn parts with smaller residuals
+NEIGHBOURS = 300  # parts in a window: the 2.5 % quantile of their departures errs by 0.9 % in probability
+SMOOTH = 10  # windows on either side over which quantiles are averaged, four to a width
+ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
+LEVELS = np.concatenate([[0.005, 0.01, 0.02], np.arange(0.025, 0.98, 0.025), [0.98, 0.99, 0.995]])
+
+
+@dataclass(frozen=True, eq=False)
+class Belt:
+    """One class of roughness: true (g,) mm or rad, rising; departure (g, levels): quantiles of indicated - true there."""
+
+    true: Array
+    departure: Array
+
+    def at(self, level: float) -> Array:
+        """Quantile (g,) of the indicated value for every true value, never falling."""
+        column = [float(np.interp(level, LEVELS, row)) for row in self.departure]
+        return np.maximum.accumulate(self.true + np.array(column))
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyInverse:
+    """Belts of a characteristic by roughness, in units of the residuals; whole: of all parts, in mm or rad.
+
+    roughest: upper ends of the classes but the last, mm; smoothest: points with smaller residuals than nearly any drawn part had
+    (touched up, or typed in) are read as if they had these. bounded: no true value is below 0.
+    """
+
+    belts: tuple[Belt, ...]
+    whole: Belt
+    roughest: Array
+    bounded: bool
+    smoothest: float = 0.0
+
+    def belt(self, rest: float | None) -> Belt:
+        """The class of a root mean square of residuals."""
+        return self.whole if rest is None else self.belts[int(np.searchsorted(self.roughest, rest))]
+
+    def quantile(self, level: float, found: Array, rest: Array | None, beside: int = 0) -> Array:
+        """True values (m,) that are not exceeded with this confidence, given indicated values (m,).
+
+        beside: classes of roughness further up, for what a part would be taken for by chance.
+        """
+        if rest is None:
+            return _crossing(self.whole, 1.0 - level, found, self.bounded)
+        rest = np.maximum(rest, self.smoothest)
+        classes = np.clip(np.searchsorted(self.roughest, rest) + beside, 0, len(self.roughest))
+        out = np.empty(len(found))
+        for k in np.unique(classes):
+            mine = classes == k
+            unit = rest[mine] if len(self.roughest) else np.ones(int(mine.sum()))
+            out[mine] = unit * _crossing(self.belts[int(k)], 1.0 - level, found[mine] / unit, self.bounded)
+        return out
+
+    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+        """Ends (m,), (m,) of the interval of the true value. Where it begins at 0 only its upper end can miss: it misses more.
+
+        Of sizes, whose errors change their sign with the roughness, it goes half way to those of the classes beside it.
+        """
+        low, high = (self.quantile(level, found, rest) for level in ((1.0 - p) / 2.0, (1.0 + p) / 2.0))
+        if not self.bounded:
+            if rest is None:
+                return low, high
+            near = [
+                [self.quantile(q, found, rest, k) for k in (-1, 0, 1)]
+                for q in ((1.0 - p) / 2.0, (1.0 + p) / 2.0)
+            ]
+            return (low + np.min(near[0], axis=0)) / 2.0, (high + np.max(near[1], axis=0)) / 2.0
+        return low, np.where(low > 0.0, high, self.quantile(1.0 - ONE_SIDED * (1.0 - p), found, rest))
+
+    def confidence(self, limit: float, found: float, rest: float | None) -> float:
+        """Confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
+        belt = self.belt(rest)
+        if rest is not None and len(self.roughest):
+            rest = max(rest, self.smoothest)
+            limit, found = limit / rest, found / rest
+        if self.bounded:
+            found = max(found, float(belt.at(0.5)[0]))  # less says no more than that, as in `_crossing`
+        row = [float(np.interp(limit, belt.true, column)) for column in belt.departure.T]
+        return 1.0 - float(np.interp(found - limit, np.maximum.accumulate(row), LEVELS, left=0.0, right=1.0))
+
+
+def _crossing(belt: Belt, level: float, found: Array, bounded: bool) -> Array:
+    """The true value at which a quantile of the indicated one passes `found`; straight on beyond the last."""
+    curve = belt.at(level)
+    if not bounded:  # one row: a departure that does not depend on the size
+        return np.asarray(found - (curve[0] - belt.true[0]))
+    found = np.maximum(found, belt.at(0.5)[0])
+    inside = np.interp(found, curve, belt.true, left=0.0)
+    return np.maximum(np.where(found > curve[-1], belt.true[-1] + found - curve[-1], inside), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """The inverses of several families of parts: the interval holds those of all of them, the estimate is their mean."""
+
+    families: tuple[FamilyInverse, ...]
+
+    def estimate(self, found: Array, rest: Array | None) -> Array:
+        """(m,): the middle of the confidence."""
+        return np.mean([f.quantile(0.5, found, rest) for f in self.families], axis=0)
+
+    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+        """Ends (m,), (m,) of the interval of the true value."""
+        ends = [f.interval(p, found, rest) for f in self.families]
+        return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+
+    def sight(self, p: float) -> float:
+        """What a part that is far off indicates at least, as a share of its true value; 1 where there is no end of it."""
+        ends = [(f.whole.at((1.0 - p) / 2.0)[-1], f.whole.true[-1]) for f in self.families if f.bounded]
+        return min((float(y / max(t, 1e-15)) for y, t in ends), default=1.0)
+
+    def within(self, low: float, high: float, found: float, rest: float | None) -> float:
+        """Confidence that the true value lies between two limits (low -inf: none), by the family that doubts it most."""
+        below = [0.0 if low == -np.inf else f.confidence(low, found, rest) for f in self.families]
+        return min(f.confidence(high, found, rest) - b for f, b in zip(self.families, below))
+
+
+@dataclass(frozen=True, eq=False)
+class United:
+    """The inverses for all machines that are allowed, from the least to the limit (`vcmm.answer.evaluation.allowed`).
+
+    The interval holds those of all of them. The estimate is that of the least: nothing is taken off that no machine was shown to add.
+    """
+
+    of_share: tuple[Inverse, ...]
+
+    @property
+    def families(self) -> tuple[FamilyInverse, ...]:
+        """At the limit."""
+        return self.of_share[-1].families
+
+    def estimate(self, found: Array, rest: Array | None) -> Array:
+        return self.of_share[0].estimate(found, rest)
+
+    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+        ends = [one.interval(p, found, rest) for one in self.of_share]
+        return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+
+    def sight(self, p: float) -> float:
+        return min(one.sight(p) for one in self.of_share)
+
+    def within(self, low: float, high: float, found: float, rest: float | None) -> float:
+        return doubtful([one.within(low, high, found, rest) for one in self.of_share])
+
+
+Reading = Inverse | United
+
+
+def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse:
+    """The inverse of characteristic number `index` from drawn parts, one family after another."""
+    return Inverse(tuple(family_inverse(c, index, pairs) for pairs in drawn))
+
+
+def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
+    """The belts of characteristic number `index` of drawn parts of one family."""
+    true, indicated, rest = there(index, drawn)
+    bounded = gps.one_sided(c)
+    whole = _belt(true, indicated, bounded)
+    rest = np.maximum(rest, 1e-12)
+    if (
+        not sorted_by_roughness(c) or rest.max() <= 1e-9
+    ):  # as many points as the fits have freedoms: no residuals
+        return FamilyInverse((whole,), whole, np.zeros(0), bounded)
+    rough = rest > 1e-9  # parts without form on a machine without errors leave nothing to divide by
+    true, indicated, rest = true[rough], indicated[rough], rest[rough]
+    edges = np.quantile(rest, np.arange(1, CLASSES) / CLASSES)
+    classes, t, y = np.searchsorted(edges, rest), true / rest, indicated / rest
+    belts = [_belt(t[classes == k], y[classes == k], bounded) for k in range(len(edges) + 1)]
+    return FamilyInverse(tuple(belts), whole, edges, bounded, float(np.quantile(rest, SMOOTHEST)))
+
+
+def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
+    """true, indicated, rest (m,) of the parts that have such an element."""
+    true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
+    has = np.isfinite(true) & np.isfinite(indicated)
+    return true[has], indicated[has], rest[has]
+
+
+def lost(index: int, drawn: Pairs) -> float:
+    """Share of the parts that have no such element."""
+    return 1.0 - len(there(index, drawn)[0]) / len(drawn.true)
+
+
+def sorted_by_roughness(c: Characteristic) -> bool:
+    """Whether the residuals say something that the value itself does not: not of forms, profiles and run-out."""
+    return c.type in ("size", "distance", "angle", *gps.PLACED)
+
+
+def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
+    departure = indicated - true
+    if not bounded:
+        return Belt(np.zeros(1), np.quantile(departure, LEVELS)[None])
+    order = np.argsort(true, kind="stable")
+    true, departure = true[order], departure[order]
+    width = min(NEIGHBOURS, max(len(true) // 10, 1))
+    starts = range(0, len(true) - width + 1, max(width // 4, 1))
+    middle = np.array([np.median(true[s : s + width]) for s in starts])
+    rows = _smoothed(np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts]))
+    keep = np.concatenate([[True], np.diff(middle) > 0])
+    return Belt(middle[keep], rows[keep])
+
+
+def _smoothed(rows: Array) -> Array:
+    """Quantiles (g, levels) averaged over their neighbours with weights that fall to both sides, shorter at the ends."""
+    out = np.empty_like(rows)
+    for i in range(len(rows)):
+        reach = min(i, len(rows) - 1 - i, SMOOTH)
+        weight = 1.0 + reach - np.abs(np.arange(-reach, reach + 1))
+        out[i] = weight @ rows[i - reach : i + reach + 1] / weight.sum()
+    return out
+
+
+def coverage(inverse: Reading, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
+    """Share of drawn parts whose true value lies in the interval for p. seen: read with their roughness."""
+    true, found, rest = there(index, drawn)
+    low, high = inverse.interval(p, found, rest if seen else None)
+    return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())

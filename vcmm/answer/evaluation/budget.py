@@ -1,0 +1,103 @@
+"""Budget lines: which Input contributes how much, in the units of its parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vcmm.answer.evaluation.montecarlo import Term
+from vcmm.answer.evaluation.part_forms import FORM
+from vcmm.answer.evaluation.result import BudgetLine
+from vcmm.answer.evaluation.world import World
+from vcmm.core.effect import parameter, unit_at
+from vcmm.core.inputs import Input
+from vcmm.core.knowledge import targets
+from vcmm.core.units import channel_unit, in_unit
+from vcmm.part.part import Characteristic, Feature
+from vcmm.physics import has_role
+from vcmm.task.measuring.qualification import REPEATABILITY
+from vcmm.task.response.influence import Influence
+
+
+def budget_line(
+    world: World, influence: Influence, term: Term, u_i: float, u: float, linear: bool
+) -> BudgetLine:
+    """One row; u_i is the contribution, u the whole, mm or rad. Sensitivities exist for scalar Inputs drawn once."""
+    one = influence.input
+    unit = unit_of(world, one)
+    scalar = influence.response.shape[2] == 1
+    law, factor = one.spread(influence.response.shape[2])
+    u_input = float(np.ravel(law.u)[0]) * float(abs(factor[0, 0])) if scalar else None
+    sensitivity = None
+    if linear and term.gain.shape == (1, 1) and factor[0, 0]:
+        sensitivity = float(term.gain[0, 0] / factor[0, 0]) * _scale(unit)
+    return BudgetLine(
+        input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
+        redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
+        sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
+        evidence=one.evidence, cause=REPEATABILITY if has_role(one.effect, REPEATABILITY) else one.cause,
+    )  # fmt: skip
+
+
+def form_line(c: Characteristic, features: Mapping[str, Feature], u_i: float, u: float) -> BudgetLine:
+    """What the points do not meet of the form: from part to part of a family of forms. A surface of nominal points has none between
+    them: there it is the form of the datums.
+    """
+    name = ", ".join(n for n in c.of if not features[n].free) or ", ".join(c.features[len(c.of) :])
+    return BudgetLine(
+        input=f"form[{name}].between points", what=f"form of {name} between the points", distribution="family of forms",
+        dof=float("inf"), redraw="part", estimate=None, u_input=None, unit="", sensitivity=None, u=u_i,
+        share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"), evidence="default family of forms",
+    )  # fmt: skip
+
+
+def unit_of(world: World, one: Input) -> str:
+    """The unit of the parameter or column, as files write it; degC for temperatures."""
+    if one.effect == FORM:
+        return "um"
+    if one.members:
+        units = {unit_of(world, m) for m in one.members}
+        return units.pop() if len(units) == 1 else ""
+    if one.is_channel:
+        unit = channel_unit(one.parameter)
+        return "degC" if unit == "K" else unit
+    effect = targets(world.machine_of(one)[0], one)[0]
+    unit = parameter(effect, one.parameter).metadata["show"]
+    if unit == "mm or rad":
+        return "urad" if str(getattr(effect, "component", "EXX"))[1] in "ABC" else "um"
+    return unit_at(effect, unit, axis=str(getattr(effect, "axis", "")))
+
+
+def estimate(world: World, one: Input) -> float | None:
+    """The number in the machine file or the run, canonical unit; None for arrays."""
+    if one.members or one.effect == FORM:
+        return None
+    if one.is_channel:
+        return float(np.mean(world.machine_of(one)[1].column(one.parameter)))
+    effect = targets(world.machine_of(one)[0], one)[0]
+    spec = parameter(effect, one.parameter)
+    return None if spec.metadata["shape"] else float(getattr(effect, spec.name))
+
+
+def words(world: World, one: Input) -> str:
+    """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
+    if one.effect == FORM:
+        return f"form of {one.where}, {one.parameter} not known"
+    if one.members:
+        return one.evidence if one.shares is not None else "known together, correlated"
+    if one.is_channel:
+        name = one.parameter.rsplit("_", 1)[0].replace("temp_", "temperature ").replace("_", " ")
+        return f"{name}, true minus reading" if name.startswith("temperature") else name
+    effect = targets(world.machine_of(one)[0], one)[0]
+    doc = str(parameter(effect, one.parameter).metadata["doc"])
+    by = f", by the {one.cause}" if one.cause else ""
+    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}{by}"
+
+
+def _scale(unit: str) -> float:
+    return 1.0 if unit in ("", "1") else 1.0 / in_unit(1.0, unit)
+
+
+def _in(value: float | None, unit: str) -> float | None:
+    return None if value is None else value / _scale(unit)

@@ -1,0 +1,199 @@
+"""Remarks on a scenario: what was said and has no effect, and what was left out and counts as perfectly known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.expansions import unusual_expansion
+from vcmm.core.inputs import EVERY
+from vcmm.core.run import T0_DEG_C
+from vcmm.part.extent import EDGE, beyond_extent
+from vcmm.part.gps.contradictions import free_words, left_free, redundant_zones
+from vcmm.part.part import ends, frame
+from vcmm.physics import BY_NAME
+from vcmm.task.measuring.scenario import Scenario
+
+
+def remarks(scenario: Scenario) -> tuple[str, ...]:
+    """Sentences for `check`, the result and the report; empty when there is nothing to say."""
+    return (
+        *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
+        *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario), *_beside(scenario),
+        *_unusual_warmth(scenario), *scenario.machine.remarks,
+    )  # fmt: skip
+
+
+INTO = (
+    -0.2
+)  # cosine between a normal and the way from tip to head, below which the stylus comes out of the material
+
+
+def _short_styli(scenario: Scenario) -> list[str]:
+    """Touches deeper in a bore than the stylus is long."""
+    out = []
+    for step in scenario.plan.steps:
+        feature, stylus = scenario.part.features[step.feature], scenario.plan.styli[step.stylus]
+        if not feature.inside or feature.kind not in ("cylinder", "cone"):
+            continue
+        reach = stylus.length or float(np.linalg.norm(stylus.offset))
+        up = scenario.pose.inverse().turn(-stylus.direction)  # from tip to head, drawing frame
+        along = up @ feature.axis
+        if abs(along) < 0.7 or reach == 0.0:
+            continue
+        mouth = ends(feature) @ feature.axis
+        depth = np.max(
+            mouth.max() - step.points @ feature.axis
+            if along > 0
+            else step.points @ feature.axis - mouth.min()
+        )
+        if depth > reach:
+            out.append(
+                f"{step.feature}: touches {depth:.4g} mm deep with stylus {step.stylus}, which is {reach:.4g} mm long: its head would "
+                "stand in the part; correct offset or length, or touch nearer to the mouth"
+            )
+    return out
+
+
+def _inward_normals(scenario: Scenario) -> list[str]:
+    """Planes that would be touched from inside the material: the way from tip to head leads through the surface."""
+    out = []
+    for step in scenario.plan.steps:
+        feature, stylus = scenario.part.features[step.feature], scenario.plan.styli[step.stylus]
+        if feature.kind not in ("plane", "line", "point") or not len(step.normals):
+            continue
+        up = scenario.pose.inverse().turn(-stylus.direction)
+        if float(np.max(step.normals @ up)) < INTO:
+            out.append(
+                f"{step.feature}: its normal points away from the head of stylus {step.stylus}, which would reach it through the "
+                "material: normals point out of the material; turn the normal, or use a stylus from that side"
+            )
+    return out
+
+
+def _drawn(scenario: Scenario) -> list[str]:
+    """Zones that ask for nothing, and positions that their datums do not fix."""
+    part = scenario.part
+    out = redundant_zones(part.characteristics, part.features)
+    follows = "the alignment of the plan" if scenario.plan.alignment else "[pose], which nothing measures"
+    for c in part.characteristics:
+        free = left_free(c, part.features)
+        if len(free):
+            why = (
+                f"its datums ({', '.join(c.datums)}) leave {c.of[0]}"
+                if c.datums
+                else f"without datums {c.of[0]} is"
+            )
+            out.append(
+                f'"{c.name}": {why} free to move ({free_words(free)}); there it follows {follows}: add a datum that holds it'
+            )
+    return out
+
+
+SHORT = 90.0  # deg: over less of a circle, size and place are told apart badly
+
+
+def _short_arcs(scenario: Scenario) -> list[str]:
+    """Round features that the plan touches over a small part of their circle only."""
+    out = []
+    for name, feature in scenario.part.features.items():
+        steps = [s.points for s in scenario.plan.steps if s.feature == name and len(s.points)]
+        if feature.kind not in ("circle", "cylinder", "cone") or not steps:
+            continue
+        u, v, _ = frame(feature)
+        arm = np.concatenate(steps) - feature.point
+        turn = np.sort(np.degrees(np.arctan2(arm @ v, arm @ u)))
+        gaps = np.diff(np.append(turn, turn[0] + 360.0))
+        covered = 360.0 - float(gaps.max())
+        if covered < SHORT:
+            out.append(
+                f"{name}: touched over {covered:.0f} deg of its circle only; on so short an arc size and place are told apart badly, and U "
+                "says how badly: touch more of it"
+            )
+    return out
+
+
+def _beside(scenario: Scenario) -> list[str]:
+    """Planned points that lie beyond the ends or edges of their feature."""
+    out = []
+    for step in scenario.plan.steps:
+        feature = scenario.part.features[step.feature]
+        beyond = beyond_extent(feature, step.points) if len(step.points) else np.zeros(1)
+        if float(beyond.max()) > EDGE:
+            out.append(
+                f"{step.feature}: {int((beyond > EDGE).sum())} planned point(s) lie up to {float(beyond.max()):.4g} mm beyond the feature, where "
+                "the tip meets air: correct the points, or the size of the feature"
+            )
+    return out
+
+
+COLD, HOT = 5.0, 40.0  # degC: rooms in which parts are measured
+EXPANDS = 2e-4  # 1/K: more than any solid that is measured
+
+
+def _unusual_warmth(scenario: Scenario) -> list[str]:
+    """Temperatures and expansions that may be a slip of the unit."""
+    out = [
+        f"the temperature {c[5:-2].replace('_', ' ')} = {t:g} degC is not that of a measuring room; expansion is taken as linear up to there"
+        for c, t in scenario.constants.items()
+        if c.startswith("temp_") and c != "temp_gradient_C" and not COLD <= t <= HOT
+    ]
+    if abs(scenario.part.expansion) > EXPANDS:
+        out.append(
+            f"the part expands by {scenario.part.expansion * 1e6:g} um/(m K); steel has 11.5, aluminium 23, plastics up to 200: check the unit"
+        )
+    elif said := unusual_expansion("[part] expansion", scenario.part.expansion):
+        out.append(said)
+    return out
+
+
+def _unused_temperatures(scenario: Scenario) -> list[str]:
+    """Temperatures that no effect of the machine or part reads."""
+    read = {column for effect in scenario.machine.effects for column in effect.required()}
+    cures = {"temp_part_C": "[part] expansion", "temp_gradient_C": "an effect that bends with it"}
+    out = []
+    matter = {
+        value for column, value in scenario.constants.items() if column in read
+    }  # a room that counts for others
+    for column, value in scenario.constants.items():
+        neutral = 0.0 if column == "temp_gradient_C" else T0_DEG_C
+        if column.startswith("temp_") and value not in (neutral, *matter) and column not in read:
+            name = column.removeprefix("temp_").removesuffix("_C")
+            cure = cures.get(
+                column,
+                "[machine.environment] scales" if name.startswith("scale_") else "an effect with that sensor",
+            )
+            out.append(
+                f"the temperature {name} = {value:g} has no effect: nothing in the machine or part depends on it; add {cure}"
+            )
+    return out
+
+
+def _exact_temperatures(scenario: Scenario) -> list[str]:
+    """Temperatures that matter and have no uncertainty."""
+    inputs = (*scenario.machine.inputs, *scenario.inputs)
+    known = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
+    out = []
+    for effect in scenario.machine.effects:
+        for column in effect.required():
+            readings = {column, column.replace("temp_", "reading_", 1)}
+            if column.startswith("temp_") and not readings & known and bool(getattr(effect, "alpha", 0.0)):
+                name = column.removeprefix("temp_").removesuffix("_C")
+                out.append(
+                    f'the temperature {name} is taken as exactly known; add [environment] u_temperature = {{ {name} = "0.1 K" }}'
+                )
+    return list(dict.fromkeys(out))
+
+
+def _unqualified(scenario: Scenario) -> list[str]:
+    used = dict.fromkeys(step.stylus for step in scenario.plan.steps)
+    bare = [name for name in used if name not in scenario.qualifications]
+    known = {
+        i.where for i in scenario.machine.inputs if i.effect in BY_NAME and BY_NAME[i.effect].of_qualification
+    }
+    bare = [name for name in bare if not {name, "", EVERY} & known]
+    if not bare:
+        return []
+    word = "stylus" if len(bare) == 1 else "styli"
+    return [
+        f"{word} {', '.join(bare)}: tip radius and offset are taken as exactly known; add qualification = {{ sphere_diameter = ... }}"
+    ]

@@ -1,0 +1,74 @@
+"""Which influences an evaluation covers, as ISO/TS 15530-4 asks of software to declare: every family of effects, and what is no effect.
+
+"uncertain"    an Input moves it: it stands in the budget
+"known"        the machine file or the scenario states it, and it is taken as exact
+"not covered"  nothing is said of it: U does not hold it
+
+Families are the files of vcmm/physics, one family each; their first line says what they are.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vcmm.answer.evaluation.part_forms import FORM
+from vcmm.core.inputs import Input
+from vcmm.physics import ALL
+from vcmm.task.measuring.task import Task
+
+UNCERTAIN, KNOWN, NOT_COVERED = "uncertain", "known", "not covered"
+OF_CUTTING = ("tool", "setup")  # who answers for effects that no measuring machine has
+
+
+@dataclass(frozen=True)
+class DeclaredInfluence:
+    """One influence, what it is, whether it is covered, and the Inputs of it."""
+
+    influence: str
+    what: str
+    status: str
+    inputs: tuple[str, ...] = ()
+
+
+def declared_influences(task: Task) -> tuple[DeclaredInfluence, ...]:
+    """All influences of a measuring task, those of the machine first."""
+    single = [m for one in task.inputs for m in (one.members or (one,))]
+    return (*_of_effects(task, single), *_others(task))
+
+
+def _of_effects(task: Task, single: Sequence[Input]) -> list[DeclaredInfluence]:
+    files: dict[str, list[type]] = {}
+    for kind in ALL:
+        if kind.belongs_to not in OF_CUTTING and not kind.needs_cut:
+            files.setdefault(kind.__module__, []).append(kind)
+    held = {e.name for e in task.machine.effects}
+    out = []
+    for module, kinds in files.items():
+        names = {str(k.name) for k in kinds}  # type: ignore[attr-defined]
+        moved = tuple(dict.fromkeys(i.id for i in single if i.effect in names))
+        status = UNCERTAIN if moved else KNOWN if held & names else NOT_COVERED
+        said = (sys.modules[module].__doc__ or "").split("\n", 1)[0]
+        out.append(DeclaredInfluence(module.rpartition(".")[2].replace("_", " "), said, status, moved))
+    return out
+
+
+def _others(task: Task) -> list[DeclaredInfluence]:
+    """What no effect stands for."""
+    warm = tuple(dict.fromkeys(i.id for i in task.inputs if i.is_channel))
+    forms = tuple(i.id for i in task.inputs if i.effect == FORM)
+    aligned = task.plan.alignment is not None
+    free = [n for n in task.touches.rows if n not in task.forms]
+    return [
+        DeclaredInfluence("temperatures", "Temperatures of part, scales and room, true minus reading.", UNCERTAIN if warm else KNOWN, warm),
+        DeclaredInfluence("alignment", "The part is found by its own measured features.", UNCERTAIN if aligned else KNOWN),
+        DeclaredInfluence("sampling", "Number and places of the points of every feature, as the plan has them.", KNOWN),
+        DeclaredInfluence(
+            "form of the part", f"What the surfaces do between and beside the points{'; not stated of ' + ', '.join(free) if free else ''}.",
+            UNCERTAIN if forms else KNOWN if not free else NOT_COVERED, forms,
+        ),
+        DeclaredInfluence("fit", "Association of the elements: certified sets of data to 1e-9 mm.", KNOWN),
+        DeclaredInfluence("scanning", "Dynamics and filters of a scanning probe.", NOT_COVERED),
+        DeclaredInfluence("handling", "Dirt, burrs, operator, damage, change of the machine after its calibration.", NOT_COVERED),
+    ]  # fmt: skip

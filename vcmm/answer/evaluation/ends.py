@@ -1,0 +1,54 @@
+"""How far the ends of an interval are known: belts are made of a number of drawn parts, and of others they would differ.
+
+Delete-a-group jackknife (P. S. Kott, J. Official Stat. 17 (2001) 521): each of G groups of the drawn parts is left out in turn,
+
+    u^2 = (G - 1) / G  sum over groups of (end without the group - mean of these)^2
+
+Parts are drawn independently, so that every G-th of them makes a group as good as any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vcmm.answer.evaluation.belts import Reading, United, inverse_of
+from vcmm.answer.evaluation.pairs import Pairs
+from vcmm.core.run import Array
+from vcmm.part.part import Characteristic
+
+GROUPS = 10
+
+
+def inverses_without(c: Characteristic, index: int, drawn: Sequence[Sequence[Pairs]]) -> tuple[Reading, ...]:
+    """The inverse of characteristic number `index` from all drawn parts but a group, group after group.
+
+    drawn: for each share of the limits that a machine may use, the drawn parts of each family.
+    """
+    out: list[Reading] = []
+    for g in range(GROUPS):
+        of_share = [inverse_of(c, 0, [_without(one, index, g) for one in families]) for families in drawn]
+        out.append(of_share[0] if len(of_share) == 1 else United(tuple(of_share)))
+    return tuple(out)
+
+
+def _without(drawn: Pairs, index: int, group: int) -> Pairs:
+    return drawn.of(index, np.flatnonzero(np.arange(len(drawn.true)) % GROUPS != group))
+
+
+def ends_u(
+    groups: Sequence[Reading], p: float, found: Array, rest: Array | None
+) -> tuple[float, float] | None:
+    """Standard uncertainty of both ends at an indicated value found (1,); None without groups."""
+    if not groups:
+        return None
+    ends = np.array([[end[0] for end in one.interval(p, found, rest)] for one in groups])
+    low, high = jackknife_u(ends)
+    return float(low), float(high)
+
+
+def jackknife_u(values: Array) -> Array:
+    """Standard uncertainty (k,) of what was found without each of G groups, (G, k)."""
+    count = len(values)
+    return np.asarray(np.sqrt((count - 1) / count * ((values - values.mean(axis=0)) ** 2).sum(axis=0)))

@@ -1,0 +1,57 @@
+"""The result of a characteristic for any indicated value: interval of the true value, and the decision about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from vcmm.answer.evaluation.result import CharacteristicResult, TrueValue
+from vcmm.answer.evaluation.summary import Summary
+from vcmm.answer.evaluation.truth import Additive, Predicted, Statement
+from vcmm.part.gps.decision import GUARD_BAND, Decision, decide, undecided
+
+
+def at_indication(result: CharacteristicResult, y: float, rule: str) -> CharacteristicResult:
+    """The result for an indicated value y, mm or rad: value, interval, k and decision by a rule of vcmm.part.gps.decision."""
+    assert result.truth is not None
+    limits = None
+    if result.tolerance is not None:
+        limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
+    said = result.truth.given(y, result.p, result.interval_kind, limits)
+    if said.counted is not None or said.short:
+        result = replace(result, coverage_shown=not said.short, why_not_shown=said.short)
+    if result.extreme and not isinstance(
+        result.truth, Predicted
+    ):  # nothing is smaller than perfect, no length below zero
+        low, high = (max(end, 0.0) for end in said.interval)
+        if isinstance(result.truth, Additive) and result.one_sided and result.summary is not None:
+            # no inverse is known: the spread of what the machine indicates, which claims nothing
+            low, high = (max(end, 0.0) for end in result.summary.interval(result.p, result.interval_kind))
+        said = replace(said, estimate=max(said.estimate, 0.0), interval=(low, high))
+    half = (said.interval[1] - said.interval[0]) / 2
+    known = math.isfinite(result.u) and result.u > 0
+    half = result.half_width or half
+    true, bias = None, result.bias
+    if result.extreme and not isinstance(result.truth, Predicted):
+        true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted, said.interval_u)
+        bias = bias if isinstance(result.truth, Additive) else y - said.estimate
+    law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
+    return replace(
+        result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, bias=bias,
+        interval=said.interval, k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
+    )  # fmt: skip
+
+
+def _decision(result: CharacteristicResult, said: Statement, rule: str) -> Decision | None:
+    if result.tolerance is None:
+        return None
+    if not result.coverage_shown:
+        return undecided(rule, result.why_not_shown)
+    low, high = said.interval
+    where = (
+        (low + high) / 2 if rule == GUARD_BAND else said.estimate
+    )  # the guard band is that of the interval
+    return decide(
+        where, result.tolerance, said.p_conform, u=result.u if math.isfinite(result.u) else None, U=(high - low) / 2,
+        rule=rule, one_sided=result.one_sided,
+    )  # fmt: skip

@@ -1,0 +1,363 @@
+"""The true value of an extreme one, whoever asks: the belts of a task, what was counted of them, and what the machine adds.
+
+`uncertainty`, `evaluate` and `audit` read extreme values (form, orientation, location, run-out, profile, sizes by contact)
+with the same belts: they are drawn from the task alone, so the same indicated value has the same true value in all of them.
+Belts reach to parts some times rougher than what was indicated; they are drawn when first asked for, and kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.answer.evaluation.belts import Reading, United, coverage, inverse_of, lost, sorted_by_roughness
+from vcmm.answer.evaluation.ends import ends_u, inverses_without
+from vcmm.answer.evaluation.exact import draw_inputs
+from vcmm.answer.evaluation.form_family import KNOWN, OTHER
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.pairs import (
+    MOST,
+    Drawing,
+    Largest,
+    Pairs,
+    families,
+    machine_part,
+    of_input,
+    prepared,
+    surfaces,
+    together,
+    values,
+)
+from vcmm.answer.evaluation.truth import Limits, Statement
+from vcmm.core.run import Array
+from vcmm.part.gps import characteristics as gps
+from vcmm.part.gps.criteria import POINTS, wanted
+from vcmm.part.part import Characteristic
+from vcmm.task.measuring.settings import Settings
+from vcmm.task.measuring.task import Task
+
+PARTS, BY_CONTACT = (6000, 24_000), (3000, 8000)  # drawn for the belts, between these as many as trials;
+# fewer where elements by contact are searched in every one of them
+NUMBERS = 6e6  # points of all parts for the belts, at most
+COUNTED = 600, 2000  # drawn anew to count, between these as many as trials
+FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
+FIXED_RATIOS = (0.0, 6.0, 20.0)
+LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
+REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
+FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is told
+ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is told
+BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
+MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
+HIDDEN = (
+    "the points hardly meet some forms: a part of any true value could indicate as little; more points help"
+)
+NO_ELEMENT = (
+    "{:.0%} of the parts drawn with forms of up to {:.3g} um have no such element: the points span too little of the feature; "
+    "measure more of it"
+)
+TOO_FEW = (
+    "the coverage of the interval about the true value was counted and is too small: {:.0%} of drawn parts, {:.0%} of "
+    "parts of another kind; more points help"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CountedInverse:
+    """The inverse of one characteristic with what was counted of it: parts of the family, parts of another one."""
+
+    inverse: Reading
+    counted: tuple[float, float]
+    without: Callable[[], tuple[Reading, ...]] = (
+        tuple  # made of all drawn parts but a group, group after group
+    )
+
+    @cached_property
+    def groups(self) -> tuple[Reading, ...]:
+        """Inverses from which the ends take their own uncertainty."""
+        return self.without()
+
+    def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
+        found, rests = np.array([y]), None if rest is None else np.array([rest])
+        low, high = (float(end[0]) for end in self.inverse.interval(p, found, rests))
+        within = None if limits is None else float(np.clip(self.inverse.within(*limits, y, rest), 0.0, 1.0))
+        estimate = float(self.inverse.estimate(found, rests)[0])
+        if self.blind(p):
+            estimate, high = np.nan, np.inf
+        u = ends_u(self.groups, p, found, rests)
+        return Statement(estimate, (low, high), within, self.shortfall(p), self.counted, u)
+
+    def blind(self, p: float) -> bool:
+        """Whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
+        return self.inverse.sight(p) < BLIND
+
+    def shortfall(self, p: float) -> str:
+        """Why the interval is not claimed; empty where it is."""
+        if self.blind(p):
+            return HIDDEN
+        return "" if self.held(p) else TOO_FEW.format(*self.counted)
+
+    def held(self, p: float) -> bool:
+        """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
+        return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
+
+
+@dataclass(frozen=True)
+class NoInverse:
+    """Of a characteristic that too many parts do not have: nothing is known of its true value but that it is there."""
+
+    why: str
+
+    def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
+        return Statement(np.nan, (-np.inf, np.inf), None, self.why)
+
+    def shortfall(self, p: float) -> str:
+        return self.why
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """What the machine adds to one characteristic of parts that are off or rough: u and half of where p lie; by Input (m,), by the form."""
+
+    u: float
+    half: float
+    by_input: Array
+    by_form: float
+
+
+Reach = tuple[int, int]  # doublings of the largest form, and of the largest way out of place
+
+
+def _doublings(over_noise: float) -> int:
+    """So often MOST is doubled to be REACH times as large as what was found."""
+    asked = REACH * over_noise / MOST
+    return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
+
+
+@dataclass(frozen=True, eq=False)
+class Inversion:
+    """Belts of the extreme characteristics of a task, number `numbers` of all, by how far they reach."""
+
+    drawing: Drawing
+    settings: Settings
+    numbers: tuple[int, ...]
+    _expected: dict[Reach, set[int]] = field(default_factory=dict, repr=False)
+    _drawn: dict[Reach, list[DrawnParts]] = field(default_factory=dict, repr=False)
+    _made: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(default_factory=dict, repr=False)
+
+    def column(self, i: int) -> int:
+        """Where characteristic i of the task stands among those that parts are drawn for."""
+        return self.numbers.index(i)
+
+    def characteristic(self, i: int) -> Characteristic:
+        return self.drawing.task.part.characteristics[self.column(i)]
+
+    def reach(self, i: int, y: float, rest: float | None = None) -> Reach:
+        """How often the largest form, and how far features are out of place, are doubled so that they are well beyond what was
+        indicated. Orientation and location may be far off without any form: there the residuals say how rough the part may be.
+        """
+        c, attitude = self.characteristic(i), self.drawing.attitude
+        if not gps.one_sided(c):
+            return 0, 0
+        noise = min(self.drawing.noise[n] for n in gps.needs(c))
+        if c.type in gps.PLACED:
+            return _doublings((rest or 0.0) / noise), _doublings(y / attitude)
+        both = _doublings(y / min(noise, attitude))
+        return both, both
+
+    def counted(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
+        """The belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
+        c = self.characteristic(i)
+        place = (i, self.reach(i, y, rest), rest is not None and sorted_by_roughness(c))
+        if place not in self._made:
+            drawn = self.drawn(i, place[1])
+            self._made[place] = _counted(c, drawn.column(i), drawn, self.settings.p, place[2])
+        return self._made[place]
+
+    def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
+        """What will be asked for (characteristic, indicated value, residuals): parts of one reach are then evaluated for that alone."""
+        for i, y, rest in asked:
+            if i in self.numbers:
+                self._expected.setdefault(self.reach(i, y, rest), set()).add(i)
+
+    def drawn(self, i: int, reach: Reach = (0, 0)) -> DrawnParts:
+        """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says, with the values of
+        characteristic i and of what else is expected of such parts (nothing was said: of all).
+        """
+        kept = self._drawn.setdefault(reach, [])
+        held = {n for one in kept for n in one.numbers}
+        if i not in held:
+            numbers = sorted({i} | (self._expected.get(reach, set(self.numbers)) - held))
+            form, off = (MOST * 2.0**n for n in reach)
+            kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
+        return next(one for one in kept if i in one.numbers)
+
+    def added(self, i: int) -> Added:
+        """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
+
+        There the machine acts as on every part that is off by more; what indicated and true value differ by is the error.
+        """
+        u, half, by_input, by_form = self._far if self.characteristic(i).type in gps.PLACED else self._formed
+        k = self.column(i)
+        return Added(float(u[k]), float(half[k]), by_input[:, k], float(by_form[k]))
+
+    @cached_property
+    def _far(self) -> tuple[Array, Array, Array, Array]:
+        return _of_parts(self.drawing, self.settings, 0.0, FAR)
+
+    @cached_property
+    def _formed(self) -> tuple[Array, Array, Array, Array]:
+        return _of_parts(self.drawing, self.settings, FORMED, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Inverted:
+    """The true value of characteristic i by its belt. rest: root mean square of the residuals, mm, None where no points are
+    known; limit: why coverage may not be claimed whatever was counted.
+    """
+
+    inversion: Inversion
+    i: int
+    rest: float | None = None
+    limit: str = ""
+
+    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+        said = self.inversion.counted(self.i, y, self.rest).given(y, self.rest, p, limits)
+        return replace(said, short=said.short or self.limit)
+
+
+ANY = Largest()
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnParts:
+    """Parts of every kind that go as far as `most`, drawn when they are asked for; characteristics number `numbers` of the task."""
+
+    inversion: Inversion
+    numbers: tuple[int, ...]
+    most: Largest
+    _kept: dict[str, Sequence[Sequence[Pairs]]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def drawing(self) -> Drawing:
+        return self.inversion.drawing.only([self.inversion.column(i) for i in self.numbers])
+
+    @property
+    def settings(self) -> Settings:
+        return self.inversion.settings
+
+    @property
+    def count(self) -> int:
+        return int(np.clip(self.settings.trials, *COUNTED))
+
+    def column(self, i: int) -> int:
+        """Where characteristic i of the task stands in `Pairs` of these parts."""
+        return self.numbers.index(i)
+
+    @property
+    def known(self) -> Sequence[Pairs]:
+        """For the belts, one family after another, on machines at their limit."""
+        return self.known_of_shares[-1]
+
+    @property
+    def known_of_shares(self) -> Sequence[Sequence[Pairs]]:
+        """The same for all machines that are allowed."""
+        task = self.inversion.drawing.task  # as many parts for all characteristics
+        few, many = BY_CONTACT if in_contact(task) else PARTS
+        many = int(np.clip(NUMBERS / task.touches.run.n, few, many))
+        count = int(np.clip(self.settings.trials, few, many)) // len(KNOWN)
+        return self._families("known", count, self.settings.seed, most=self.most)
+
+    @property
+    def anew(self) -> Sequence[Pairs]:
+        """Of the same families, for counting, on all machines that are allowed."""
+        drawn = self._families("anew", self.count // len(KNOWN), self.settings.seed + 1, most=self.most)
+        return [one for of_share in drawn for one in of_share]
+
+    @property
+    def other(self) -> Sequence[Pairs]:
+        """Of another kind."""
+        drawn = self._families("other", self.count, self.settings.seed + 2, (OTHER,), self.most)
+        return [of_share[0] for of_share in drawn]
+
+    def fixed(self, ratio: float) -> Sequence[Pairs]:
+        """Of which the form of all is so many times the noise."""
+        seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
+        drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
+        return [together(of_share) for of_share in drawn]
+
+    def _families(
+        self,
+        what: str,
+        count: int,
+        seed: int,
+        names: Sequence[str] = KNOWN,
+        most: Largest = ANY,
+        ratio: float | None = None,
+    ) -> Sequence[Sequence[Pairs]]:
+        """A list of families for every share of the machines, drawn once."""
+        if what not in self._kept:
+            shares = self.drawing.machines.shares
+            self._kept[what] = families(
+                self.drawing, count, seed, names=names, most=most, ratio=ratio, shares=shares
+            )
+        return self._kept[what]
+
+
+def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inversion:
+    """What the extreme values of a task (characteristics number `numbers`) are read with."""
+    return Inversion(prepared(task, settings.seed, numbers), settings, tuple(numbers))
+
+
+def in_contact(task: Task) -> bool:
+    """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
+    contact = any(
+        set(asked) - {POINTS} for asked in wanted(task.part.characteristics, task.part.features).values()
+    )
+    return contact or any(c.filter is not None and c.criterion == "C" for c in task.part.characteristics)
+
+
+def _counted(
+    c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: bool
+) -> CountedInverse | NoInverse:
+    """k: its column. seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
+    without = max(lost(k, one) for one in drawn.known)
+    if without > MOST_LOST:
+        largest = 1e3 * drawn.most.form * max(drawn.drawing.noise[n] for n in gps.needs(c))
+        return NoInverse(NO_ELEMENT.format(without, largest))
+    of_share = [inverse_of(c, k, one) for one in drawn.known_of_shares]
+    inverse = of_share[0] if len(of_share) == 1 else United(tuple(of_share))
+    blind = sorted_by_roughness(c) and not seen
+    at = FIXED_BLIND if blind else FIXED
+    anew = [*drawn.anew, *(one for ratio in at for one in drawn.fixed(ratio))]
+    least, other = (
+        min(coverage(inverse, k, one, p, not blind) for one in parts) for parts in (anew, drawn.other)
+    )
+    return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))
+
+
+def _of_parts(
+    drawing: Drawing, settings: Settings, form: float, off: float
+) -> tuple[Array, Array, Array, Array]:
+    """u (C,), half (C,), by Input (m, C), by the form (C,)."""
+    count = ADDED_BY_CONTACT if in_contact(drawing.task) else ADDED
+    model, place = drawing.measured, (settings.seed + 4, 0)
+    touched, surface = surfaces(drawing, count, place, (KNOWN[0], Largest(), form), off)
+    true, still = values(drawing.surface, surface), values(model, touched)
+    error = values(model, touched + machine_part(model, *place, count)) - true
+    low, high = np.nanquantile(error, [(1 - settings.p) / 2, (1 + settings.p) / 2], axis=0)
+    alone = [
+        _alone(model, touched, still, moved)
+        for moved in (of_input(model, d) for d in draw_inputs(model, *place, count))
+    ]
+    by_form = np.nanstd(still - true, axis=0)
+    return np.nanstd(error, axis=0), (high - low) / 2, np.array(alone).reshape(-1, len(low)), by_form
+
+
+def _alone(model: LinearModel, touched: Array, still: Array, moved: Array) -> Array:
+    """Standard deviation (C,) of what one Input adds."""
+    if not moved.any():
+        return np.zeros(still.shape[1])
+    return np.asarray(np.nanstd(values(model, touched + moved) - still, axis=0))

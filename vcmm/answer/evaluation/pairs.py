@@ -1,0 +1,356 @@
+"""Parts drawn at random and measured by the machine as it is known: true and indicated values, side by side.
+
+Every part has forms of a family on all its features and, where location and orientation are toleranced, features that are
+shifted and tilted; sizes of forms and motions are spread evenly over the decades from far below the noise of the machine to
+far above what was found. The machine errs as its Inputs say; both sides are evaluated by the linear model of the task.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from zlib import crc32
+
+import numpy as np
+
+from vcmm.answer.evaluation.allowed import FULL, Share, at_share, shares_allowed, split
+from vcmm.answer.evaluation.dense import surface_model
+from vcmm.answer.evaluation.exact import draw_inputs
+from vcmm.answer.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
+from vcmm.answer.evaluation.linear import LinearModel, build
+from vcmm.answer.evaluation.montecarlo import simulate
+from vcmm.answer.evaluation.narrowed import moved, narrowed
+from vcmm.answer.evaluation.sampling import multiplying
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.part.gps import characteristics as gps
+from vcmm.task.measuring.plan import Ints
+from vcmm.task.measuring.task import Task
+from vcmm.task.response.trials import Draws
+
+BLOCK = 2000
+FOLDED = 300  # touches beyond which Inputs are drawn one by one
+SHOWN, GIVEN_UP = (
+    20,
+    4,
+)  # of the first parts, so many without an element are too many to look for the others one by one
+LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+SMALLEST = 1e-7  # mm: no noise is taken for less
+FORMLESS = 0.1  # share of parts without form
+APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
+
+
+Measured = tuple[Array, Array, Array]  # of parts: true, indicated, rest
+
+
+@dataclass(frozen=True)
+class Largest:
+    """How far the parts that are drawn go: the largest form over the noise, how far features are out of place over what the machine moves."""
+
+    form: float = MOST
+    off: float = MOST
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """true, indicated (N, C) mm or rad, NaN where a part has no such element; rest (N, C): root mean square of the residuals of
+    the features of each characteristic. C: the characteristics that parts are drawn for.
+    """
+
+    true: Array
+    indicated: Array
+    rest: Array
+
+    def of(self, column: int, parts: Ints | slice = slice(None)) -> Pairs:
+        """One characteristic of some of the parts, (N, 1)."""
+        return Pairs(*(a[parts, column : column + 1] for a in (self.true, self.indicated, self.rest)))
+
+
+@dataclass(frozen=True, eq=False)
+class Machines:
+    """What drawn machines do to the touches `kept` of a model (None: all); drawn once for parts of every size and kind.
+
+    shares: the machines allowed, from the least to those of the model itself (`vcmm.answer.evaluation.allowed`).
+    """
+
+    model: LinearModel
+    kept: Ints | None = None
+    _drawn: dict[tuple[int, int, int], Sequence[Array]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def shares(self) -> tuple[Share, ...]:
+        return shares_allowed(self.model.influences)
+
+    def errors(self, seed: int, first: int, count: int, share: Share = FULL) -> Array:
+        """Displacements (count, n) of the touches along their normals, see `machine_part`."""
+        place = seed, first, count
+        if place not in self._drawn:
+            parts = [self.model] if len(self.shares) == 1 else split(self.model)
+            self._drawn[place] = [machine_part(one, *place) for one in parts]
+        drawn = self._drawn[place]
+        found = drawn[0] if len(drawn) == 1 else at_share(drawn, share)
+        return found if self.kept is None else found[:, self.kept]
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What pairs are drawn from: the measured and the dense model of the characteristics asked for, and per feature the noise left
+    over by a fit. kept: the touches of the whole task that they need.
+    """
+
+    measured: LinearModel
+    surface: LinearModel
+    noise: Mapping[str, float]
+    attitude: float  # mm: how far the machine moves a feature as a whole
+    left: Mapping[str, Array]
+    moved: frozenset[str]  # features whose place and direction are toleranced
+    kept: Ints
+    machines: Machines
+
+    @property
+    def task(self) -> Task:
+        return self.measured.task
+
+    def only(self, columns: Sequence[int]) -> Drawing:
+        """The same parts and machines, of which some characteristics are evaluated: no feature is drawn that they do not need."""
+        if list(columns) == list(range(len(self.measured.characteristics))):
+            return self
+        (measured, kept), (surface, _) = (narrowed(m, columns, True) for m in (self.measured, self.surface))
+        names = measured.task.touches.rows
+        return replace(
+            self, measured=measured, surface=surface, noise={n: self.noise[n] for n in self.noise if n in names},
+            left={n: self.left[n] for n in names}, kept=self.kept[kept], machines=replace(self.machines, kept=kept),
+        )  # fmt: skip
+
+    @cached_property
+    def grounds(self) -> Mapping[str, Ground]:
+        """Per feature its touches and its points all over."""
+        models = (self.measured, self.surface)
+        return {
+            n: Ground(f, tuple(m.task.touches.points[m.task.touches.rows[n]] for m in models))
+            for n, f in ((n, self.task.part.features[n]) for n in self.noise)
+        }
+
+
+def prepared(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
+    """Models of the characteristics `numbers` about the nominal part, and how large the noise of the machine is at each feature."""
+    plain = replace(task, form=np.zeros_like(task.form), forms={})
+    model, kept = narrowed(build(plain), numbers)
+    t = model.task.touches
+    left = {n: left_over(task.part.features[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
+    noise = machine_part(model, seed, 0, 400)
+    noise = noise - noise.mean(axis=0)
+    moved = {n for c in model.characteristics if gps.one_sided(c) and c.type not in gps.FORM for n in c.of}
+    return Drawing(
+        measured=model, surface=surface_model(model.task), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
+        attitude=max(float(noise.std()), SMALLEST), left=left, moved=frozenset(moved), kept=kept,
+        machines=Machines(model),
+    )  # fmt: skip
+
+
+def _size(noise: Array, left: Array) -> float:
+    """Standard deviation of what a fit leaves of the noise at a feature; of all of it where a fit leaves nothing."""
+    remains = noise @ left if np.trace(left) > 0.5 else noise
+    return max(float(remains.std()), SMALLEST)
+
+
+def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array:
+    """Displacements (count, n) of the touches along their normals by drawn machines, the known errors not among them.
+
+    Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are drawn together.
+    """
+    n = model.task.touches.run.n
+    if not model.influences:
+        return np.zeros((count, n))
+    if n > FOLDED:
+        return _one_by_one(model, seed, first, count)
+    of_touches = replace(model, operator=np.eye(n), q0=np.zeros(n))
+    terms, multiplied = multiplying(of_touches, of_touches.terms())
+    carried = len(terms[0].gain) if terms else n
+    drawn = np.concatenate(list(simulate(np.zeros(carried), terms, seed=seed, trials=count, first=first)))
+    return drawn if multiplied is None else np.ascontiguousarray(multiplied(drawn))
+
+
+def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
+    """The same, every Input by itself: in time proportional to the touches."""
+    drawn = draw_inputs(model, seed, first, count)
+    total = np.zeros((count, model.task.touches.run.n))
+    for one in drawn:
+        total += of_input(model, one)
+    for product in model.products:
+        a, b = drawn[product.first], drawn[product.second]
+        along = np.einsum("ni,ni->n", product.response, model.task.touches.run.normal)
+        departures = a.departures[:, a.influence.codes, 0] * b.departures[:, b.influence.codes, 0]
+        total += departures * along
+    return total
+
+
+def of_input(model: LinearModel, one: Draws) -> Array:
+    """Displacements (count, n) of the touches along their normals by the draws of one Input."""
+    codes, along = one.influence.codes, model.along_normal(one.influence)
+    if one.departures.shape[1] == 1:
+        return np.asarray(one.departures[:, 0] @ along.T)
+    each = np.array_equal(codes, np.arange(one.departures.shape[1]))  # a draw for every touch
+    return np.asarray(np.einsum("mnk,nk->mn", one.departures if each else one.departures[:, codes], along))
+
+
+def families(
+    drawing: Drawing,
+    count: int,
+    seed: int,
+    names: Sequence[str] = KNOWN,
+    most: Largest = Largest(),
+    ratio: float | None = None,
+    shares: Sequence[Share] = (FULL,),
+) -> list[list[Pairs]]:
+    """`count` parts of each family, measured by the same machines; a list of families for every share. ratio: form over noise of all."""
+    blocks: list[list[list[Measured]]] = [[[] for _ in names] for _ in shares]
+    for at in range(0, count, BLOCK):
+        size = min(BLOCK, count - at)
+        noise = [drawing.machines.errors(seed, at, size, share) for share in shares]
+        for k, name in enumerate(names):
+            for of_share, found in zip(blocks, _block(drawing, noise, (seed, at), (name, most, ratio))):
+                of_share[k].append(found)
+    return [[Pairs(*(np.concatenate(x) for x in zip(*one))) for one in of_share] for of_share in blocks]
+
+
+def pairs(
+    drawing: Drawing,
+    count: int,
+    seed: int,
+    family: str,
+    most: Largest = Largest(),
+    ratio: float | None = None,
+) -> Pairs:
+    """`count` parts of one family."""
+    return families(drawing, count, seed, (family,), most, ratio)[0][0]
+
+
+def both(
+    drawing: Drawing, count: int, seed: int, most: Largest = Largest(), ratio: float | None = None
+) -> Pairs:
+    """Parts of the families that the inverse knows, as many of each."""
+    return together(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
+
+
+def together(drawn: Sequence[Pairs]) -> Pairs:
+    """One after the other."""
+    return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
+
+
+def _block(
+    drawing: Drawing, noise: Sequence[Array], place: tuple[int, int], how: tuple[str, Largest, float | None]
+) -> list[Measured]:
+    """The same parts for every noise (count, n)."""
+    touched, surface = surfaces(drawing, len(noise[0]), place, how)
+    true = values(drawing.surface, surface)
+    return [(true, values(drawing.measured, touched + one), _rest(drawing, touched + one)) for one in noise]
+
+
+def surfaces(
+    drawing: Drawing,
+    count: int,
+    place: tuple[int, int],
+    how: tuple[str, Largest, float | None],
+    off: float | None = None,
+) -> tuple[Array, Array]:
+    """Departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
+
+    place: seed, number of the first part; how: family, how far they go, the form of all (None: any); off: how far all are
+    out of place and direction (None: as their forms), over the noise.
+    """
+    own_stream = [*place, sorted(FAMILIES).index(how[0])]
+    ratio = _ratios(np.random.default_rng(own_stream), count, how[1].form, how[2])
+    touched = np.zeros((count, drawing.measured.task.touches.run.n))
+    surface = np.zeros((count, drawing.surface.task.touches.run.n))
+    for name in drawing.noise:
+        rng = np.random.default_rng([*own_stream, crc32(name.encode())])
+        own = ratio if how[2] is not None else ratio * np.exp(APART * rng.normal(size=(count, 1)))
+        of_feature = _departures(drawing, name, rng, own, how, off)
+        touched[:, drawing.measured.task.touches.rows[name]] = of_feature[0]
+        surface[:, drawing.surface.task.touches.rows[name]] = of_feature[1]
+    return touched, surface
+
+
+def values(model: LinearModel, displacements: Array) -> Array:
+    """Characteristics (m, C) after displacements (m, n); NaN where a part has no such element.
+
+    Where some parts have none, every characteristic is evaluated by itself, and loses its own.
+    """
+    q = moved(model, displacements)
+    try:
+        return model.values(q)
+    except ModelLimit:
+        found = [_each(model.only([i]), q) for i in range(len(model.characteristics))]
+        return np.concatenate(found, axis=1)
+
+
+def _each(model: LinearModel, q: Array) -> Array:
+    """The one characteristic (m, 1) of a model, NaN for parts without it: for all of them where many of the first have none."""
+    few = _halved(model, q[:SHOWN])
+    return np.full((len(q), 1), np.nan) if np.isnan(few).sum() >= GIVEN_UP else _halved(model, q)
+
+
+def _halved(model: LinearModel, q: Array) -> Array:
+    try:
+        return model.values(q)
+    except ModelLimit:
+        if len(q) == 1:
+            return np.full((1, 1), np.nan)
+        return np.concatenate([_halved(model, half) for half in np.array_split(q, 2)])
+
+
+def _departures(
+    drawing: Drawing,
+    name: str,
+    rng: np.random.Generator,
+    ratio: Array,
+    how: tuple[str, Largest, float | None],
+    off: float | None,
+) -> list[Array]:
+    """Departures of one feature at its touches and all over.
+
+    ratio (count, 1): form over noise of every part. Place and direction vary by themselves.
+    """
+    count, (family, most, fixed) = len(ratio), how
+    ground = drawing.grounds[name]
+    formed = ground.feature.kind not in ("point", "mesh")
+    shapes = (
+        FAMILIES[family](rng, ground, count) if formed else [np.zeros((count, len(p))) for p in ground.sets]
+    )
+    drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
+    if name in drawing.moved:
+        away = _ratios(rng, count, most.off, fixed if off is None else off)
+        way = rng.normal(size=(count, 6)) * drawing.attitude * away
+        way[:, 3:] *= 2.0 / max(float(np.ptp(ground.sets[1], axis=0).max()), 1.0)
+        touches = [m.task.touches for m in (drawing.measured, drawing.surface)]
+        bases = [motions(ground.feature, p, t.normals[t.rows[name]]) for p, t in zip(ground.sets, touches)]
+        drawn = [d + way @ basis[:, :6].T for d, basis in zip(drawn, bases)]
+    return drawn
+
+
+def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | None) -> Array:
+    """(count, 1): evenly over the decades, some of nothing; or all the same."""
+    if fixed is not None:
+        return np.full((count, 1), fixed)
+    ratio = np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
+    return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, ratio)
+
+
+def _rest(drawing: Drawing, found: Array) -> Array:
+    """(N, C) mm: what the fits of a characteristic's features leave, root mean square."""
+    rows = drawing.task.touches.rows
+    square = {n: ((found[:, r] @ drawing.left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
+    columns = [
+        np.sqrt(np.mean([square[n] for n in gps.needs(c) if n in square], axis=0))
+        for c in drawing.task.part.characteristics
+    ]
+    return np.stack(columns, axis=1)
+
+
+def rest_of(drawing: Drawing, points: Array) -> Array:
+    """(C,) mm: the same of the measured points (n, 3) of the whole task."""
+    t = drawing.task.touches
+    found = ((points[drawing.kept] - t.points) * t.normals).sum(axis=1)
+    return _rest(drawing, found[None])[0]

@@ -1,0 +1,215 @@
+"""What an uncertainty evaluation returns: results and budgets as frozen values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.summary import Summary
+from vcmm.answer.evaluation.truth import Truth
+from vcmm.part.gps.decision import Decision
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from vcmm.show import charts
+
+BIAS_LEFT_IN = (
+    "the known bias is not corrected"  # why no coverage is claimed: the interval is about the indicated value
+)
+SHOWN_IN = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
+
+
+@dataclass(frozen=True)
+class BudgetLine:
+    """One row of the budget. estimate, u_input in `unit` (None for arrays); sensitivity: mm (rad) per `unit`; u: contribution.
+
+    `unit` is that of files ("um/m", "degC"); u in mm or rad; `what` says the same as `input` in plain words.
+    """
+
+    input: str
+    what: str
+    distribution: str
+    dof: float
+    redraw: str
+    estimate: float | None
+    u_input: float | None
+    unit: str
+    sensitivity: float | None
+    u: float
+    share: float
+    evidence: str
+    cause: str = ""  # physical cause, where several lines have it in common
+
+
+class PlottedBudget(tuple[BudgetLine, ...]):
+    """The lines of a budget, with a picture."""
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None, title: str = "budget") -> Axes:
+        """Shares of u^2, the largest first."""
+        from vcmm.show import charts
+
+        return charts.contributions(self, title, ax)
+
+
+def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[str, ...]]]:
+    """Physical cause -> (share of u^2, names of its lines), of those that more than one line has."""
+    out: dict[str, tuple[float, tuple[str, ...]]] = {}
+    for line in budget:
+        if line.cause:
+            share, names = out.get(line.cause, (0.0, ()))
+            out[line.cause] = (share + line.share, (*names, line.input))
+    return {cause: found for cause, found in out.items() if len(found[1]) > 1}
+
+
+ROUNDING = 5e-4  # of u^2: less is printed as 0.0 %
+LEAST_U = 1e-6  # mm or rad: of a u below a nanometre no shares are told
+
+
+def budget_interaction(c: CharacteristicResult) -> float:
+    """What the inputs do only together as a share of u^2: 1 less the shares of the lines; 0 where that is rounding.
+
+    A line is the standard deviation with one input alone, the others held at their estimates (JCGM 101:2008, Annex B); only of a
+    linear output do the squares add to u^2 (JCGM 100, 5.1.2).
+    """
+    found = c.interaction_share
+    told = c.u >= LEAST_U and math.isfinite(found) and abs(found) > ROUNDING
+    return found if told else 0.0
+
+
+@dataclass(frozen=True)
+class TrueValue:
+    """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it;
+    counted: in what share of drawn parts it did, and in what share of parts of another kind. interval_u: standard uncertainty of
+    its two ends from the number of draws, None where that is not known.
+    """
+
+    estimate: float
+    interval: tuple[float, float]
+    claimed: bool
+    counted: tuple[float, float] | None = None
+    interval_u: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CharacteristicResult:
+    """Result of one characteristic; lengths in mm, angles in rad (`unit`).
+
+    value: what the machine indicates with all errors at their estimates, less the bias when `corrected` and less the mean
+    of laws that have one; mean: of all trials, departs from the value where noise alone moves an extreme value; bias:
+    indicated value minus what a machine without errors would indicate at the same points (ISO 15530 reports it apart), of an
+    extreme value minus the estimate of the true one, which is what the interval takes off (NaN where the points bound nothing).
+    interval and decision are about the true value, given that `indicated` was read; `truth` says the same of any reading
+    (vcmm.answer.evaluation.indication.at_indication).
+    """
+
+    name: str
+    type: str
+    unit: str
+    nominal: float
+    value: float
+    mean: float
+    bias: float
+    corrected: bool
+    u: float
+    k: float
+    p: float
+    interval: tuple[float, float]
+    interval_kind: str
+    coverage_shown: bool
+    extreme: bool  # an extreme value or root, or curved over its own spread: noise moves it one way
+    tolerance: tuple[float, float] | None
+    decision: Decision | None
+    budget: PlottedBudget
+    interaction_share: float
+    tier: str
+    trials: int
+    linear_error: float
+    summary: Summary | None
+    indicated: float = float("nan")
+    one_sided: bool = False  # the lower limit is a bound of nature
+    why_not_shown: str = ""  # why the coverage is not shown; empty where it is
+    truth: Truth | None = None
+    half_width: float | None = (
+        None  # U of a part that is off as far as it may be, where U depends on the true value
+    )
+    true_value: TrueValue | None = None  # of extreme values
+    filtered: str = ""  # filter, cut-off and tip radius with which a form is stated
+    production: tuple[float, float] | None = (
+        None  # mean from the middle of the tolerance, and u, of what the process makes
+    )
+
+    @property
+    def expanded(self) -> float:
+        """U: half the width of the coverage interval; of an extreme value that of parts off as far as the zone allows."""
+        if self.half_width is not None:
+            return self.half_width
+        return (self.interval[1] - self.interval[0]) / 2
+
+    @property
+    def stated(self) -> tuple[float, float]:
+        """U and k as a result states them: NaN where the interval of the true value has no end, so that value +- U would promise one.
+
+        u and `expanded` then still say what the machine adds: by them places and plans are compared.
+        """
+        if not all(map(math.isfinite, self.interval)):
+            return math.nan, math.nan
+        return self.expanded, self.k
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+        """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
+        from vcmm.show import charts
+        from vcmm.show.charts.distribution import filled
+
+        unit, scale = SHOWN_IN[self.unit]
+        from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731
+        edges, counts = filled(*self.summary.histogram) if self.summary else (np.zeros(1), np.zeros(0))
+        return charts.distribution(
+            (edges - self.nominal) * scale,
+            counts,
+            interval=from_nominal(self.interval),
+            limits=from_nominal(self.tolerance) if self.tolerance else None,
+            marks={"result": (self.value - self.nominal) * scale},
+            unit=unit,
+            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}"
+            + (" as indicated; interval of the true value" if self.true_value else ""),
+            ax=ax,
+        )
+
+
+class Budgets(dict[str, PlottedBudget]):
+    """The budget of each characteristic by its name."""
+
+    def plot(self) -> list[Axes]:
+        """One picture below the other."""
+        from vcmm.show import charts
+
+        return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self)), self.items())]
+
+
+@dataclass(frozen=True, eq=False)
+class UncertaintyResult:
+    """All characteristics of a task. trials: what was asked for; each result says what it used."""
+
+    characteristics: tuple[CharacteristicResult, ...]
+    trials: int
+    seed: int
+    warnings: tuple[str, ...]
+    model: LinearModel
+
+    @property
+    def budget(self) -> Budgets:
+        """Characteristic -> its budget."""
+        return Budgets((c.name, c.budget) for c in self.characteristics)
+
+    def plot(self) -> list[Axes]:
+        """Distribution, coverage interval and limits of every characteristic, one below the other."""
+        from vcmm.show import charts
+
+        drawn = zip(self.characteristics, charts.panels(len(self.characteristics)))
+        return [c.plot(ax) for c, ax in drawn]

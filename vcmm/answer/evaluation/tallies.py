@@ -1,0 +1,73 @@
+"""Monte Carlo in blocks of trials: tallies of whole numbers, whose sum does not depend on who counted what, in which order, or
+how often the work was taken up again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vcmm.answer.evaluation.summary import Accumulator
+from vcmm.core.blocks import Block, Sharing
+
+Packed = dict[str, Any]
+Count = Callable[[Any, Block], list[Packed]]  # (job, block) -> one tally per characteristic
+
+
+def counted(
+    sharing: Sharing,
+    key: str,
+    count: Count,
+    job: Any,
+    blocks: Sequence[Block],
+    progress: Callable[[float], None],
+) -> list[Accumulator]:
+    """The sum of all blocks, one accumulator per characteristic. Raises ShardDone where a share is wanted."""
+    wanted = sharing.share.taken(blocks) if sharing.share else blocks
+    total = _Total(sum(n for _, n in wanted), progress)
+    for block, tallies in sharing.finished(key, count, job, {b: b for b in blocks}):
+        total.add(block, tallies)
+    return total.sums
+
+
+class _Total:
+    """Adds tallies up as they come."""
+
+    def __init__(self, trials: int, progress: Callable[[float], None]) -> None:
+        self.trials, self.progress, self.seen = trials, progress, 0
+        self.sums: list[Accumulator] = []
+
+    def add(self, block: Block, tallies: Iterable[Packed]) -> None:
+        found = [unpacked(t) for t in tallies]
+        if not self.sums:
+            self.sums = found
+        else:
+            for mine, more in zip(self.sums, found):
+                mine.merge(more)
+        self.seen += block[1]
+        self.progress(self.seen / self.trials)
+
+
+def packed(accumulator: Accumulator) -> Packed:
+    """The integers of an accumulator as JSON holds them; floats by their hexadecimal digits, so that no bit is lost."""
+    bins = np.flatnonzero(accumulator.counts)
+    return {
+        "place": [accumulator.centre.hex(), accumulator.scale.hex()],
+        "bins": bins.tolist(),
+        "counts": accumulator.counts[bins].tolist(),
+        "trials": accumulator.trials,
+        "range": [accumulator.minimum.hex(), accumulator.maximum.hex()],
+        "sums": [str(n) for n in accumulator.sums],
+    }
+
+
+def unpacked(found: Packed) -> Accumulator:
+    """The accumulator that `packed` wrote."""
+    centre, scale = (float.fromhex(text) for text in found["place"])
+    low, high = (float.fromhex(text) for text in found["range"])
+    out = Accumulator(centre, scale, trials=int(found["trials"]), minimum=low, maximum=high)
+    out.counts[np.array(found["bins"], dtype=np.intp)] = found["counts"]
+    out.take(*map(int, found["sums"]))
+    return out

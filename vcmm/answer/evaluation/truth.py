@@ -1,0 +1,92 @@
+"""What an indicated value says of the true one: interval and probability of conformance.
+
+    indicated y = true value + error            so the true value given y follows  y - error
+
+A law of the error that leans to one side leans to the other in the true value (JCGM 101:2008, 5.3; JCGM 106:2012, 6).
+A part that is still to be cut is no indication: there the law of the trials is that of the part itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from vcmm.answer.evaluation.interval import Linear
+from vcmm.answer.evaluation.summary import Summary
+from vcmm.answer.evaluation.widened import Widened
+
+MORE_MISSES = 0.1  # an interval for p may miss this share more often than 1 - p says: 5.5 % for 95 %
+Limits = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Statement:
+    """About the true value: estimate, coverage interval, probability that it lies within the limits (None without).
+
+    Belts (vcmm.answer.evaluation.inversion) also say in what share of drawn parts the interval held the true value.
+    """
+
+    estimate: float
+    interval: tuple[float, float]
+    p_conform: float | None
+    short: str = ""  # why its coverage may not be claimed, where that was counted
+    counted: tuple[float, float] | None = None  # of drawn parts, and of parts of another kind
+    interval_u: tuple[float, float] | None = None  # of the ends, from the number of draws
+
+
+class Truth(Protocol):
+    """The true value as a function of the indicated one."""
+
+    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+        """Statement about the true value, mm or rad, when y is indicated. limits: of the true value, infinite where none."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Additive:
+    """y = true value + error, whatever the true value: law is that of the indicated value for a part that reads `at`.
+
+    error: mean of the law beyond `at`, which laws of samples may have; shift: the known bias that is taken off.
+    """
+
+    law: Linear | Summary | Widened
+    at: float
+    error: float = 0.0
+    shift: float = 0.0
+
+    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+        return _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
+
+    def of(self, y: float) -> Linear | Summary | Widened:
+        """The law of the true value."""
+        return self.law.reflected(y - self.shift + self.at)
+
+    def attained(self, p: float, kind: str, bias: float) -> float:
+        """Probability that the interval for p holds the true value when all indications are off by `bias`, mm or rad."""
+        law = self.law.reflected(2 * self.at)
+        low, high = law.interval(p, kind)
+        return law.probability(low + bias, high + bias)
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """Nothing is indicated: the law of the trials is that of the part to come, estimate what is expected of it."""
+
+    law: Linear | Summary
+    estimate: float
+
+    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+        return _statement(self.law, self.estimate, p, kind, limits)
+
+
+def _statement(
+    law: Linear | Summary | Widened, estimate: float, p: float, kind: str, limits: Limits | None
+) -> Statement:
+    within = None if limits is None else law.probability(*limits)
+    u = law.ends_u(p) if isinstance(law, Summary) else (0.0, 0.0)  # an inversion draws nothing
+    return Statement(estimate, law.interval(p, kind), within, interval_u=u)
+
+
+def holds(attained: float, p: float) -> bool:
+    """Whether an interval that is said to hold in the share p of cases holds in nearly as many: |bias| = U / 10 of a normal law."""
+    return 1 - attained <= (1 + MORE_MISSES) * (1 - p) + 1e-9

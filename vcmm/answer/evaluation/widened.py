@@ -1,0 +1,99 @@
+"""A law with what a form adds to it: y = x + s d, s = -1 or 1 with the same probability, d one of given sizes.
+
+    P(Y <= y) = mean over the sizes of [F(y - d) + F(y + d)] / 2         F of x, on a table between its far quantiles
+
+Which way a form that nobody saw moves a result is not known, so the law keeps its middle (JCGM 101:2008, 6.4; law of total
+probability).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.answer.evaluation.interval import Linear, check_interval
+from vcmm.answer.evaluation.summary import KINDS, Summary
+from vcmm.core.laws import Array
+
+FAR, TABLE = (
+    60.0,
+    1201,
+)  # scales on either side that the table reaches, closer together towards the middle; its places
+SPLITS = 41  # of the probability outside, for the shortest interval
+HALVINGS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Widened:
+    """Table (n,) of x, rising, with P(X <= x); sizes (m,) >= 0 of what is added to either side; mm or rad."""
+
+    x: Array
+    below: Array
+    sizes: Array
+
+    def reflected(self, about: float) -> Widened:
+        """The law of about - y: what leaned upwards leans downwards."""
+        return Widened(about - self.x[::-1], 1.0 - self.below[::-1], self.sizes)
+
+    def cdf(self, y: float) -> float:
+        """P(Y <= y)."""
+        moved = np.concatenate([y - self.sizes, y + self.sizes])
+        return float(np.interp(moved, self.x, self.below, left=0.0, right=1.0).mean())
+
+    @cached_property
+    def _bounds(self) -> tuple[float, float]:
+        most = float(self.sizes.max())
+        return float(self.x[0]) - most, float(self.x[-1]) + most
+
+    def quantile(self, p: float) -> float:
+        """The value not exceeded with probability p: halving, the law has no gaps that matter."""
+        check_interval(p, "symmetric")
+        low, high = self._bounds
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.cdf(middle) < p else (low, middle)
+        return (low + high) / 2
+
+    def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
+        """Coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
+        check_interval(p, kind, KINDS)
+        if kind == "upper":
+            return -math.inf, self.quantile(p)
+        if kind == "symmetric":
+            return self.quantile((1 - p) / 2), self.quantile((1 + p) / 2)
+        outside = np.linspace(0.0, 1.0 - p, SPLITS + 2)[1:-1]
+        ends = [(self.quantile(q), self.quantile(q + p)) for q in outside]
+        return min(ends, key=lambda pair: pair[1] - pair[0])
+
+    def probability(self, low: float = -math.inf, high: float = math.inf) -> float:
+        """P(low <= Y <= high)."""
+        ends = [self.cdf(v) if math.isfinite(v) else float(v > 0) for v in (low, high)]
+        return min(max(ends[1] - ends[0], 0.0), 1.0)
+
+
+def widened(law: Linear | Summary | Widened, sizes: Array) -> Widened:
+    """The law with sizes (m,) added to either side."""
+    if isinstance(law, Widened):
+        return Widened(law.x, law.below, together([law.sizes, sizes]))
+    if isinstance(law, Summary):
+        return Widened(law.grid, law.below, np.asarray(sizes, float))
+    if law.scale == 0.0:
+        step = np.array([-1e-12, 1e-12])
+        return Widened(law.mean + step, np.array([0.0, 1.0]), np.asarray(sizes, float))
+    place = np.sinh(np.linspace(-1.0, 1.0, TABLE) * math.asinh(FAR * 20.0)) / 20.0
+    x = law.mean + law.scale * place
+    return Widened(x, np.maximum.accumulate(law.cdf(x)), np.asarray(sizes, float))
+
+
+def together(sizes: list[Array], seed: int = 0) -> Array:
+    """Sizes (m,) of a sum of independent parts, each of either sign: of every feature its own draw."""
+    rng = np.random.default_rng(seed)
+    most = max(len(s) for s in sizes)
+    total = np.resize(sizes[0], most).astype(float)
+    for one in sizes[1:]:
+        drawn = rng.permutation(np.resize(one, most))
+        total = np.abs(total + drawn * rng.choice([-1.0, 1.0], most))
+    return total

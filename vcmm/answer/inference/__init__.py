@@ -1,0 +1,1 @@
+"""What measured data say of the true values: points and values taken in, the audit."""

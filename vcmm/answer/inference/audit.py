@@ -1,0 +1,238 @@
+"""Are the intervals right? Parts and machines drawn from the stated knowledge, measured, evaluated, and counted.
+
+A size, distance or angle is drawn with the exact engine (transforms multiplied, contact found, fits iterated) on parts as the
+scenario states them. Extreme values are counted on parts with forms: over the whole prior, at fixed sizes of the form (so many
+times the noise of the machine), and on parts of another family, which the inverse does not know.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from vcmm.answer.evaluation.belts import Reading, United, coverage, there
+from vcmm.answer.evaluation.exact import draw_inputs, exact_values
+from vcmm.answer.evaluation.form_family import OTHER
+from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.inversion import (
+    LEAST,
+    LEAST_OTHER,
+    CountedInverse,
+    Inversion,
+    Inverted,
+    NoInverse,
+)
+from vcmm.answer.evaluation.pairs import Pairs, both, pairs
+from vcmm.answer.evaluation.result import CharacteristicResult
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.inference.job import PreparedTask
+from vcmm.answer.inference.oracle import IntervalLengths, lengths
+from vcmm.core.blocks import Sharing, blocks_of
+from vcmm.core.run import Array
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.settings import Settings
+from vcmm.task.measuring.task import Task
+
+PARTS = 2000
+RATIOS = (0.0, 2.0, 6.0, 20.0)  # form over noise of the machine
+STATED, PRIOR, ANOTHER = "stated knowledge", "prior over forms", "another family of forms"
+BLOCK = 250
+CERTAIN = 0.025  # of a count to lie as far outside by chance: one end of a 95 % interval
+BAND = 0.02  # either side of the target
+ABOVE = (
+    0.04  # over the prior of forms: an interval that holds each of two families holds more of both together
+)
+
+
+@dataclass(frozen=True)
+class Audited:
+    """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
+
+    oracle: mean width, over the prior, of who knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.oracle`).
+    claimed: the interval says of itself that its coverage is shown, why: why it does not; least, most: the band that it is held to.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    target: float
+    attained: float
+    parts: int
+    width: float
+    claimed: bool
+    least: float
+    most: float
+    why: str = ""
+    oracle: float | None = None
+    oracle_held: float | None = None
+
+    @property
+    def interval95(self) -> tuple[float, float]:
+        """Of the attained share, from the finite number of parts (Wilson score)."""
+        return wilson(self.attained, self.parts)
+
+    @property
+    def p_value(self) -> float:
+        """Probability of a count as far or further out, were the coverage at the end of the band: 1 inside (exact binomial test)."""
+        from scipy.special import betainc, betaincc  # the binomial sums; scipy.stats takes a second to import
+
+        held, n = round(self.attained * self.parts), self.parts
+        if self.attained < self.least:
+            return float(betaincc(held + 1, n - held, self.least))
+        return float(betainc(held, n - held + 1, self.most)) if self.attained > self.most else 1.0
+
+    @property
+    def outside(self) -> bool:
+        """Claimed, and outside the band by more than the count may err."""
+        return self.claimed and self.p_value < CERTAIN
+
+
+def wilson(share: float, count: int, z: float = 1.959964) -> tuple[float, float]:
+    """Score interval of a binomial share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
+    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def audit(
+    scenario: Scenario,
+    *,
+    parts: int = PARTS,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    sharing: Sharing | None = None,
+    key: str = "",
+) -> tuple[Audited, ...]:
+    """Count the intervals of every characteristic of a scenario. Raises what `uncertainty` raises.
+
+    sharing: who counts; key: of the job by all that it reads, where finished blocks are kept (`vcmm.core.blocks.key_of`).
+    """
+    return audited(scenario.task(), settings or scenario.settings, parts, progress, sharing, key)
+
+
+Piece = tuple[int, int]  # exact measurements: first and count; parts of a kind: its number and 0
+
+
+@dataclass(frozen=True, eq=False)
+class CountingJob:
+    """What a worker needs to count: the evaluated task, and how many parts of a kind."""
+
+    known: PreparedTask
+    parts: int
+
+
+def audited(
+    task: Task,
+    settings: Settings,
+    parts: int,
+    progress: Progress | None = None,
+    sharing: Sharing | None = None,
+    key: str = "",
+) -> tuple[Audited, ...]:
+    report = progress or (lambda text, share: None)
+    known = PreparedTask(task, evaluate(task, settings, progress, read=False))
+    extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, Inverted)]
+    additive = [i for i in range(len(known.result.characteristics)) if i not in extreme]
+    exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
+    kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
+    found = (sharing or Sharing()).all_of(
+        key, piece, CountingJob(known, parts), [*exact, *kinds], partial(report, "drawn parts")
+    )
+    rows: dict[int, list[Audited]] = {i: [] for i in range(len(known.result.characteristics))}
+    if additive:
+        indicated = np.concatenate([np.array(block) for block in found[: len(exact)]])
+        for i, row in _held_exactly(known, additive, indicated):
+            rows[i].append(row)
+    for counted in found[len(exact) :]:
+        for i, row in zip(extreme, counted):
+            rows[i].append(Audited(**row))
+    return tuple(row for found in rows.values() for row in found)
+
+
+def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
+    """One block of an audit, by any worker: indicated values (count, C), or the counts of one kind of part as plain values."""
+    first, count = asked
+    model, inversion = job.known.result.model, job.known.inversion
+    if count or inversion is None:
+        drawn = draw_inputs(model, job.known.result.seed + 1000, first, count)
+        return list(exact_values(model, drawn).tolist())
+    kind, drawn_parts = _kind(inversion, first, job.parts)
+    results = job.known.result.characteristics
+    extreme = [i for i, c in enumerate(results) if isinstance(c.truth, Inverted)]
+    return [asdict(_counted(results[i], inversion, i, drawn_parts, kind)) for i in extreme]
+
+
+def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
+    """Parts that were used neither for the belts nor for what they say of themselves."""
+    drawing, fresh = inversion.drawing, inversion.settings.seed + 1000
+    if number == 0:
+        return PRIOR, both(drawing, parts, fresh)
+    if number > len(RATIOS):
+        return ANOTHER, pairs(drawing, parts, fresh + 9, OTHER)
+    ratio = RATIOS[number - 1]
+    return f"form {ratio:g} x noise", both(drawing, parts, fresh + number, ratio=ratio)
+
+
+def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
+    """Measured by points, whose residuals tell the roughness of every part."""
+    p, one, k = result.p, inversion.counted(i, 0.0, 0.0), inversion.column(i)
+    held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
+    best: IntervalLengths | None = None
+    if isinstance(one, CountedInverse):
+        best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
+        held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
+        parts = len(there(k, drawn)[0])
+    why = one.shortfall(p)
+    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
+    return Audited(
+        name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
+        claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(one) else 1.0, why=why,
+        oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
+    )  # fmt: skip
+
+
+def _wider(one: CountedInverse | NoInverse) -> bool:
+    """Whether its interval also holds what better machines than those counted here would say (`vcmm.answer.evaluation.allowed`)."""
+    return isinstance(one, CountedInverse) and isinstance(one.inverse, United)
+
+
+def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
+    """Of characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
+    one, k = inversion.counted(i, 0.0, 0.0), inversion.column(i)
+    if not isinstance(one, CountedInverse):
+        return None
+    own = inversion.drawn(i)
+    known = [one.of(own.column(i)) for one in own.known]
+    each = np.array_split(np.arange(len(drawn.true)), len(known))
+    fresh = [drawn.of(k, rows) for rows in each]
+    return lengths(inversion.characteristic(i), 0, one.inverse, known, fresh, inversion.settings.p)
+
+
+def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
+    _, indicated, rest = there(k, drawn)
+    low, high = inverse.interval(p, indicated, rest)
+    return float((high - low).mean())
+
+
+def _held_exactly(known: PreparedTask, wanted: Sequence[int], indicated: Array) -> list[tuple[int, Audited]]:
+    """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
+    model = known.result.model
+    truth = model.at_estimates - np.array([r.bias for r in known.result.characteristics])
+    return [(i, _held(known.result.characteristics[i], indicated[:, i], float(truth[i]))) for i in wanted]
+
+
+def _held(result: CharacteristicResult, indicated: Array, truth: float) -> Audited:
+    """The interval moves with what is indicated: its ends at one value serve all."""
+    p, rule = result.p, "probability 95 %"
+    low, high = (end - result.indicated for end in at_indication(result, result.indicated, rule).interval)
+    inside = (indicated + low <= truth) & (truth <= indicated + high)
+    return Audited(
+        name=result.name, unit=result.unit, kind=STATED, target=p, attained=float(inside.mean()), parts=len(indicated),
+        width=high - low, claimed=result.coverage_shown, least=p - BAND, most=p + BAND, why=result.why_not_shown,
+    )  # fmt: skip

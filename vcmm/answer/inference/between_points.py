@@ -1,0 +1,283 @@
+"""Form between the points: what the residuals of a feature say of its form, and how far that form moves a size or distance.
+
+    f = s (c1 b1 + c2 b2 + ...)      form of the surface, waves around and along it without size, place or direction; s its root mean square
+    r = M (f + e)                    residuals of the fit at the points; e: what the machine adds, known from its Inputs
+    a f                              how far the form moves a result: a = d result / d point along its normal, the fit included
+
+What shapes the form has nobody knows, so several are asked: one number of lobes (or half waves) alone, and waves of all numbers that
+fall by different powers. For each of them the residuals tell s (evidence over a grid of s, evenly over the decades) with as few
+degrees of freedom as they have, and then how large a f may be; its sign is left open, so that no fit of a model is taken off the result.
+The interval holds for every shape that the residuals leave
+plausible: it takes the widest, not the mean of them. A shape that the points do not meet (four lobes at four points) has no bound,
+and then no coverage is claimed.
+
+Form as a random process of harmonics: M. M. Dowling, P. M. Griffin, K.-L. Tsui, C. Zhou, Technometrics 39 (1997) 3; H. Xia, Y. Ding,
+J. Wang, IIE Transactions 40 (2008) 931. A shape is left out when its evidence is `slim` times less than the mean of all: by Markov's
+inequality the true one is lost with a probability of at most 1 / `slim` (L. Wasserman, A. Ramdas, S. Balakrishnan, PNAS 117 (2020) 16880).
+Law of s before: H. Jeffreys, Proc. R. Soc. A 186 (1946) 453, which favours no size that the points cannot show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.dense import all_over
+from vcmm.answer.evaluation.form_family import ALONG, AROUND, Ground, Ints, motions
+from vcmm.answer.evaluation.linear import LinearModel, term_of
+from vcmm.answer.evaluation.montecarlo import Term, covariance
+from vcmm.answer.evaluation.pairs import LEAST, MOST, SMALLEST
+from vcmm.answer.evaluation.part_forms import FORM
+from vcmm.answer.evaluation.truth import MORE_MISSES
+from vcmm.core.laws import Law, Normal
+from vcmm.core.run import Array
+from vcmm.part.part import Feature, normal
+
+ROUND = ("circle", "cylinder", "cone", "sphere", "torus")
+FORMED = (*ROUND, "plane", "line")
+LOBES, HALF_WAVES, FLAT = (
+    (2, 8),
+    3,
+    5,
+)  # single shapes: lobes; half waves along each side of a plane; waves of a plane in all
+POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number
+DRAWS, SIZES = 400, 64
+USED = 2000  # points of a feature of which residuals are read: forms of a few waves ask for no more
+CAP = 1000.0  # largest form over noise or residuals that is thought of
+SEEN = 1e-4  # of a shape, left by the fit: less is the spacing of the points by chance
+MOVES = 0.03  # an end that moves by more when the largest form is halved has no bound
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """One kind of form at the points of one feature, its root mean square over the surface 1.
+
+    The form is a sum of c waves of amounts y, standard normal for a form of size 1. seen (k, n), strength (k,): what residuals (n,) tell
+    of the first k amounts, in units of the noise, and how strongly; reach: per characteristic what each amount moves it by (c,).
+    """
+
+    words: str
+    seen: Array
+    strength: Array
+    reach: Mapping[int, Array]
+
+    @property
+    def waves(self) -> int:
+        """Number of amounts."""
+        return len(next(iter(self.reach.values())))
+
+    def evidence(self, residuals: Array, grid: Array) -> Array:
+        """log P(residuals | size), with the probability of each size before (g,), for every size of the grid, mm.
+
+        Before anything is seen sizes have the law of Jeffreys, root of the Fisher information: sizes that the points could not show
+        count little, and above that all decades count alike.
+        """
+        z, more = self.seen @ residuals, 1.0 + np.multiply.outer(grid**2, self.strength**2)
+        share = 1.0 - 1.0 / more
+        before = np.sqrt((share**2).sum(axis=1)) if len(z) else np.ones(len(grid))
+        likelihood = 0.5 * (z**2 * share - np.log(more)).sum(axis=1)
+        return np.asarray(likelihood + np.log(before / before.sum()))
+
+    def amounts(self, residuals: Array, grid: Array, weight: Array, normals: Array) -> Array:
+        """(c, m) mm: drawn given the residuals, sizes of the grid with these weights (g,); normals (c, m)."""
+        z, s = self.seen @ residuals, self.strength
+        at = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + 0.5) / DRAWS).clip(0, len(grid) - 1)
+        size = grid[np.random.default_rng(2).permutation(at)]
+        more, k = 1.0 + np.multiply.outer(s**2, size**2), len(s)
+        held = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
+        return np.concatenate([held, size * normals[k : self.waves]])
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureForms:
+    """All shapes of one feature, and the noise that the machine leaves in its residuals, root mean square, mm. Of many points the
+    residuals of one in `every` is read.
+    """
+
+    name: str
+    points: int
+    every: int
+    shapes: tuple[Shape, ...]
+    noise: float
+    known: Array  # (n,) what of the known errors of the machine stands in the residuals
+    normals: Array  # (c, m) standard normal numbers, the same for every part
+
+    @property
+    def moves(self) -> tuple[int, ...]:
+        """Numbers of the characteristics that this form moves."""
+        return tuple(self.shapes[0].reach)
+
+
+@dataclass(frozen=True, eq=False)
+class FormTold:
+    """How far the form of one feature moves one characteristic: drawn sizes (m,), mm or rad, of either sign; unseen: shapes of any size
+    that the points do not meet, in words.
+    """
+
+    feature: str
+    points: int
+    sizes: Array
+    shape: str
+    unseen: tuple[str, ...]
+
+
+def forms_of(
+    model: LinearModel, characteristics: Sequence[int], stated: Mapping[str, object]
+) -> tuple[FeatureForms, ...]:
+    """Of every feature that moves one of the characteristics (their numbers) and of which no form is stated."""
+    gradient, out = model.gradient(), []
+    for name, rows in model.task.touches.rows.items():
+        feature = model.task.part.features[name]
+        if name in stated or feature.kind not in FORMED:
+            continue
+        across = {i: gradient[i] @ model.operator[:, rows] for i in characteristics}
+        across = {i: a for i, a in across.items() if np.abs(a).max() > 1e-9}
+        if across:
+            out.append(_forms(model, feature, rows, across))
+    return tuple(out)
+
+
+def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int, Array]) -> FeatureForms:
+    t, every = model.task.touches, -(-len(rows) // USED)
+    few = rows[::every]
+    at, dense = t.points[few], all_over(feature, t.points[few])
+    here, whole = (w.T for w in Ground(feature, (at, dense)).waves)  # (n, c), (N, c)
+    met = {i: _met(feature, t.points[rows], dense, a) for i, a in across.items()}
+    moved = _motions(feature, at)
+    left = here - moved @ (moved.T @ here)
+    error = (model.world.errors()[few] * t.run.normal[few]).sum(axis=1)
+    kept = np.linalg.norm(whole, axis=0) > 1e-6 * np.sqrt(len(whole))
+    basis, strengths, _ = np.linalg.svd(left[:, kept] / np.sqrt(len(few)), full_matrices=False)
+    basis = basis[:, strengths > SEEN]
+    whitening, noise = _whitening(model, few, basis)
+    shapes = [
+        _shape(words, weight * kept, (left, whole), whitening @ basis.T, met)
+        for words, weight in _kinds(feature)
+        if (weight * kept).any()
+    ]
+    normals = np.random.default_rng(0).standard_normal((max(s.waves for s in shapes), DRAWS))
+    known = error - moved @ (moved.T @ error)
+    return FeatureForms(
+        name=feature.name, points=len(rows), every=every, shapes=tuple(shapes), noise=noise, known=known, normals=normals
+    )  # fmt: skip
+
+
+def _met(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
+    """(c,): what each wave moves a result by that changes by across (n,) per height of the points, a block of them at a time."""
+    blocks = range(0, len(points), USED)
+    waves = ((Ground(feature, (points[k : k + USED], dense)).waves[0], across[k : k + USED]) for k in blocks)
+    return np.asarray(sum(w @ a for w, a in waves))
+
+
+def _motions(feature: Feature, points: Array) -> Array:
+    """(n, k) orthonormal: displacements of its points that motions and sizes of the feature take up."""
+    columns = motions(feature, points, normal(feature, points))
+    largest = np.abs(columns).max(axis=0)
+    columns = columns[:, largest > 1e-9] / largest[largest > 1e-9]
+    basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(basis[:, sizes > 1e-9 * sizes[0]])
+
+
+def _whitening(model: LinearModel, rows: Ints, basis: Array) -> tuple[Array, float]:
+    """What turns basis' r into independent numbers of variance 1 where the machine alone acts, and its root mean square at a point."""
+    d = basis.shape[1]
+    operator = np.zeros((d, model.task.touches.run.n))
+    operator[:, rows] = basis.T
+    terms = [
+        _finite(term_of(f, model.along_normal(f), operator))
+        for f in model.influences
+        if f.input.effect != FORM
+    ]
+    spread = covariance(terms) if d and terms else np.zeros((d, d))
+    spread = spread + SMALLEST**2 * np.eye(d)
+    noise = float(np.sqrt(np.trace(spread) / d)) if d else SMALLEST
+    return np.linalg.inv(np.linalg.cholesky(spread)) if d else spread, max(noise, SMALLEST)
+
+
+def _finite(term: Term) -> Term:
+    """A law without a variance counts by its scale: the noise is then not taken for larger than it is."""
+    law = term.law
+    return replace(term, law=Normal(law.scale)) if isinstance(law, Law) and not np.isfinite(law.u) else term
+
+
+def _kinds(feature: Feature) -> list[tuple[str, Array]]:
+    """Words and the weights of the waves (4 (AROUND + 1) (ALONG + 1),) for every kind of form."""
+    around = np.repeat(np.arange(AROUND + 1), ALONG + 1)
+    along = np.tile(np.arange(ALONG + 1), AROUND + 1)
+    if feature.kind in ROUND:
+        single = [(f"{m} lobes", (around == m) & (along == 0)) for m in range(LOBES[0], LOBES[1] + 1)]
+        within = around >= 0 if feature.kind != "circle" else along == 0
+    else:
+        flat = feature.kind == "plane"
+        numbers = [(m, n) for m in range(HALF_WAVES * flat + 1) for n in range(HALF_WAVES + 1) if m + n > 1]
+        single = [(_half_waves(m, n, flat), (around == m) & (along == n)) for m, n in numbers]
+        within = (around <= FLAT) if flat else (around == 0)
+    power = [("waves", within * (1.0 + around + along) ** -p) for p in POWERS]
+    return [(words, np.tile(w, 4).astype(float)) for words, w in (*single, *power)]
+
+
+def _half_waves(m: int, n: int, flat: bool) -> str:
+    if not flat:
+        return f"{n} half waves along"
+    across = [
+        f"{k} half wave{'s' * (k > 1)} along its {side} side"
+        for k, side in ((m, "first"), (n, "second"))
+        if k
+    ]
+    return " by ".join(across)
+
+
+def _shape(
+    words: str, weight: Array, waves: tuple[Array, Array], seeing: Array, met: Mapping[int, Array]
+) -> Shape:
+    """waves: what the fit leaves of them at the points (n, c), and all over (N, c); seeing (d, n): residuals to independent numbers;
+    met: per characteristic what each wave moves it by (c,).
+    """
+    used = weight > 0
+    left, whole = (w[:, used] * weight[used] for w in waves)
+    size = np.sqrt((whole**2).sum() / len(whole))
+    none = np.zeros((0, 0)), np.zeros(0), np.eye(left.shape[1])
+    p, s, q = np.linalg.svd(seeing @ left / size) if len(seeing) else none
+    k = int((s > SEEN * max(float(s.max(initial=0.0)), 1.0)).sum())
+    reach = {i: q @ (m[used] * weight[used]) / size for i, m in met.items()}
+    return Shape(words, p[:, :k].T @ seeing, s[:k], reach)
+
+
+def told_by(
+    forms: FeatureForms, residuals: Array, p: float, floors: Mapping[int, float]
+) -> dict[int, FormTold]:
+    """By residuals (n,) along the normals: how far the form moves each characteristic. floors: half of its U without any form, mm or rad."""
+    residuals = residuals[:: forms.every] - forms.known
+    found = float(np.sqrt((residuals**2).mean()))
+    grid = np.geomspace(LEAST * forms.noise, CAP * max(forms.noise, found), SIZES)
+    logs = [s.evidence(residuals, grid) for s in forms.shapes]
+    weights = [np.exp(log - max(float(x.max()) for x in logs)) for log in logs]
+    evidence = np.array([w.sum() for w in weights])
+    weights = [w / max(float(w.sum()), 1e-300) for w in weights]
+    endless = [float(w[grid > grid[-1] / 2].sum()) > MOVES * (1.0 - p) for w in weights]
+    unseen = {
+        i: tuple(s.words for s, e in zip(forms.shapes, endless) if e and _matters(s.reach[i], forms, floor))
+        for i, floor in floors.items()
+    }
+    moved: dict[int, tuple[Array, str]] = {i: (np.zeros(1), "") for i in floors}
+    for shape, weight, own, open_ in zip(forms.shapes, weights, evidence, endless):
+        if open_ or own * slim(p) < evidence.mean():
+            continue
+        drawn = shape.amounts(residuals, grid, weight, forms.normals)
+        for i in floors:
+            sizes = np.abs(shape.reach[i] @ drawn)
+            if np.quantile(sizes, p) > np.quantile(moved[i][0], p):
+                moved[i] = sizes, shape.words
+    return {i: FormTold(forms.name, forms.points, *moved[i], unseen[i]) for i in floors}
+
+
+def _matters(reach: Array, forms: FeatureForms, floor: float) -> bool:
+    """Whether a shape that is MOST times as large as the noise would move a result by more than a tenth of U."""
+    return float(np.linalg.norm(reach)) * MOST * forms.noise > MORE_MISSES * floor
+
+
+def slim(p: float) -> float:
+    """Times less than the mean of all: of what an interval for p may miss, a tenth goes to shapes that were left out."""
+    return 1.0 / (MORE_MISSES * (1.0 - p))

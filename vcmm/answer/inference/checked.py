@@ -1,0 +1,235 @@
+"""Are these points of this part? Labels, unit, frame, tip, extent: refused in words that say what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.core.errors import DataError, choose_from
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.part.extent import EDGE, beyond_extent
+from vcmm.part.mesh import closest
+from vcmm.part.part import Feature, Part, normal, signed_distance
+from vcmm.task.measuring.plan import Ints
+from vcmm.task.measuring.scenario import Scenario
+
+TIP_SHARE = (
+    0.1  # of the tip radius: points that lie this close to one radius off every surface are tip centres
+)
+NAMED = 5  # points named in a message, the rest is counted
+UNIT_FACTORS = {
+    "inches": 25.4,
+    "metres": 1000.0,
+    "micrometres": 1e-3,
+    "mm taken for inches": 1 / 25.4,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class OnSurface:
+    """Points of one feature on its nominal surface: rows of the file, distance (n,) outwards, foot and normal (n, 3)."""
+
+    feature: Feature
+    rows: Ints
+    distance: Array
+    foot: Array
+    normal: Array
+
+
+def labelled(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
+    """Rows of every feature. DataError: labels that match none, a wrong number of rows in plan order, a feature missing."""
+    part, plan = scenario.part, scenario.plan
+    if given.features is None:
+        planned = [s.feature for s in plan.steps for _ in s.points]
+        if len(planned) != len(given.points):
+            raise DataError(
+                f"{given.where[0]}: {_of(given)}{len(given.points)} rows without a column feature, but the plan touches "
+                f"{len(planned)} points; add the column feature or give the points in the order of the plan"
+            )
+        words: Sequence[str] = planned
+    else:
+        words = given.features
+    wrong = [i for i, w in enumerate(words) if w not in part.features]
+    if wrong:
+        raise DataError(
+            [
+                f'{given.where[i]}: the part has no feature "{words[i]}".{choose_from(words[i], part.features)}'
+                for i in _first_of_each(words, wrong)
+            ]
+        )
+    rows = {
+        w: np.array([i for i, o in enumerate(words) if o == w], dtype=np.intp) for w in dict.fromkeys(words)
+    }
+    _check_complete(scenario, rows, given)
+    return rows
+
+
+def repeated(given: GivenPoints) -> tuple[str, ...]:
+    """A remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
+    _, first, counts = np.unique(given.points, axis=0, return_index=True, return_counts=True)
+    double = sorted(int(i) for i in first[counts > 1])
+    if not double:
+        return ()
+    alike = int((counts - 1).sum())
+    return (
+        f"{given.where[double[0]]}: {alike} more row{'s hold' if alike > 1 else ' holds'} a point that stands in the file already, to the "
+        "last digit; each counts as a touch of its own: remove it where it was copied",
+    )
+
+
+def _first_of_each(words: Sequence[str], rows: Sequence[int]) -> list[int]:
+    return [next(i for i in rows if words[i] == w) for w in dict.fromkeys(words[i] for i in rows)]
+
+
+def _check_complete(scenario: Scenario, rows: Mapping[str, Ints], given: GivenPoints) -> None:
+    """Every feature that a characteristic or the alignment needs has points."""
+    from vcmm.part.gps.characteristics import needs
+
+    asked = {n: f'the characteristic "{c.name}"' for c in scenario.part.characteristics for n in needs(c)}
+    scheme = scenario.plan.alignment
+    if scheme:
+        for role in (scheme.plane, scheme.line, scheme.origin):
+            asked |= {n: "the alignment" for n in ((role,) if isinstance(role, str) else role) if n}
+    missing = [
+        f'{given.where[0]}: {_of(given)}no points of "{n}", which {why} needs'
+        for n, why in asked.items()
+        if n not in rows
+    ]
+    if missing:
+        raise DataError(missing)
+
+
+def _of(given: GivenPoints) -> str:
+    return f'part "{given.part}": ' if given.part else ""
+
+
+def surfaces(part: Part, rows: Mapping[str, Ints], points: Array) -> dict[str, OnSurface]:
+    """Where the points (n, 3) of every feature, drawing frame, lie nearest to its nominal surface."""
+    out = {}
+    for name, at in rows.items():
+        feature, p = part.features[name], points[at]
+        if feature.kind == "mesh":
+            assert part.mesh is not None
+            distance, outward = closest(part.mesh, p)
+            inner = (
+                closest(part.mesh, p + distance[:, None] * outward)[0]
+                < closest(part.mesh, p - distance[:, None] * outward)[0]
+            )
+            distance = np.where(inner, -distance, distance)
+        else:
+            distance, outward = signed_distance(feature, p), normal(feature, p)
+        out[name] = OnSurface(feature, at, distance, p - distance[:, None] * outward, outward)
+    return out
+
+
+def check_points(
+    scenario: Scenario, given: GivenPoints, points: Array, placed: Mapping[str, OnSurface], in_machine: bool
+) -> None:
+    """DataError for points that are not those of this part: too far from its surfaces, tip centres, beyond the extents."""
+    reach = scenario.plan.touch.approach
+    far = [(p, i) for p in placed.values() for i in np.flatnonzero(np.abs(p.distance) > reach)]
+    hint = _tip_hint(scenario, placed)
+    if hint and not far:
+        raise DataError(f"{given.where[0]}: {hint}")
+    if far:
+        worst = sorted(far, key=lambda pair: -abs(pair[0].distance[pair[1]]))[:NAMED]
+        hint = (
+            hint or _unit_hint(scenario, given, placed) or _frame_hint(scenario, points, placed, in_machine)
+        )
+        raise DataError(
+            [
+                f"{given.where[p.rows[i]]}: {abs(p.distance[i]):.4g} mm {'outside' if p.distance[i] > 0 else 'inside'} the nominal "
+                f'surface of "{p.feature.name}", more than the approach of {reach:g} mm{_also(len(far), worst, k)}'
+                for k, (p, i) in enumerate(worst)
+            ]
+            + [
+                hint
+                or "Are these points of another part, or another feature? Correct the labels or the part."
+            ]
+        )
+    if hint:
+        raise DataError(f"{given.where[0]}: {hint}")
+    _check_normals(given, placed)
+    _check_extent(given, placed)
+
+
+def _also(count: int, named: Sequence[object], k: int) -> str:
+    left = count - len(named)
+    return f" ({left} more points are)" if left and k == len(named) - 1 else ""
+
+
+def _unit_hint(scenario: Scenario, given: GivenPoints, placed: Mapping[str, OnSurface]) -> str:
+    for word, factor in UNIT_FACTORS.items():
+        if _fits(scenario, placed, given.points * factor):
+            return (
+                f"The points fit when they are taken as {word}: name the columns by their unit (x_in, x_m, x_um) or convert "
+                "the file."
+            )
+    return ""
+
+
+def _frame_hint(scenario: Scenario, points: Array, placed: Mapping[str, OnSurface], in_machine: bool) -> str:
+    other: Pose = scenario.pose if in_machine else scenario.pose.inverse()
+    if _fits(scenario, placed, other.apply(points)):
+        return f"The points fit in the other frame: use --frame {'part' if in_machine else 'machine'}."
+    return ""
+
+
+def _fits(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array) -> bool:
+    """Whether all points (n, 3) would lie within reach of their surfaces."""
+    there = surfaces(scenario.part, {n: p.rows for n, p in placed.items()}, points)
+    return all(np.abs(p.distance).max() <= scenario.plan.touch.approach for p in there.values())
+
+
+def _tip_hint(scenario: Scenario, placed: Mapping[str, OnSurface]) -> str:
+    """Tip centres lie one tip radius off every surface, compensated points that were compensated again one to the other side."""
+    styli = {s.feature: scenario.plan.styli[s.stylus].tip_radius for s in scenario.plan.steps}
+    known = [(float(np.median(p.distance)), styli[n]) for n, p in placed.items() if styli.get(n, 0.0) > 0.0]
+    if known and all(abs(d - r) < TIP_SHARE * r for d, r in known):
+        return (
+            f"All points lie one tip radius ({known[0][1]:g} mm) outside the nominal surfaces: they seem to be tip centres; "
+            "give --tip-centres, or compensate them for the tip."
+        )
+    if known and all(abs(d + r) < TIP_SHARE * r for d, r in known):
+        return (
+            f"All points lie one tip radius ({known[0][1]:g} mm) inside the nominal surfaces: they seem to be compensated "
+            "for the tip already; leave --tip-centres out."
+        )
+    return ""
+
+
+def _check_normals(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
+    """Given normals point out of the material, as the nominal ones do."""
+    if given.normals is None:
+        return
+    problems = []
+    for p in placed.values():
+        size = np.linalg.norm(given.normals[p.rows], axis=1)
+        along = (given.normals[p.rows] * p.normal).sum(axis=1)
+        for i in np.flatnonzero((np.abs(size - 1.0) > 0.01) | (along < 0.5 * size)):
+            what = f"nx ny nz has the length {size[i]:.4g}; give a unit vector"
+            if abs(size[i] - 1.0) <= 0.01:
+                what = f'nx ny nz is {np.degrees(np.arccos(np.clip(along[i], -1, 1))):.0f} deg off the outward normal of "{p.feature.name}"; normals point out of the material'
+            problems.append(f"{given.where[p.rows[i]]}: {what}")
+    if problems:
+        raise DataError(problems[:NAMED])
+
+
+def _check_extent(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
+    problems = []
+    for p in placed.values():
+        beyond = beyond_extent(p.feature, p.foot)
+        problems += [
+            f'{given.where[p.rows[i]]}: {beyond[i]:.4g} mm beyond the extent of "{p.feature.name}"; correct the label, the point or the '
+            "size of the feature"
+            for i in np.flatnonzero(beyond > EDGE)
+        ]
+    if problems:
+        left = len(problems) - NAMED
+        raise DataError(
+            problems[:NAMED] + ([f"and {left} more points lie beyond their features"] if left > 0 else [])
+        )

@@ -1,0 +1,149 @@
+"""What measured points say against the assumptions of their evaluation, and which claims that costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.inversion import Inverted
+from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.residual_tests import ALARM, FORMED, Ints, Memory, Outlier, ResidualTests
+from vcmm.answer.inference.rounding import coarse, leading, said_of_digits, step_of
+from vcmm.core.run import Array
+from vcmm.part.fit import Fitted
+from vcmm.part.gps import characteristics as gps
+from vcmm.part.part import Characteristic
+from vcmm.task.measuring.task import Task
+
+LARGEST = 100_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
+NAMED = 5  # outliers named in one reason
+IN_FRAME = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
+UNTESTED = "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
+UNORDERED = (
+    'the order of the {n} points of "{feature}" was not tested for noise with memory (at most {most} points of a feature are): if '
+    "neighbouring points err alike, U is too small; take fewer points"
+)
+OUTLIER = (
+    '{where}: this point of "{feature}" lies {size:.3g} um {side} what the other points say of its place, p = {p}: touch it again, '
+    "clean the surface, or remove the row, and evaluate again; until then nothing is claimed of what needs {feature}"
+)
+MEMORY = (
+    "the residuals go on from touch to touch as no form of the default families explains (correlation {rho:g}, p = {p}): the "
+    "{n} points tell as much as {effective:.0f} independent ones; {cure}"
+)
+CURE = "state what drifts ([[inputs]] with another redraw), scan more slowly, or take points in another order and evaluate again"
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """notes: sentences for the result; features: per feature why claims that need it are lost; all: why all are; digits: why those
+    are that the digits of the file lead.
+    """
+
+    notes: tuple[str, ...] = ()
+    features: Mapping[str, str] | None = None
+    all: str = ""
+    digits: str = ""
+
+    def reasons(self, task: Task, result: UncertaintyResult) -> dict[str, str]:
+        """By name of a characteristic, why its coverage may not be claimed."""
+        out = {}
+        for c, r in zip(task.part.characteristics, result.characteristics):
+            named = (
+                [self.features[n] for n in _needed(task, c) if n in self.features] if self.features else []
+            )
+            why = [*dict.fromkeys(named), self.all, self.digits if leading(r) > 0.0 else ""]
+            if any(why):
+                out[c.name] = "; ".join(w for w in why if w)
+        return out
+
+
+def _needed(task: Task, c: Characteristic) -> list[str]:
+    """Features whose points a characteristic depends on, its frame among them."""
+    scheme = task.plan.alignment
+    frame = scheme.features if scheme is not None and c.type in IN_FRAME else ()
+    return list(dict.fromkeys([*gps.needs(c), *frame]))
+
+
+def doubts_of(
+    tests: ResidualTests,
+    task: Task,
+    found: tuple[Array, Mapping[str, Fitted]],
+    given: tuple[GivenPoints, Ints],
+    result: UncertaintyResult,
+) -> Doubts:
+    """found: measured points (n, 3) of the touches and the elements through them; given: the file, and its row of every touch."""
+    digits, step = coarse(task.machine), step_of(task.machine)
+    notes = [w for r in result.characteristics for w in said_of_digits(r, step)]
+    n = task.touches.run.n
+    if n > LARGEST:
+        return Doubts(
+            (*notes, UNTESTED.format(n=n, most=LARGEST)), all=f"its {n} points were not tested", digits=digits
+        )
+    long = [(name, f.n) for name, f in tests.features.items() if f.n > FORMED]
+    notes += [UNORDERED.format(n=count, feature=name, most=FORMED) for name, count in long]
+    residuals = {name: _outward(task, name, *found) for name in tests.features}
+    outliers = tests.outliers(residuals, step)
+    order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}
+    memory = tests.memory(residuals, order)
+    lines = [_of_outlier(o, given, task, tests) for o in outliers]
+    lost = {
+        name: _reason(name, [o for o in outliers if o.feature == name], given, task)
+        for name in dict.fromkeys(o.feature for o in outliers)
+    }
+    why = ""
+    if memory is not None and memory.p <= ALARM:
+        why = _of_memory(memory, max(f.n for f in tests.features.values() if f.n <= FORMED), tests)
+    return Doubts((*notes, *lines), lost, why, digits)
+
+
+def _outward(task: Task, name: str, points: Array, fitted: Mapping[str, Fitted]) -> Array:
+    """Residuals (n,) of a feature, mm outwards; of a surface of nominal points its departures from nominal."""
+    t, rows = task.touches, task.touches.rows[name]
+    one = fitted.get(name)
+    if task.part.features[name].free or one is None or len(one.residuals) != len(rows):
+        return np.asarray(((points[rows] - t.points[rows]) * t.normals[rows]).sum(axis=1))
+    side = np.sign((one.normals * t.normals[rows]).sum(axis=1))
+    return np.asarray(one.residuals * np.where(side == 0.0, 1.0, side))
+
+
+def _at(o: Outlier, given: tuple[GivenPoints, Ints], task: Task) -> str:
+    return given[0].where[int(given[1][task.touches.rows[o.feature][o.place]])]
+
+
+def _of_outlier(o: Outlier, given: tuple[GivenPoints, Ints], task: Task, tests: ResidualTests) -> str:
+    side = "outside" if o.size > 0 else "inside"
+    return OUTLIER.format(
+        where=_at(o, given, task), feature=o.feature, size=abs(o.size) * 1e3, side=side, p=_p(o.p, tests)
+    )
+
+
+def _reason(name: str, outliers: list[Outlier], given: tuple[GivenPoints, Ints], task: Task) -> str:
+    lines = [_at(o, given, task).rpartition(":")[2] for o in outliers]
+    many = f"{', '.join(lines[:NAMED])}{f' and {len(lines) - NAMED} more' if len(lines) > NAMED else ''}"
+    word = "line" if len(lines) == 1 else "lines"
+    return f'points of "{name}" contradict the others ({word} {many}): outliers are to be dealt with first'
+
+
+def _of_memory(memory: Memory, n: int, tests: ResidualTests) -> str:
+    return MEMORY.format(rho=memory.rho, p=_p(memory.p, tests), n=n, effective=memory.effective(n), cure=CURE)
+
+
+def _p(p: float, tests: ResidualTests) -> str:
+    """The least p value of a Monte Carlo test is that of its draws: "below" it."""
+    least = 1.0 / (tests.draws + 1)
+    return f"{p:.2g}" if p > 1.5 * least else f"{least:.2g} or less"
+
+
+def without_claim(r: CharacteristicResult, doubts: Mapping[str, str] | None) -> CharacteristicResult:
+    """The result, of which no coverage is claimed where there are doubts."""
+    why = (doubts or {}).get(r.name, "")
+    if not why:
+        return r
+    if isinstance(r.truth, Inverted):
+        return replace(r, truth=replace(r.truth, limit="; ".join(w for w in (r.truth.limit, why) if w)))
+    both = "; ".join(w for w in (r.why_not_shown, why) if w)
+    return replace(r, coverage_shown=False, why_not_shown=both)

@@ -1,0 +1,307 @@
+"""Measured data to statements about the part: what was measured, what is true, and whether it conforms."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.answer.evaluation.checks import remarks
+from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.inversion import Inversion, Inverted
+from vcmm.answer.evaluation.jointly import JointJudgement, judged_jointly
+from vcmm.answer.evaluation.pairs import rest_of
+from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
+from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
+from vcmm.answer.inference.checked import repeated
+from vcmm.answer.inference.coarse_mesh import coarse_mesh
+from vcmm.answer.inference.doubts import doubts_of, without_claim
+from vcmm.answer.inference.formed import UNSEEN, is_widened, with_form
+from vcmm.answer.inference.given import GivenPoints, GivenValue
+from vcmm.answer.inference.points import task_and_rows
+from vcmm.answer.inference.residual_tests import ResidualTests
+from vcmm.core.errors import DataError, choose_from
+from vcmm.core.run import Array
+from vcmm.part.fit import Fitted
+from vcmm.part.gps import characteristics as gps
+from vcmm.part.gps.criteria import notes
+from vcmm.part.part import Characteristic
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.settings import Settings
+from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
+
+NEAR = (
+    1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
+)
+
+UNITS_TAKEN = {
+    "in inches": (25.4, "value_in"),
+    "in metres": (1000.0, "value_m"),
+    "in micrometres": (1e-3, "value_um"),
+    "in mm, not inches": (1 / 25.4, "value_mm"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluated:
+    """One characteristic of one measured part. measured: as handed in or as the points give it, mm or rad; by_points: which."""
+
+    result: CharacteristicResult
+    measured: float
+    by_points: bool = False
+
+    @property
+    def unit(self) -> str:
+        return self.result.unit
+
+
+@dataclass(frozen=True, eq=False)
+class EvaluatedPart:
+    """All characteristics of one part; uncertainty: the evaluation behind them; task: where the machine stood."""
+
+    part: str
+    characteristics: tuple[Evaluated, ...]
+    uncertainty: UncertaintyResult
+    warnings: tuple[str, ...]
+
+    @cached_property
+    def joint(self) -> JointJudgement | None:
+        """All tolerances of the part judged together; None where fewer than two are stated."""
+        found = [e.result for e in self.characteristics]
+        readings = [e.measured for e in self.characteristics]
+        return judged_jointly(self.uncertainty.model, found, readings, self.uncertainty.seed)
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedTask:
+    """What does not depend on the measured numbers: the evaluation of a task, with the belts of its extreme values."""
+
+    task: Task
+    result: UncertaintyResult
+
+    def serves(self, task: Task) -> bool:
+        """Whether another part was touched at the same places (within NEAR)."""
+        mine, other = self.task.touches, task.touches
+        if list(mine.rows) != list(other.rows) or mine.points.shape != other.points.shape:
+            return False
+        apart = np.abs(mine.points - other.points).max(), np.abs(mine.pose.shift - other.pose.shift).max()
+        return bool(max(apart) <= NEAR)
+
+    @cached_property
+    def tests(self) -> ResidualTests:
+        """Of the residuals of measured points; their nulls are drawn when first asked for."""
+        return ResidualTests(self.result.model, self.result.seed)
+
+    @property
+    def inversion(self) -> Inversion | None:
+        """The belts, where a characteristic is extreme."""
+        found = (c.truth.inversion for c in self.result.characteristics if isinstance(c.truth, Inverted))
+        return next(found, None)
+
+    def rest(self, points: Array) -> Array:
+        """(C,) mm: root mean square of the residuals of measured points (n, 3), NaN for what is no extreme value."""
+        out = np.full(len(self.result.characteristics), np.nan)
+        if self.inversion is not None:
+            out[list(self.inversion.numbers)] = rest_of(self.inversion.drawing, points)
+        return out
+
+    @cached_property
+    def forms(self) -> tuple[FeatureForms, ...]:
+        """Forms of the features that move sizes, distances and angles, but those that the scenario states."""
+        smooth = [i for i, c in enumerate(self.result.characteristics) if is_widened(c)]
+        return forms_of(self.result.model, smooth, self.task.forms) if smooth else ()
+
+    def told(self, task: Task, fitted: Mapping[str, Fitted]) -> dict[int, list[FormTold]]:
+        """By characteristic: what the residuals of its features say of the form between their points."""
+        p, out = self.result.characteristics[0].p, defaultdict[int, list[FormTold]](list)
+        for one in self.forms:
+            rows, found = task.touches.rows[one.name], fitted[one.name]
+            side = np.sign((found.normals * task.touches.normals[rows]).sum(axis=1))
+            floors = {i: self.result.characteristics[i].expanded for i in one.moves}
+            for i, form in told_by(one, side * found.residuals, p, floors).items():
+                out[i].append(form)
+        return out
+
+
+def evaluate_points(
+    scenario: Scenario,
+    given: Sequence[GivenPoints],
+    *,
+    in_machine: bool = False,
+    tip_centres: bool = False,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+) -> tuple[EvaluatedPart, ...]:
+    """Measured points of one or several parts. DataError for points that are not those of the part (see `checked`)."""
+    chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
+    out: list[EvaluatedPart] = []
+    known: PreparedTask | None = None
+    for i, one in enumerate(given):
+        report(f"part {one.part}" if one.part else "points", i / len(given))
+        task, rows = task_and_rows(scenario, one, in_machine, tip_centres)
+        points = measured_points(task, task.machine.indication_error(task.touches.run))
+        fitted = fit_features(task, points)
+        measured = np.asarray(evaluate_all(task, fitted))
+        if known is None or not known.serves(task):
+            known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
+        rest, forms = known.rest(points), known.told(task, fitted)
+        doubts = doubts_of(known.tests, task, (points, fitted), (one, rows), known.result)
+        coarse = coarse_mesh(task, known.result.characteristics)
+        said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repeated(one))
+        why = doubts.reasons(task, known.result)
+        out.append(
+            _part(
+                scenario,
+                one.part,
+                known,
+                measured,
+                rest,
+                settings=chosen,
+                report=report,
+                said=said,
+                forms=forms,
+                doubts=why,
+            )
+        )
+    return tuple(out)
+
+
+def evaluate_values(
+    scenario: Scenario,
+    given: Sequence[Sequence[GivenValue]],
+    *,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+) -> tuple[EvaluatedPart, ...]:
+    """Measured values of one or several parts: the points are those of the plan. DataError: unknown or wrong kind of value."""
+    chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
+    measured = [absolute_values(scenario, values) for values in given]
+    task = scenario.task()
+    known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
+    order = [c.name for c in scenario.part.characteristics]
+    return tuple(
+        _part(
+            scenario,
+            values[0].part,
+            known,
+            np.array([y.get(name, np.nan) for name in order]),
+            None,
+            settings=chosen,
+            report=report,
+            said=known.result.warnings,
+        )
+        for values, y in zip(given, measured)
+    )
+
+
+def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
+    """Characteristic -> mm or rad. DataError: an unknown name, an angle in mm, a value no such characteristic can have."""
+    known = {c.name: c for c in scenario.part.characteristics}
+    out, problems = {}, []
+    for v in values:
+        c = known.get(v.name)
+        if c is None:
+            problems.append(
+                f'{v.where}: the part has no characteristic "{v.name}".{choose_from(v.name, known)}'
+            )
+            continue
+        angle = gps.unit(c) == "rad"
+        if angle != v.angle:
+            due = "an angle: name the column value_deg" if angle else "a length: name the column value_mm"
+            problems.append(f'{v.where}: "{c.name}" is {due}')
+            continue
+        nominal = gps.nominal(c, scenario.part.features)
+        out[c.name] = v.number + (nominal if v.deviation else 0.0)
+        if c.material and v.bonus is None:
+            problems.append(
+                f'{v.where}: "{c.name}" is what its size does not pay for, and the heading has no column BONUS; add it to the report'
+            )
+        elif c.material:
+            out[c.name] = max(out[c.name] - (v.bonus or 0.0), 0.0)
+        wrong = _implausible(c, nominal, out[c.name], v)
+        problems += [f"{v.where}: {wrong}"] if wrong else []
+    if problems:
+        raise DataError(problems)
+    return out
+
+
+def _implausible(c: Characteristic, nominal: float, value: float, given: GivenValue) -> str:
+    """Why a number cannot be meant: a negative form, a deviation written as a value, another unit."""
+    if gps.one_sided(c):
+        return f'"{c.name}": {c.type} is never negative' if value < 0 else ""
+    if abs(value - nominal) <= 0.1 * max(abs(nominal), 1.0):
+        return ""
+    meant = _other_unit(nominal, value) if gps.unit(c) == "mm" else ""
+    if meant and not given.deviation:
+        return f'"{c.name}" = {value:g} mm is far from its nominal {nominal:g} mm; {meant}'
+    if not given.deviation and abs(value) < 0.1 * nominal:
+        return (
+            f'"{c.name}" = {given.number:g} is far from its nominal {nominal:g}; for a deviation from nominal name the column '
+            "deviation_um (deviation_mm)"
+        )
+    return f'"{c.name}" = {value:g} is more than a tenth off its nominal {nominal:g}; check the unit in the column name'
+
+
+def _other_unit(nominal: float, value: float) -> str:
+    """What to do where a number would be the nominal one, within 1 %, in another unit."""
+    for words, (factor, column) in UNITS_TAKEN.items():
+        if nominal and abs(value * factor / nominal - 1.0) < 0.01:
+            small = " (or deviation_mm, if it is meant from nominal)" if abs(value) < 1.0 else ""
+            return f"it would fit if it were {words}: name the column {column}{small}"
+    return ""
+
+
+def _part(
+    scenario: Scenario,
+    name: str,
+    known: PreparedTask,
+    measured: Array,
+    rest: Array | None,
+    settings: Settings,
+    report: Progress,
+    said: Sequence[str] = (),
+    forms: Mapping[int, Sequence[FormTold]] | None = None,
+    doubts: Mapping[str, str] | None = None,
+) -> EvaluatedPart:
+    """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
+    the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed.
+    """
+    rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
+    found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
+    if known.inversion is not None:
+        known.inversion.expect(found)
+    results, out = known.result.characteristics, []
+    for n, (i, y, own) in enumerate(found):
+        report(f"true value of {results[i].name}", n / len(found))
+        one = without_claim(with_form(results[i], (forms or {}).get(i, ())), doubts)
+        out.append(Evaluated(_read(one, y, own, settings), y, forms is not None))
+    told = [w for e in out for w in warnings_of(e.result)]
+    warnings = tuple(
+        w
+        for w in (*remarks(scenario), *told, *said)
+        if "classic virtual-CMM recipe" not in w
+        and "its coverage is not shown" not in w  # said below of what was measured
+    )
+    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out, doubts or {})))
+
+
+def _not_claimed(found: Sequence[Evaluated], doubts: Mapping[str, str]) -> list[str]:
+    return [
+        f"{e.result.name}: {e.result.why_not_shown}"
+        for e in found
+        if (e.result.true_value and not e.result.true_value.claimed)
+        or e.result.why_not_shown.startswith(UNSEEN)
+        or (e.result.name in doubts and not e.result.coverage_shown)
+    ]
+
+
+def _read(r: CharacteristicResult, y: float, rest: float | None, settings: Settings) -> CharacteristicResult:
+    """The result where y was indicated; of an extreme value U is half the interval of this very part."""
+    if isinstance(r.truth, Inverted):
+        r = replace(r, truth=replace(r.truth, rest=rest), half_width=None, indicated=y)
+    return at_indication(r, y, settings.rule)

@@ -1,0 +1,86 @@
+"""How long an interval must be: that of an oracle which knows what family of forms the part came from.
+
+The oracle knows the family, how the sizes of its forms are spread and the noise of the machine. Of the parts of that family it
+takes those that indicated as much (and whose residuals are as large, where the belts use them too) and gives the range of the
+central p of their true values: the conditional law of the true value given what was seen, by nearest neighbours. The belts know
+none of it: they hold for every size of form and for either family, and are longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.answer.evaluation.belts import Reading, sorted_by_roughness, there
+from vcmm.answer.evaluation.pairs import Pairs
+from vcmm.core.run import Array
+from vcmm.part.gps import characteristics as gps
+from vcmm.part.part import Characteristic
+
+ALIKE, SHARE = 300, 0.1  # parts that indicated as much: so many, and at most this share of all
+TINY = 1e-12  # mm or rad
+
+
+@dataclass(frozen=True)
+class IntervalLengths:
+    """Mean lengths over drawn parts (mm or rad) and coverages: of the belts of all families, of the belts of the part's own family, of
+    the oracle.
+    """
+
+    belts: float
+    own: float
+    oracle: float
+    belts_held: float
+    own_held: float
+    oracle_held: float
+
+    @property
+    def ratio(self) -> float:
+        """Length of the interval in lengths of the oracle's."""
+        return self.belts / self.oracle if self.oracle > 0 else float("nan")
+
+
+def lengths(
+    c: Characteristic, k: int, inverse: Reading, known: Sequence[Pairs], drawn: Sequence[Pairs], p: float
+) -> IntervalLengths:
+    """c: characteristic in column k; known: parts per family from which belts and oracle are made; drawn: others, to count."""
+    found = []
+    for family, mine, fresh in zip(inverse.families, known, drawn):
+        true, indicated, rest = there(k, fresh)
+        kinds = [
+            one.interval(p, indicated, rest) if one else oracle(c, there(k, mine), (indicated, rest), p)
+            for one in (inverse, family, None)
+        ]
+        found.append(
+            [(high - low).mean() for low, high in kinds]
+            + [((low <= true + TINY) & (true <= high + TINY)).mean() for low, high in kinds]
+        )
+    return IntervalLengths(*(float(x) for x in np.mean(found, axis=0)))
+
+
+def oracle(
+    c: Characteristic, known: tuple[Array, Array, Array], seen: tuple[Array, Array], p: float
+) -> tuple[Array, Array]:
+    """Ends (m,), (m,) of the interval. known: true, indicated, residuals (n,) of parts of the family; seen: indicated, residuals (m,)."""
+    from scipy.spatial import KDTree
+
+    true, indicated, rest = known
+    rough = sorted_by_roughness(c)
+    unit, own = (np.maximum(r, TINY) if rough else np.ones(len(r)) for r in (rest, seen[1]))
+    count = int(min(ALIKE, max(SHARE * len(true), 1)))
+    alike = KDTree(_place(c, indicated, rest)).query(_place(c, *seen), count)[1].reshape(len(own), -1)
+    low, high = (
+        np.quantile(((true - indicated) / unit)[alike], [(1 - p) / 2, (1 + p) / 2], axis=1) * own + seen[0]
+    )
+    if gps.one_sided(c):
+        low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
+    return low, high
+
+
+def _place(c: Characteristic, indicated: Array, rest: Array) -> Array:
+    """(n, d): what makes parts alike: the indicated value where it tells of the size of the form, residuals where they are used."""
+    columns = [indicated] if gps.one_sided(c) else []
+    columns += [rest] if sorted_by_roughness(c) else []
+    return np.log(np.maximum(np.stack(columns, axis=1), TINY))

@@ -1,0 +1,351 @@
+"""Do the residuals of measured points look as the stated machine and a part with form would leave them? Outliers, memory.
+
+A fit leaves r = (1 - Q Q') d of the departures d of a feature, Q an orthonormal base of its motions and sizes, then also of the
+longest waves of its surface (form is smooth, a speck of dust is not). Two questions, each with a false-alarm rate of ALARM per
+part, whatever the size of the form:
+
+outliers  the externally studentised residual t_i, which compares a point with what all others say of its place (R. D. Cook,
+          S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.9), point after point (B. Rosner, Technometrics 25
+          (1983) 165, which two outliers that hide one another do not deceive).
+memory    likelihood ratio of noise with memory, e_t = rho e_(t-1) + a_t in the order of the file, against none, restricted to
+          what Q leaves (H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545), all features together.
+
+The null laws are no tables: parts with forms of the default families are drawn, measured by the stated machine, and tested in
+the same way (Monte Carlo test: M. Dwass, Ann. Math. Stat. 28 (1957) 181; its p value is exact). The p value is that of the
+form that makes it largest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from zlib import crc32
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.answer.evaluation.form_family import ALONG, AROUND, FAMILIES, KNOWN, Ground, motions
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.pairs import SMALLEST, machine_part
+from vcmm.answer.inference.memory import RHOS, Whitening, likelihood_ratio, whitening
+from vcmm.core.run import Array
+from vcmm.part.part import Feature
+
+Ints = npt.NDArray[np.integer]
+Scores = tuple[Array, Array, Array, Ints]  # see `outlier_scores`
+ALARM = 0.01  # false alarms per part and test
+RATIOS = (0.0, 1.0, 4.0, 16.0, 64.0)  # form over noise of the parts of the null
+NOISES = (1.0, 0.5, 0.25)  # of what is stated: machines are often better than stated
+SHARES = (0.25, 0.5)  # of the points of a feature: so many motions, sizes and waves are fitted at most
+LEFT = 2  # degrees of freedom that a studentised residual needs at least
+LEAST_SCAN = 12  # points of a feature whose order is looked at
+FORMED = 3000  # points of a feature up to which forms are drawn for its null: beyond, 384 waves there take too much memory
+NUMBERS, DRAWS = 2e5, (199, 1999)  # numbers of a null, about; parts, between these
+BLOCK = 4_000_000  # numbers drawn at a time
+FIRST, ENOUGH = 100, 20  # draws of a test of memory at first; it ends where so many show as much
+STAGES, PER_OUTLIER = 8, 8  # outliers looked for: one in so many points, at most so many
+NEW = 0.1  # of a wave lies outside of the base: less, and it is one of those already there
+UNSEEN = 0.05  # of a point's departure is left by the fit: less, and the fit follows the point
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A point that the others of its feature contradict. place: its number in the feature; size: mm outwards from their element."""
+
+    feature: str
+    place: int
+    size: float
+    p: float
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Noise with memory: correlation of neighbouring touches, and what p of a machine without it would show as much."""
+
+    rho: float
+    p: float
+
+    def effective(self, points: int) -> float:
+        """So many independent points tell the mean as well: n (1 - rho) / (1 + rho), to 1/n (G. E. P. Box et al., 1994, 2.1)."""
+        return max(points * (1.0 - self.rho) / (1.0 + self.rho), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualTests:
+    """The tests of one task, with their nulls."""
+
+    model: LinearModel
+    seed: int
+    _kept: dict[str, Array] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def features(self) -> Mapping[str, FeatureTest]:
+        """What can be tested: features with an element and with residuals."""
+        t, parts = self.model.task.touches, self.model.task.part.features
+        found = {n: _feature_test(parts[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
+        return {n: f for n, f in found.items() if f is not None}
+
+    @cached_property
+    def draws(self) -> int:
+        """Parts of the null. ALARM (draws + 1) is a whole number, so that the rate of the test is ALARM and no less."""
+        few, many = DRAWS
+        asked = int(np.clip(NUMBERS / max(self.model.task.touches.run.n, 1), few, many))
+        return int((asked + 1) * ALARM) * round(1 / ALARM) - 1
+
+    @property
+    def block(self) -> int:
+        """Parts drawn and tested at a time."""
+        return max(BLOCK // max(self.model.task.touches.run.n, 1), 1)
+
+    @cached_property
+    def noise(self) -> Mapping[str, Array]:
+        """Per feature what drawn machines do to its touches (draws, n), mm."""
+        rows = self.model.task.touches.rows
+        out: dict[str, list[Array]] = {n: [] for n in self.features}
+        for at in range(0, self.draws, self.block):
+            drawn = machine_part(self.model, self.seed, at, min(self.block, self.draws - at))
+            for n, blocks in out.items():
+                blocks.append(drawn[:, rows[n]])
+        return {n: np.concatenate(blocks) for n, blocks in out.items()}
+
+    @cached_property
+    def scale(self) -> Mapping[str, float]:
+        """Per feature the standard deviation of what a fit leaves of the noise, mm."""
+        return {
+            n: max(float(np.sqrt((f.rest(self.noise[n]) ** 2).sum(axis=1).mean() / f.free)), SMALLEST)
+            for n, f in self.features.items()
+        }
+
+    def shapes(self, name: str, family: str) -> Array:
+        """Forms (draws, n) of one family at the touches, of unit size; none where the points are too many."""
+        f = self.features[name]
+        if f.n > FORMED or f.feature.kind in ("point", "mesh"):
+            return np.zeros((self.draws, f.n))
+        rng = np.random.default_rng([self.seed, KNOWN.index(family), crc32(name.encode())])
+        return FAMILIES[family](rng, f.ground, self.draws)[-1]
+
+    @cached_property
+    def nulls(self) -> tuple[Array, Array]:
+        """Of the most suspicious point of every drawn part: its score (strata, draws), sorted; its size over the noise without form."""
+        best, size = np.zeros((len(KNOWN) * len(RATIOS), self.draws)), np.zeros(self.draws)
+        for name, f in self.features.items():
+            for k, family in enumerate(KNOWN):
+                shapes = self.shapes(name, family) if f.n <= FORMED else None
+                for j, ratio in enumerate(RATIOS):
+                    if (ratio == 0.0 and k) or (ratio > 0.0 and shapes is None):
+                        continue
+                    place = k * len(RATIOS) + j
+                    for at in range(0, self.draws, self.block):
+                        part = slice(at, at + self.block)
+                        d = self.noise[name][part]
+                        d = d if shapes is None else d + ratio * self.scale[name] * shapes[part]
+                        for _, score, away, _ in outlier_scores(f, d):
+                            best[place, part] = np.maximum(best[place, part], score)
+                            if ratio == 0.0:
+                                size[part] = np.maximum(size[part], np.abs(away) / self.scale[name])
+        return np.sort(best, axis=1), np.sort(size)
+
+    def outliers(self, residuals: Mapping[str, Array], least: float = 0.0) -> tuple[Outlier, ...]:
+        """residuals: per feature (n,) mm outwards, in the order of its touches; least: mm, what the digits of the file may hide.
+
+        A point is named where it is no likely one of any form, and larger than what the stated machine does.
+        """
+        found: dict[tuple[str, int], Outlier] = {}
+        for name, f in self.features.items():
+            listed = list(outlier_scores(f, residuals[name][None]))
+            for base in range(len(f.bases)):
+                stages = [one for one in listed if one[0] == base]
+                odds = [self._p(float(s[0]), float(a[0]) / self.scale[name]) for _, s, a, _ in stages]
+                last = max((i for i, p in enumerate(odds) if p <= ALARM), default=-1)
+                for p, (_, _, away, at) in zip(odds[: last + 1], stages):
+                    key, one = (
+                        (name, int(at[0])),
+                        Outlier(name, int(at[0]), float(away[0]), min(p, odds[last])),
+                    )
+                    if abs(one.size) > least and (key not in found or one.p < found[key].p):
+                        found[key] = one
+        return tuple(found.values())
+
+    def _p(self, score: float, size: float) -> float:
+        """P value of the most suspicious point of a part, the largest over what the form may be."""
+        scores, sizes = self.nulls
+        above = self.draws - np.min([np.searchsorted(row, score, side="left") for row in scores])
+        larger = self.draws - np.searchsorted(sizes, abs(size), side="left")
+        return float(1 + max(above, larger)) / (self.draws + 1)
+
+    def memory(self, residuals: Mapping[str, Array], order: Mapping[str, Ints]) -> Memory | None:
+        """order: per feature its touches as they stood in the file. None where no feature has points enough, and few enough
+        for forms to be drawn: a form that the null lacks would be taken for memory.
+        """
+        scans = {n: f for n, f in self.features.items() if LEAST_SCAN <= f.n <= FORMED}
+        if not scans:
+            return None
+        sizes = {n: float(np.linalg.norm(f.rest(residuals[n][None]))) for n, f in scans.items()}
+        found = []
+        for number in (
+            0,
+            -1,
+        ):  # with all that the elements leave, and without the waves that forms may be made of
+            white = {n: [whitening(f.bases[number][order[n]], rho) for rho in RHOS] for n, f in scans.items()}
+            seen, rho = likelihood_ratio(white, {n: residuals[n][order[n]][None] for n in scans})
+            p = 0.0
+            for k, share in product(range(len(KNOWN)), NOISES):
+                p = max(p, self._as_much(white, order, float(seen[0]), (k, share, sizes)))
+            found.append(Memory(float(rho[0]), min(2.0 * p, 1.0)))  # two tests (Bonferroni)
+        return min(found, key=lambda one: one.p)
+
+    def _as_much(
+        self,
+        white: Mapping[str, Sequence[Whitening]],
+        order: Mapping[str, Ints],
+        seen: float,
+        how: tuple[int, float, Mapping[str, float]],
+    ) -> float:
+        """P value of a likelihood ratio among parts whose residuals are as large as those found: what the noise lacks is form.
+
+        how: number of the family, noise over what is stated, lengths of the residuals. Draws end where it is clear that they show
+        as much often enough: after ENOUGH of them p is that number over the draws (J. Besag, P. Clifford, Biometrika 78 (1991) 301).
+        """
+        above, done, size = 0, 0, FIRST
+        while done < self.draws:
+            part = slice(done, min(done + size, self.draws))
+            drawn = {
+                n: as_large(how[1] * self._rests(n)[part], self._rest_shapes(n, how[0])[part], how[2][n])[
+                    :, order[n]
+                ]
+                for n in white
+            }
+            above += int((likelihood_ratio(white, drawn)[0] >= seen).sum())
+            done = part.stop
+            if above >= ENOUGH:
+                return above / done
+            size *= 4
+        return (1 + above) / (1 + done)
+
+    def _rests(self, name: str) -> Array:
+        """What the element leaves of the noise (draws, n)."""
+        if name not in self._kept:
+            self._kept[name] = self.features[name].rest(self.noise[name])
+        return self._kept[name]
+
+    def _rest_shapes(self, name: str, family: int) -> Array:
+        """What the element leaves of forms of a family (draws, n)."""
+        place = f"{name} {KNOWN[family]}"
+        if place not in self._kept:
+            self._kept[place] = self.features[name].rest(self.shapes(name, KNOWN[family]))
+        return self._kept[place]
+
+
+def as_large(noise: Array, shapes: Array, size: float) -> Array:
+    """noise + a shape (m, n) with a >= 0 such that every row has the length `size`; noise alone where it is longer."""
+    unit = shapes / np.maximum(np.linalg.norm(shapes, axis=1, keepdims=True), 1e-300)
+    along, whole = (noise * unit).sum(axis=1), (noise**2).sum(axis=1)
+    missing = np.maximum(size**2 - whole, 0.0)  # (a + along)^2 = along^2 + size^2 - whole
+    return noise + (np.sqrt(along**2 + missing) - along)[:, None] * (missing > 0)[:, None] * unit
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureTest:
+    """A feature with its bases Q (n, k): motions and sizes, then also waves; each has freedoms left."""
+
+    feature: Feature
+    ground: Ground
+    bases: tuple[Array, ...]
+
+    @property
+    def n(self) -> int:
+        return len(self.bases[0])
+
+    @property
+    def free(self) -> int:
+        """Degrees of freedom that the element leaves."""
+        return self.n - self.bases[0].shape[1]
+
+    def rest(self, d: Array) -> Array:
+        """What the element leaves of departures d (m, n)."""
+        q = self.bases[0]
+        return np.asarray(d - (d @ q) @ q.T)
+
+
+def _feature_test(feature: Feature, points: Array, normals: Array) -> FeatureTest | None:
+    """None where no residuals are left, or there is no element whose residuals they were."""
+    if feature.kind in ("point", "mesh"):
+        return None
+    ground = Ground(feature, (points,))
+    base = orthonormal(motions(feature, points, normals))
+    n = len(points)
+    if n - base.shape[1] - 1 < LEFT:
+        return None
+    bases = [base]
+    for share in SHARES if n <= FORMED else ():
+        most = int(share * n)
+        wider = _with_waves(base, ground, most)
+        if wider.shape[1] > bases[-1].shape[1] and n - wider.shape[1] - 1 >= LEFT:
+            bases.append(wider)
+    return FeatureTest(feature, ground, tuple(bases))
+
+
+def _with_waves(base: Array, ground: Ground, most: int) -> Array:
+    """The base with the longest waves of the surface, by the sum of their numbers around and along, up to `most` columns."""
+    waves = ground.waves[-1]
+    number = np.add.outer(np.arange(AROUND + 1), np.arange(ALONG + 1)).ravel()
+    order = np.argsort(np.tile(number, 4), kind="stable")
+    room = np.empty((len(base), max(most, base.shape[1])))
+    room[:, : base.shape[1]] = base
+    k = base.shape[1]
+    for i in order:
+        if k >= most:
+            break
+        q = room[:, :k]
+        left = waves[i] - q @ (q.T @ waves[i])
+        left -= q @ (q.T @ left)
+        if np.linalg.norm(left) > NEW * np.linalg.norm(waves[i]):
+            room[:, k] = left / np.linalg.norm(left)
+            k += 1
+    return room[:, :k].copy()
+
+
+def orthonormal(columns: Array) -> Array:
+    """(n, k): an orthonormal base of columns (n, m), those that move no point left out."""
+    scale = np.abs(columns).max(axis=0)
+    used = columns[:, scale > 1e-9] / scale[scale > 1e-9]
+    basis, sizes, _ = np.linalg.svd(used, full_matrices=False)
+    return np.asarray(basis[:, sizes > 1e-9 * sizes[0]])
+
+
+def outlier_scores(f: FeatureTest, d: Array) -> Iterator[tuple[int, Array, Array, Ints]]:
+    """Of departures d (m, n): number of the base, score (m,), size (m,) and place (m,) of the most suspicious point, stage by stage.
+
+    Score: -log10 of n P(|t| > |t_i|), dof n - k - 1 - points taken out; size: how far the point lies from what the others say.
+    """
+    from scipy.special import stdtr
+
+    for number, q in enumerate(f.bases):
+        n, k = q.shape
+        r, h = d - (d @ q) @ q.T, np.tile(1.0 - (q**2).sum(axis=1), (len(d), 1))
+        out: list[Array] = []  # unit vectors (m, n): what taking out a point takes out
+        rows = np.arange(len(d))
+        for stage in range(int(np.clip(n // PER_OUTLIER, 1, STAGES))):
+            dof = n - k - stage - 1
+            if dof < LEFT:
+                break
+            seen = h > UNSEEN
+            left = np.maximum((r**2).sum(axis=1, keepdims=True) - r**2 / np.maximum(h, UNSEEN), 1e-300)
+            t = np.where(seen, np.abs(r) * np.sqrt(dof / (left * np.maximum(h, UNSEEN))), 0.0)
+            at = t.argmax(axis=1)
+            tail = 2.0 * (n - stage) * stdtr(dof, -t[rows, at])
+            yield (
+                number,
+                -np.log10(np.maximum(tail, 1e-300)),
+                r[rows, at] / np.maximum(h[rows, at], UNSEEN),
+                at,
+            )
+            column = -(q[at] @ q.T)
+            column[rows, at] += 1.0
+            for v in out:
+                column -= v * v[rows, at][:, None]
+            v = column / np.sqrt(np.maximum(h[rows, at], 1e-12))[:, None]
+            r, h = r - v * (v * r).sum(axis=1, keepdims=True), h - v**2
+            out.append(v)

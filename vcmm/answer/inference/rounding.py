@@ -1,0 +1,69 @@
+"""What the digits of a file no longer say of its points: an Input, and when roundings are no noise."""
+
+from __future__ import annotations
+
+import math
+
+from vcmm.answer.evaluation.result import CharacteristicResult
+from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
+from vcmm.core.laws import Law, Uniform
+from vcmm.core.machine import Machine
+from vcmm.physics import has_role, made_for
+
+DIGITS = "digits of a file"
+FINE = 1.000001e-6  # mm: the roundings of a step up to 1 nm (0.3 nm) are left out
+OF_STEP = 0.5  # scatter over step from which roundings are noise
+COARSE = (
+    "the digits of the file ({step:g} mm) are coarser than the scatter of a touch ({scatter:.3g} um): the roundings of points of one "
+    "surface are alike, and more points do not average them; export the points with more digits"
+)
+LEADS = (
+    "{name}: the digits of the file (last one {step:g} mm) are the largest line of its budget, {share:.0%} of u squared; export the "
+    "points with more digits"
+)
+
+
+def with_digits(machine: Machine, step: float) -> Machine:
+    """The machine with what rounding to `step` mm does to every touch: uniform over half a step to either side."""
+    if step <= FINE:
+        return machine
+    kind = made_for(DIGITS, "the digits of measured points")
+    said = f"last digit of the coordinates: {step:g} mm"
+    return informed(machine, [kind()], [Input(kind.name, "", "value", Uniform(step / 2.0), "touch", said)])
+
+
+def step_of(machine: Machine) -> float:
+    """mm; 0 where the digits tell nothing worth a line."""
+    laws = [i.law for i in machine.inputs if has_role(i.effect, DIGITS)]
+    return sum(2.0 * law.half_width for law in laws if isinstance(law, Uniform))
+
+
+def scatter_of(machine: Machine) -> float:
+    """Standard deviation of a touch beside the digits, mm: of all that is drawn anew for every touch."""
+    laws = [i.law for i in machine.inputs if i.redraw == "touch" and not has_role(i.effect, DIGITS)]
+    return math.sqrt(sum(float(law.u) ** 2 for law in laws if isinstance(law, Law)))
+
+
+def coarse(machine: Machine) -> str:
+    """Why roundings may not be taken for noise; empty where they may.
+
+    The part of a rounding that repeats from point to point falls as exp(-2 pi^2 s^2 / a^2) with the scatter s over the step a: 0.7 % of
+    it at s = a / 2 (B. Widrow, I. Kollar, Quantization Noise, 2008, chapter 5). Below, points of one plane are rounded to one side.
+    """
+    step, scatter = step_of(machine), scatter_of(machine)
+    return COARSE.format(step=step, scatter=1e3 * scatter) if scatter < OF_STEP * step else ""
+
+
+def leading(c: CharacteristicResult) -> float:
+    """Share of the digits in u^2 where they are the largest line of the budget; else 0."""
+    if not c.budget or not math.isfinite(c.u):
+        return 0.0
+    largest = max(c.budget, key=lambda line: line.u)
+    return largest.share if has_role(largest.input.partition(".")[0], DIGITS) else 0.0
+
+
+def said_of_digits(c: CharacteristicResult, step: float) -> tuple[str, ...]:
+    """The warning of a characteristic that the digits lead."""
+    share = leading(c)
+    return (LEADS.format(name=c.name, step=step, share=share),) if share > 0.0 else ()

@@ -1,0 +1,59 @@
+"""What to do after a placement, in plain sentences: move the part or leave it, how near the edge, what no move can help."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.answer.placing.result import Placed
+from vcmm.answer.placing.words import changes
+from vcmm.task.measuring.fixture import DOFS
+
+SMALL = (
+    0.05  # U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
+)
+SAME = 0.01  # an influence that changes less between two poses is taken as the same
+
+
+def advice(placed: Placed) -> list[str]:
+    """Sentences for who has to decide: the gain, the room that is left, the share of u² that both poses have."""
+    return [_gain(placed), *_room(placed), *_unmoved(placed)]
+
+
+def _gain(placed: Placed) -> str:
+    gain, sure = placed.gain, placed.confirmation
+    if gain is None:
+        return "The present pose cannot be used: put the part where it was found best."
+    if sure is not None and not sure.confirmed:
+        return f"{gain:.1%}, not confirmed by independent trials: leave the part where it is."
+    if sure is not None and sure.present:
+        gain = sure.gain / sure.present  # of other draws and all laws; that of the search is an approximation
+    if gain < SMALL:
+        return f"{gain:.1%}: leave the part where it is; U stated with two digits would hardly change."
+    return f"{gain:.1%}: worth moving the part, if the move costs less than that."
+
+
+def _room(placed: Placed) -> list[str]:
+    """How far the pose found lies from the ends of what travels and fixture leave, along the freedoms of the map."""
+    left = []
+    for name, values in zip(placed.map.names[:2], (placed.map.x, placed.map.y)):
+        if name.startswith("turn") or len(values) < 2:
+            continue
+        at = float(placed.best.pose[DOFS.index(name)])
+        left.append(
+            f"{min(at - values[0], values[-1] - at):.0f} mm from the end of its range in {name} ({values[0]:.0f} to {values[-1]:.0f} mm)"
+        )
+    return [f"The pose found lies {' and '.join(left)}."] if left else []
+
+
+def _unmoved(placed: Placed) -> list[str]:
+    """Per characteristic that counts: the share of u² whose influences are the same at both poses."""
+    out = []
+    for name, _, lines, before in changes(placed):
+        same = [(label, old) for label, old, new in lines if abs(new - old) <= SAME * max(old, new)]
+        share = float(np.sum([u**2 for _, u in same])) / before if before else 0.0
+        if same:
+            largest = max(same, key=lambda line: line[1])[0]
+            out.append(
+                f"{name}: {share:.0%} of u² is the same at both poses, most of it from {largest}: moving the part does not help there."
+            )
+    return out

@@ -1,0 +1,214 @@
+"""The pose of a scenario that serves best, what it gains and how sure that is; and which of several machines suits the part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.checks import remarks
+from vcmm.answer.evaluation.result import UncertaintyResult
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.placing.certificate import SHOWN, Scan, certify, scan_after
+from vcmm.answer.placing.confirmation import confirm
+from vcmm.answer.placing.fixture_boxes import PoseBox, all_boxes, boxes, default_fixture, probed, unreachable
+from vcmm.answer.placing.hindrances import Constraint, Hindrance
+from vcmm.answer.placing.near_best import region, table_map
+from vcmm.answer.placing.objective import Uncertain
+from vcmm.answer.placing.reach import Feasibility as Reach
+from vcmm.answer.placing.relax import no_reachable_pose, relaxation
+from vcmm.answer.placing.result import At, Placed
+from vcmm.answer.placing.search import SearchOutcome, search
+from vcmm.answer.placing.travels import Travels
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.physics import BY_NAME
+from vcmm.task.measuring.fixture import Fixture, Goal, Placement, pose_of, six_of
+from vcmm.task.measuring.scenario import Scenario
+
+EVALUATIONS, SCANNED = 5000, 4096
+SAME = 1e-9  # of the objective: rounding noise is no better pose
+TRIALS = 100_000  # of the full evaluation at the present and the best pose
+Progress = Callable[[str, float], None]
+
+
+def place(
+    scenario: Scenario,
+    *,
+    fixture: Fixture | None = None,
+    goal: Goal | None = None,
+    constraints: Sequence[Constraint] | None = None,
+    seed: int | None = None,
+    evaluations: int = EVALUATIONS,
+    scanned: int = SCANNED,
+    trials: int | None = None,
+    progress: Progress | None = None,
+) -> Placed:
+    """The best pose that was found for a scenario, with certificate, map, flatness and a confirmed gain.
+
+    fixture, goal: those of the scenario's [placement] unless given. constraints: what a pose must keep beside the travels;
+    by default room for stylus, head and quill, access, load and clamps ([surroundings]), () for none.
+    Raises ModelLimit when no pose can be reached, UsageError for an objective that does not suit the part.
+    """
+    report = progress or (lambda text, share: None)
+    planned = scenario.placement or Placement()
+    fixture = fixture or planned.fixture or default_fixture()
+    objective = Uncertain.of(scenario, goal or planned.goal)
+    seed = scenario.settings.seed if seed is None else seed
+    travels, six = Travels(objective.closed.rows), six_of(scenario.pose)
+    reach = None
+    if constraints is None:
+        report("room for stylus, head and part", 0.0)
+        reach = Reach.of(scenario, fixture)
+    further: Sequence[Constraint] = (reach,) if reach is not None else constraints or ()
+    problems = _problems(scenario, travels, further)
+    allowed = _boxes(fixture, six, travels, further, reach)
+    left_out = unreachable(fixture, six, travels, further, allowed)
+    objective = _at_reference(objective, allowed, problems)
+    outcome = search(objective, allowed, evaluations=evaluations, seed=seed, progress=report)
+    outcome, seen, earlier = scan_after(objective, allowed, outcome, scanned, seed, report)
+    present = None if problems else _at(objective, six)
+    placed = _judged(objective, allowed, outcome, (seen, earlier), present=present, seed=seed, report=report)
+    placed = _evaluated(placed, problems, trials, report)
+    return replace(placed, warnings=(*left_out, *placed.warnings))
+
+
+def _boxes(
+    fixture: Fixture, six: Array, travels: Travels, further: Sequence[Constraint], reach: Reach | None
+) -> list[PoseBox]:
+    """The boxes of a fixture; where none can be reached, the smallest relaxation that opens one is named."""
+    boxes(fixture, six, travels)  # the travels alone: their message says which end to move
+    try:
+        return boxes(fixture, six, travels, further)
+    except ModelLimit:
+        if reach is None:
+            raise
+        poses = np.concatenate([probed(box) for box in all_boxes(fixture, six, travels, further)])
+        low, high = poses.min(axis=0), poses.max(axis=0)
+        nearest = poses[int(reach.violation(poses).argmin())]
+        raise no_reachable_pose(relaxation(reach, poses, low, high), reach, nearest) from None
+
+
+def _problems(scenario: Scenario, travels: Travels, further: Sequence[Constraint]) -> tuple[Hindrance, ...]:
+    out: list[Hindrance] = list(travels.problems(scenario.pose))
+    for one in further:
+        out += one.problems(scenario.pose)
+    return tuple(out)
+
+
+def _at_reference(
+    objective: Uncertain, allowed: Sequence[PoseBox], problems: Sequence[Hindrance]
+) -> Uncertain:
+    """Coverage factors are taken at the present pose; where that cannot be used, at the first pose that can."""
+    if not problems:
+        return objective
+    six, ok = allowed[0].poses(np.random.default_rng(3).random((256, allowed[0].d)))
+    closed = objective.closed
+    if ok.any():
+        closed = replace(closed, at=six[ok][0])
+    return replace(objective, closed=closed)
+
+
+def _at(objective: Uncertain, six: Array) -> At:
+    spread = objective.spread(six[None])
+    return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
+
+
+def _apart(one: Array, other: Array) -> float:
+    """How far two poses (6,) are from one another, mm; a turn counts as on an arm of 100 mm."""
+    turn = (one[3:] - other[3:] + np.pi) % (2 * np.pi) - np.pi
+    return float(np.linalg.norm(np.concatenate([one[:3] - other[:3], 100.0 * turn])))
+
+
+def _judged(
+    objective: Uncertain,
+    allowed: Sequence[PoseBox],
+    outcome: SearchOutcome,
+    last_scan: tuple[Scan, float],
+    *,
+    present: At | None,
+    seed: int,
+    report: Progress,
+) -> Placed:
+    """The outcome of the search with all that is said about it but the full evaluations."""
+    seen, earlier = last_scan
+    order = np.argsort(seen.values, kind="stable")
+    middle, last = order[len(order) // 2], order[-1]
+    report("drawing the map", 0.0)
+    chart = table_map(objective, outcome)
+    flat = region(objective, outcome, seen.values, seed)
+    best = _at(objective, outcome.pose)
+    if present is not None and present.value <= best.value * (1 + SAME):
+        best = present  # nothing better was found: the part stays where it is
+    elif (
+        present is not None and len(allowed) == 1
+    ):  # of poses that are equally good the one nearest to the present
+        equal = [pose for value, pose in outcome.local if value <= best.value * (1 + SAME)]
+        near = min(equal, key=lambda pose: _apart(pose, present.pose), default=best.pose)
+        best = best if near is best.pose else _at(objective, near)
+    certificate = certify(objective, allowed, best.pose, best.value, seen, earlier)
+    confirmation = None
+    if present is not None and best is not present:
+        confirmation = confirm(objective, present.pose, best.pose, seed, report)
+    return Placed(
+        objective=objective, label=outcome.box.label, best=best, present=present, problems=(),
+        median=_at(objective, seen.poses[middle]), worst=_at(objective, seen.poses[last]), minima=outcome.local,
+        evaluations=outcome.evaluations, feasible_share=seen.share, certificate=certificate, map=chart, region=flat,
+        confirmation=confirmation, before=None, after=None, seed=seed, warnings=(),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _evaluated(
+    placed: Placed, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
+) -> Placed:
+    """Full evaluations at the present and the best pose, and what a reader must know."""
+    scenario = placed.objective.scenario
+    settings = replace(
+        scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=placed.seed
+    )
+
+    def full(at: At) -> UncertaintyResult:
+        return evaluate(scenario.at(pose_of(at.pose)).task(), settings, report)
+
+    after = full(placed.best)
+    before = None if placed.present is None else full(placed.present)
+    notes = [*remarks(scenario), *_notes(placed, problems), *after.warnings]
+    return replace(
+        placed, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes))
+    )
+
+
+def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
+    out = []
+    if problems:
+        out.append(
+            "the present pose cannot be used: "
+            + "; ".join(p.text for p in problems[:3])
+            + "; no gain over it can be stated"
+        )
+    objective = placed.objective
+    extremes = [
+        c.name
+        for i, c in enumerate(objective.characteristics)
+        if i not in objective.smooth and objective.weights[c.name]
+    ]
+    if extremes:
+        out.append(
+            f"{', '.join(extremes)}: an extreme value; the search used an approximation (normal inputs, few common draws), the "
+            "gain and the results at the two poses are those of the full Monte Carlo"
+        )
+    drawn = {i.effect for i in objective.closed.rows.machine.inputs if i.scale is not None}
+    out += [
+        BY_NAME[e].independent_draws for e in sorted(drawn & set(BY_NAME)) if BY_NAME[e].independent_draws
+    ]
+    sure = placed.confirmation
+    if sure is not None and not sure.confirmed:
+        out.append(
+            f"the gain of {sure.gain:.3g} is not larger than twice its standard error {sure.u_gain:.2g}: the two poses are as good"
+        )
+    if placed.certificate.better >= SHOWN:
+        out.append(
+            f"a pose of the scan is better by {placed.certificate.better:.3%}; search with more evaluations"
+        )
+    return out

@@ -1,0 +1,174 @@
+"""What a placement returns: frozen values, and the body of its JSON document."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vcmm.answer.evaluation.result import SHOWN_IN, UncertaintyResult
+from vcmm.answer.placing.certificate import Certificate
+from vcmm.answer.placing.confirmation import Confirmation
+from vcmm.answer.placing.hindrances import Hindrance
+from vcmm.answer.placing.near_best import Map, Region
+from vcmm.answer.placing.objective import Uncertain
+from vcmm.core.run import Array
+from vcmm.show import charts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False)
+class At:
+    """A pose (6: mm and rad), the value of the objective there, u and U of the characteristics (C,), mm or rad."""
+
+    pose: Array
+    value: float
+    u: Array
+    expanded: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """The outcome. present: None where the present pose cannot be used; `problems` say why.
+
+    before, after: the full evaluation at the present and the best pose (budgets, decisions). median and worst are those
+    of the scan, drawn evenly over the fixture.
+    """
+
+    objective: Uncertain
+    label: str  # the discrete choices of the best pose
+    best: At
+    present: At | None
+    problems: tuple[Hindrance, ...]
+    median: At
+    worst: At
+    minima: tuple[tuple[float, Array], ...]
+    evaluations: int
+    feasible_share: float
+    certificate: Certificate
+    map: Map
+    region: Region
+    confirmation: Confirmation | None
+    before: UncertaintyResult | None
+    after: UncertaintyResult
+    seed: int
+    warnings: tuple[str, ...]
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+        """The objective over the two degrees of freedom that matter most, the others at the best pose."""
+        (across, x), (up, y) = self.map.shown(0), self.map.shown(1)
+        unit, scale = SHOWN_IN.get(self.objective.unit, ("objective", 1.0))
+        values = self.map.values * scale
+        if len(y) < 2:
+            line = [charts.PlotSeries(x, values[0], self.objective.unit)]
+            return charts.curve(
+                line, x_label=across, y_label=unit, title="where to put the part", zero_line=False, ax=ax
+            )
+        return charts.heat_map(
+            values, x, y, x_label=across, y_label=up, unit=unit, title="where to put the part", ax=ax
+        )
+
+    @property
+    def gain(self) -> float | None:
+        """Share of the present value that the best pose saves."""
+        if self.present is None or not self.present.value:
+            return None
+        return (self.present.value - self.best.value) / self.present.value
+
+
+def place_json(placed: Placed) -> dict[str, Any]:
+    """The body of the JSON document."""
+    objective, certificate, flat = placed.objective, placed.certificate, placed.region
+    sure = placed.confirmation
+    return {
+        "pose": pose_json(placed.best.pose),
+        "choice": placed.label,
+        "objective": {
+            "kind": dict(objective.goal.mixture), "unit": objective.unit, "weights": dict(objective.goal.weights),
+            "costs": dict(objective.goal.costs), "value": placed.best.value, "characteristics": _spread(placed, placed.best),
+        },
+        "present": None if placed.present is None else at_json(placed, placed.present) | {"gain": placed.gain},
+        "problems": [{"name": p.name, "constraint": p.constraint, "point": p.point, f"amount_{p.unit}": p.amount} for p in placed.problems],
+        "median": at_json(placed, placed.median),
+        "worst": at_json(placed, placed.worst),
+        "certificate": {
+            "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned, "better": certificate.better,
+            "earlier": certificate.earlier, "hidden": certificate.hidden if certificate.hidden < 1.0 else None, "floor": certificate.floor, "spacing": certificate.spacing,
+        },
+        "search": {
+            "evaluations": placed.evaluations, "feasible_share": placed.feasible_share,
+            "minima": [{"value": v, "pose": pose_json(p)} for v, p in placed.minima],
+        },
+        "confirmation": None if sure is None else {
+            "seed": sure.seed, "trials": sure.trials, "present": sure.present, "best": sure.best, "gain": sure.gain,
+            "u_gain": sure.u_gain, "confirmed": sure.confirmed,
+        },
+        "flat": {
+            "within": flat.within, "share": flat.share, "box": {named(n): list(r) for n, r in flat.box.items()}, "checked": flat.checked,
+            "convenient": None if flat.convenient is None else {"pose": pose_json(flat.convenient), "value": flat.convenient_value},
+        },
+        "why": why_json(placed),
+        "map": map_json(placed.map),
+    }  # fmt: skip
+
+
+def named(freedom: str) -> str:
+    """Key of a degree of freedom with its unit."""
+    return f"{freedom}_rad" if freedom.startswith("turn") else f"{freedom}_mm"
+
+
+def pose_json(six: Array) -> dict[str, Any]:
+    """A pose; shift after turns about the fixed x, then y, then z."""
+    return {
+        "shift_mm": [float(v) for v in six[:3]],
+        "turn_rad": [float(v) for v in six[3:]],
+        "turn_deg": [float(v) for v in np.degrees(six[3:])],
+    }
+
+
+def at_json(placed: Placed, at: At) -> dict[str, Any]:
+    return {"pose": pose_json(at.pose), "value": at.value, "characteristics": _spread(placed, at)}
+
+
+def _spread(placed: Placed, at: At) -> list[dict[str, Any]]:
+    """u and U of the characteristics that count, as the search saw them."""
+    from vcmm.part.gps.characteristics import unit
+
+    out = []
+    for i, c in enumerate(placed.objective.characteristics):
+        if placed.objective.weights[c.name]:
+            out.append(
+                {"name": c.name, f"u_{unit(c)}": float(at.u[i]), f"U_{unit(c)}": float(at.expanded[i])}
+            )
+    return out
+
+
+def why_json(placed: Placed) -> list[dict[str, Any]]:
+    """Contributions of the influences at the present and the best pose, by the full evaluation."""
+    out = []
+    for k, after in enumerate(placed.after.characteristics):
+        before = placed.before.characteristics[k] if placed.before else None
+        old = {b.input: b.u for b in before.budget} if before else {}
+        unit = after.unit
+        budget = [
+            {"input": b.input, f"u_present_{unit}": old.get(b.input), f"u_best_{unit}": b.u}
+            for b in after.budget
+        ]
+        row = {
+            "name": after.name,
+            f"U_present_{unit}": before.expanded if before else None,
+            f"U_best_{unit}": after.expanded,
+        }
+        out.append(row | {"budget": budget})
+    return out
+
+
+def map_json(chart: Map) -> dict[str, Any]:
+    """The map; null where the fixture or a constraint does not allow a pose."""
+    values = [[float(v) if np.isfinite(v) else None for v in row] for row in chart.values]
+    names = [named(n) for n in chart.names]
+    axes = {n: [float(v) for v in a] for n, a in zip(names, (chart.x, chart.y))}
+    return {"over": names, **axes, "objective": values}

@@ -1,0 +1,253 @@
+"""One task by three routes: the model (virtual CMM), a calibrated part, several positions; and E_n between them.
+
+With measured data every route takes what was measured. Without, all of it is measured on a machine and on parts that are drawn
+and hidden from the routes, and what each route says is compared with the truth as well.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.routes import hidden
+from vcmm.answer.routes.calibrated import CalibratedValue, Warmth, calibrated_part
+from vcmm.answer.routes.estimate import (
+    PART_EXPANSION,
+    READING,
+    Contribution,
+    RouteAgreement,
+    RouteEstimate,
+    agreements,
+)
+from vcmm.answer.routes.positions import Corrections, StandardReadings, corrections, several_positions
+from vcmm.core.errors import UsageError
+from vcmm.core.pose import Pose
+from vcmm.core.run import T0_DEG_C, Array
+from vcmm.part.gps import characteristics as gps
+from vcmm.physics import has_role
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.settings import CORRECTED, Settings
+from vcmm.task.measuring.task import Task
+
+MODEL = "virtual CMM"
+BETTER = 0.25  # u of the calibration of a drawn calibrated part, over that of the task
+REPEATS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class RouteData:
+    """What was measured, by characteristic, mm or rad. repeats: of the calibrated part; positions: of the part itself, by position.
+
+    readings: of the part itself, once; temperatures: of the calibrated part during its repeats, mean degC.
+    """
+
+    readings: Mapping[str, float] = field(default_factory=dict)
+    calibrations: Mapping[str, CalibratedValue] = field(default_factory=dict)
+    repeats: Mapping[str, Array] = field(default_factory=dict)
+    temperatures: Mapping[str, float] = field(default_factory=dict)
+    positions: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    standards: Sequence[StandardReadings] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class RoutedCharacteristic:
+    """One characteristic by all routes that could be taken. reading: what was indicated; truth: of a hidden part, else None."""
+
+    name: str
+    unit: str
+    reading: float
+    stated: bool  # the reading was handed in
+    truth: float | None
+    routes: tuple[RouteEstimate, ...]
+    agreements: tuple[RouteAgreement, ...]
+
+    def error(self, route: RouteEstimate) -> float | None:
+        """(estimate - truth) / U of a route."""
+        return None if self.truth is None else (route.value - self.truth) / route.expanded
+
+
+@dataclass(frozen=True, eq=False)
+class Routed:
+    """All characteristics; simulated: everything was measured on a drawn machine. left_out: name -> why a route says nothing of it."""
+
+    characteristics: tuple[RoutedCharacteristic, ...]
+    simulated: bool
+    seed: int
+    remarks: tuple[str, ...]
+
+    @property
+    def agree(self) -> bool:
+        return all(a.agrees for c in self.characteristics for a in c.agreements)
+
+
+def routes(
+    scenario: Scenario,
+    data: RouteData | None = None,
+    *,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+) -> Routed:
+    """All routes of a scenario. data None: measured on a drawn machine. UsageError: no second route."""
+    chosen = replace(settings or scenario.settings, known_bias=CORRECTED)
+    task = scenario.task()
+    modelled = _modelled(task, chosen, progress)
+    names = [c.name for c in task.part.characteristics]
+    remarks = [
+        f"{n}: an extreme value is no sum of a true value and an error that is the same for all parts; only a calibrated part of "
+        "like form is a second route, and no E_n is given (see evaluate and audit)"
+        for n in names
+        if n not in modelled
+    ]
+    truth: dict[str, float] = {}
+    if data is None:
+        given, truth = simulated(scenario, task, modelled, seed=chosen.seed, progress=progress)
+    else:
+        given = data
+    nominal = np.asarray(hidden.indicated_values(task))
+    known, seen = corrections(given.standards), hidden.shows(task)
+    found = []
+    for i, c in enumerate(task.part.characteristics):
+        one = _Asked(
+            c.name,
+            gps.unit(c),
+            float(nominal[i]),
+            (float(seen[i, 0]), float(seen[i, 1])),
+            modelled.get(c.name),
+        )
+        found.append(_routed(scenario, one, given, known, truth.get(c.name)))
+    found = [c for c in found if c.routes]
+    if not any(r.route != MODEL for c in found for r in c.routes):
+        raise UsageError(
+            "there is no second route here: give --calibrated with --repeats, or --positions, for a characteristic of the part"
+        )
+    return Routed(tuple(found), data is None, chosen.seed, tuple(remarks))
+
+
+def _modelled(task: Task, settings: Settings, progress: Progress | None) -> dict[str, UncertaintyResult]:
+    """The evaluation of those characteristics that are a true value and an error, under the name of each."""
+    smooth = tuple(c for c in task.part.characteristics if gps.is_linear(c, task.part.features))
+    if not smooth:
+        return {}
+    result = evaluate(replace(task, part=replace(task.part, characteristics=smooth)), settings, progress)
+    endless = [c.name for c in result.characteristics if not math.isfinite(c.u)]
+    if endless:
+        raise UsageError(
+            f'"{endless[0]}" has no standard uncertainty, since a law of its budget has 2 or fewer degrees of freedom; routes are compared '
+            "by theirs: state dof above 2"
+        )
+    return {c.name: result for c in result.characteristics if not c.extreme}
+
+
+def _of(result: UncertaintyResult, name: str) -> CharacteristicResult:
+    return next(c for c in result.characteristics if c.name == name)
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """One characteristic: what is indicated of the nominal part, what points scaled and moved outwards do, its evaluation or None."""
+
+    name: str
+    unit: str
+    indicated: float
+    shows: tuple[float, float]
+    modelled: UncertaintyResult | None
+
+
+def _routed(
+    scenario: Scenario, one: _Asked, data: RouteData, known: Corrections, truth: float | None
+) -> RoutedCharacteristic:
+    y = data.readings.get(one.name)
+    reading = one.indicated if y is None else y
+    warmth, found = _warmth(scenario, one.shows[0]), []
+    if one.modelled is not None:
+        of = _of(one.modelled, one.name)
+        found.append(model_route(of, one.modelled.model, reading, scenario.settings.rule))
+    if one.name in data.repeats and one.name in data.calibrations:
+        warm = replace(warmth, temperature=data.temperatures.get(one.name, warmth.temperature))
+        found.append(calibrated_part(reading, data.repeats[one.name], data.calibrations[one.name], warm))
+    if one.name in data.positions and one.modelled is not None:
+        found.append(several_positions(data.positions[one.name], one.shows, known, warmth))
+    return RoutedCharacteristic(
+        name=one.name, unit=one.unit, reading=reading, stated=y is not None, truth=truth, routes=tuple(found),
+        agreements=agreements(found),
+    )  # fmt: skip
+
+
+def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rule: str) -> RouteEstimate:
+    """The virtual CMM at a reading: known bias taken off, contributions by Input, those drawn anew together as scatter."""
+    said = at_indication(c, reading, rule)
+    inputs = {one.input.id: one.input for one in model.influences}
+    scatter, kept = [], []
+    for line in c.budget:
+        one = inputs.get(line.input)
+        if one is not None and has_role(one.effect, "part temperature"):
+            kept.append(Contribution(PART_EXPANSION, line.u, line.dof))
+        elif one is not None and hidden.anew(one):
+            scatter.append(line.u)
+        else:
+            kept.append(Contribution(line.input, line.u, line.dof))
+    found = (Contribution(READING, math.hypot(*scatter)), *kept)
+    half = (said.interval[1] - said.interval[0]) / 2
+    u = math.hypot(*(p.u for p in found))
+    return RouteEstimate(MODEL, sum(said.interval) / 2, found, half / u)
+
+
+def _warmth(scenario: Scenario, length: float) -> Warmth:
+    """Temperature of the part, and how well its expansion is known; of a characteristic that grows by `length` mm per 1."""
+    u = [i.size for i in scenario.inputs if has_role(i.effect, "part temperature")]
+    return Warmth(scenario.constants.get("temp_part_C", T0_DEG_C), u[0] if u else 0.0, abs(length))
+
+
+def simulated(
+    scenario: Scenario,
+    task: Task,
+    modelled: Mapping[str, UncertaintyResult],
+    *,
+    seed: int,
+    progress: Progress | None = None,
+) -> tuple[RouteData, dict[str, float]]:
+    """(what was measured, true values): one drawn machine, one part, one calibrated part, standards."""
+    report = progress or (lambda text, share: None)
+    machine, names = hidden.HiddenMachine(seed + 1), [c.name for c in task.part.characteristics]
+    own = hidden.hidden_part(task, machine.seed, "the part")
+    same = hidden.hidden_part(task, machine.seed, "the calibrated part")
+    report("repeats of a calibrated part", 0.0)
+    rng = np.random.default_rng(machine.seed)
+    true_same, repeats = hidden.true_values(same), machine.measured(same, hidden.CALIBRATED_ONE, 100, REPEATS)
+    better = [
+        BETTER * (_of(modelled[n], n).u if n in modelled else float(np.std(repeats[:, i], ddof=1)))
+        for i, n in enumerate(names)
+    ]
+    calibrations = {
+        n: CalibratedValue(float(v + u * rng.standard_normal()), u)
+        for n, v, u in zip(names, true_same, better)
+    }
+    reading = machine.measured(own, hidden.OWN, 0, 1)[0]
+    report("repeats in several positions", 0.4)
+    places = hidden.usable_positions(scenario)
+    found = {
+        name: machine.measured(_placed(scenario, pose, own), hidden.OWN, 200 + 50 * i, hidden.PER_POSITION)
+        for i, (name, pose) in enumerate(places.items())
+    }
+    positions = {n: {place: values[:, i] for place, values in found.items()} for i, n in enumerate(names)}
+    report("standards of length and a ring", 0.8)
+    data = RouteData(
+        readings=dict(zip(names, map(float, reading))), calibrations=calibrations,
+        repeats={n: repeats[:, i] for i, n in enumerate(names)},
+        positions=positions if len(places) > 1 else {},
+        standards=hidden.standards(scenario, machine, places),
+    )  # fmt: skip
+    return data, dict(zip(names, map(float, hidden.true_values(own))))
+
+
+def _placed(scenario: Scenario, pose: Pose, own: Task) -> Task:
+    """The same part elsewhere in the machine."""
+    return replace(scenario.at(pose).task(), form=own.form)

@@ -1,0 +1,1 @@
+"""NC programs, points and tables rewritten so that known errors of the machine cancel, with their proof."""

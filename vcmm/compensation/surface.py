@@ -1,0 +1,208 @@
+"""What the tool does to the finished surface beside the known errors of its path, as an error of the path that can be corrected.
+
+    gain_k . e(move_k, share_k) = d_k        d_k: departure of the finished surface at point k; gain: what a shift of the tool does there
+
+A tool that bends, wears, runs out or is larger than its table entry, an axis that lags, a part that springs back: each leaves the
+surface off by d. Any shift e of the tool with that gain does the same, so e is looked for along the program (vcmm.compensation.shifts); at a
+corner one shift serves both walls. Corners that the control rounds within a tolerance that nobody stated are not corrected. It is then one more error of the machine, and everything else of compensate goes on as it is:
+fixed point, splits, proof.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.compensation.contours import points, sweep_of
+from vcmm.compensation.field import PathErrors, absent, known_errors_of
+from vcmm.compensation.shifts import UNSEEN, Bools, Cuts, shifts_of
+from vcmm.core.effect import Effect
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.program.moves import Move
+from vcmm.shop.cutting.contactmap import Contacts, Ints
+from vcmm.shop.cutting.envelope import CUT
+from vcmm.shop.machining.contact_path import contact_rows, surface_at, tool_side
+from vcmm.shop.machining.gauge import gauge_plan
+from vcmm.shop.machining.milling import MillingProcess
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.process import GOUGE, ContactRows, PreparedCut
+from vcmm.shop.machining.scenario import CutScenario
+
+SEARCHED = 24  # places along a move, for the share of a point that stands beside it
+MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
+ALIKE = 0.02  # rad between the normals with which two passes touch one point: chosen
+NEAR_BY = (
+    3.0  # times the largest departure: cuts that stay farther off take no part in a correction of that size
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceErrors:
+    """moves of the program as it was; knots (n + 1,): first of those of each move in `value` (k, 3) mm; effects: ids that are in it."""
+
+    moves: tuple[Move, ...]
+    knots: Ints
+    value: Array
+    effects: tuple[str, ...]
+    points: int
+    left: float  # mm rms of d that no shift of the path takes out
+    largest: float  # mm of d
+    against: tuple[
+        str, ...
+    ]  # features on which most of it is left: their walls want the same tool to go two ways at once
+
+    def at(self, low: Ints, high: Ints, tips: Array) -> Array:
+        """e (k, 3) of tips (k, 3) on the nearest of moves low to high (k,)."""
+        out, nearest = np.zeros((len(tips), 3)), np.full(len(tips), np.inf)
+        for by in range(int((high - low).max(initial=0)) + 1):
+            for move in np.unique(low[low + by <= high] + by).tolist():
+                rows = np.flatnonzero((low + by == move) & (low + by <= high))
+                share, gap = nearest_share(self.moves[move], tips[rows])
+                closer = gap < nearest[rows] - 1e-9
+                mine = rows[closer]
+                out[mine] = self._along(move, share[closer])
+                nearest[mine] = gap[closer]
+        return out
+
+    def _along(self, move: int, share: Array) -> Array:
+        mine = self.value[self.knots[move] : self.knots[move + 1]]
+        at = np.linspace(0.0, 1.0, len(mine))
+        return np.stack([np.interp(share, at, mine[:, k]) for k in range(3)], axis=1)
+
+
+def nearest_share(move: Move, tips: Array) -> tuple[Array, Array]:
+    """Share (k,) of a move next to tips (k, 3), and how far they are from it, mm."""
+    if move.kind != "arc":
+        start, way = np.array(move.start), np.array(move.end) - np.array(move.start)
+        square = float(way @ way)
+        share = np.clip((tips - start) @ way / square, 0.0, 1.0) if square > 0 else np.ones(len(tips))
+    else:
+        grid = np.linspace(0.0, 1.0, max(SEARCHED, int(abs(sweep_of(move)) / 0.02)))
+        on = points(move, grid)
+        share = grid[np.argmin(((tips[:, None] - on) ** 2).sum(axis=2), axis=1)]
+    return share, np.asarray(np.linalg.norm(tips - points(move, share), axis=1))
+
+
+def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
+    """What the path does not know of, on the features of the part; None where it is nothing.
+
+    Raises UsageError for lathes, programs that turn rotary axes, and parts none of whose features is cut.
+    """
+    machine, ids = _beside_path(scenario.machine)
+    job = set_up(replace(scenario, machine=machine, inputs=()))
+    if type(job.process) is not MillingProcess:
+        raise UsageError(
+            "--surface corrects milling with the rotary axes at rest; on lathes and with turning rotary axes take --surface away: the path is "
+            "corrected, and what belongs into the tool table stands in the answer of diagnose"
+        )
+    cuts = _on_features(job)
+    largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
+    if largest < UNSEEN:
+        return None
+    moves = job.program.moves
+    knots, value, left = shifts_of(moves, cuts)
+    feature, points = cuts.feature, len(left)
+    rms = float(np.sqrt(np.mean(left**2)))
+    names = [str(n) for n in np.unique(feature) if np.abs(left[feature == n]).max() > MUCH * largest]
+    return SurfaceErrors(
+        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, left=rms, largest=largest, against=tuple(names),
+    )  # fmt: skip
+
+
+def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
+    """The machine with the effects only that the path is not corrected for, and their ids."""
+    kept = set(map(id, known_errors_of(machine).machine.effects))
+    rest: tuple[Effect, ...] = tuple(
+        e for e in machine.effects if id(e) not in kept and not e.random and not absent(e)
+    )
+    return replace(machine, effects=rest, inputs=()), tuple(e.id for e in rest)
+
+
+def _on_features(job: PreparedCut) -> Cuts:
+    """The cuts of points on the features of characteristics."""
+    steps = gauge_plan(job.scenario.part, None).steps
+    at, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
+    surface = surface_at(job, at, normals)
+    good = np.flatnonzero((surface.status == CUT) & (surface.contact_s[:, 0] >= -GOUGE))
+    if not len(good):
+        raise UsageError("the program cuts no feature of the part, so there is no surface to correct")
+    surface = surface.take(good)
+    feature = np.concatenate([np.full(len(s.points), s.feature) for s in steps])[good]
+    touch = np.array([str(i) for i in range(len(good))])
+    tool, contacts = tool_side(job, surface, touch, feature)
+    rows = contact_rows(job, surface)
+    errors = tool.errors()
+    errors[: len(rows.row)] -= _rounding(job, rows)
+    of_row = job.sweep.move[rows.row].astype(np.intp)
+    point, candidate, over, makes = _reaching(contacts, errors, of_row)
+    row, gain = contacts.row[point, candidate], contacts.gain[point, candidate]
+    move, tips = of_row[row], rows.tip[row]
+    share = np.array([float(nearest_share(job.program.moves[m], t[None])[0][0]) for m, t in zip(move, tips)])
+    return Cuts(point, move, share, gain=gain, over=over, makes=makes, feature=feature)
+
+
+def _rounding(job: PreparedCut, rows: ContactRows) -> Array:
+    """What of the path (rows, 3) mm is a corner that the control rounds within a tolerance that nobody stated: not corrected."""
+    if "tolerance" in job.path.timing.control.stated:
+        return np.zeros((len(rows.row), 3))
+    states, known = job.process.states(job, rows)
+    return known - np.column_stack([states.column(f"follow_{c}_mm") for c in "xyz"])
+
+
+def _reaching(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, Ints, Array, Bools]:
+    """(point, candidate) of the cuts that make the surface, how far each is above where the surface is to be (k,) mm, and whether it makes
+    its point: at each point the deepest, and of every other move the one that comes as near with the same normal. A second pass along a
+    wall, a floor or a ramp must not cut what the first was led away from.
+
+    move_of (rows,): the move of each row of the run.
+    """
+    alone, moved = contacts.heights(np.zeros_like(errors)), contacts.heights(errors)
+    points, deepest, wanted = np.arange(len(alone)), moved.argmin(axis=1), alone.min(axis=1)
+    gap = moved[points, deepest] - wanted
+    good = np.isfinite(gap)
+    near = NEAR_BY * np.abs(gap[good]).max(initial=0.0) + UNSEEN
+    move = np.where(contacts.row >= 0, move_of[np.maximum(contacts.row, 0)], -1)
+    aside = np.linalg.norm(contacts.cutter - contacts.cutter[points, deepest][:, None], axis=2)
+    other = (move >= 0) & np.isfinite(alone) & np.isfinite(moved) & (aside < ALIKE)
+    other &= np.where(other, moved, np.inf) - wanted[:, None] <= near
+    for k in range(other.shape[1]):  # of several cuts of one move the lowest
+        same = other & (move == move[:, [k]])
+        other[:, k] &= moved[:, k] <= np.where(same, moved, np.inf).min(axis=1)
+    other[points, deepest] = True
+    point, candidate = np.nonzero(other & good[:, None])
+    return point, candidate, moved[point, candidate] - wanted[point], candidate == deepest[point]
+
+
+def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[str, ...]:
+    """What is not corrected, and what is corrected on the finished surface instead of the path."""
+    if surface is None:
+        return left
+    left = tuple(said for said in left if said.split(" ")[0] not in surface.effects)
+    told = (
+        f"{', '.join(surface.effects) or 'the path that the control takes (corners, lag)'}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
+        f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
+        "part: state of the tool, clamping, stock"
+    )
+    if not surface.against:
+        return (*left, told)
+    names = ", ".join(surface.against[:6]) + (" and others" if len(surface.against) > 6 else "")
+    return (
+        *left, told,
+        f"{names}: what is off there stays in part, since one way of the tool makes surfaces that would have to move apart (both walls of a "
+        "slot, both sides of a hole): cut them one after the other, with a smaller tool, or with one whose radius is the nominal one",
+    )  # fmt: skip
+
+
+def with_surface(field: PathErrors, surface: SurfaceErrors | None, name: str) -> PathErrors:
+    """The field with what happens on the surface. UsageError where that was found with other moves than those that are rewritten."""
+    if surface is not None and [(m.start, m.end) for m in field.moves] != [
+        (m.start, m.end) for m in surface.moves
+    ]:
+        raise UsageError(
+            f"{name}: the moves that were cut virtually are not those that are rewritten (another program or set-up?); name the "
+            "scenario whose program this is"
+        )
+    return replace(field, surface=surface)

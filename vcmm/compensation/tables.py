@@ -1,0 +1,191 @@
+"""Tables for controls: what of a machine's errors the control's own compensation can hold, and what is left out.
+
+ISG (also Beckhoff): component errors of every axis over its own travel and the squareness errors, mm and rad, as read by
+vcmm.files.foreign.isg. LinuxCNC: COMP_FILE of type 0, one per axis: nominal, actual position forwards, actual position backwards
+(the axis's own positioning error and backlash only). Heidenhain: COM tables for KinematicsComp (iTNC 530 HSCI manual:
+C1..C3 = EXj EYj EZj); rotations are left out, because the unit of their columns is not stated there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vcmm.compensation.table_signs import of_the_axes, of_the_tool
+from vcmm.core.effect import Effect
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.kinematics import Axis
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable
+from vcmm.files.foreign.isg_writer import isg_text
+
+FORMATS = ("isg", "linuxcnc", "heidenhain")
+NODES = 41
+MOST_POINTS = 256  # of a COMP_FILE
+NAMES = "XYZABC"
+_TINY = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """Files by name, and one sentence for each error that they do not hold."""
+
+    files: dict[str, str]
+    left_out: tuple[str, ...]
+
+
+def control_tables(machine: Machine, form: str, nodes: int = NODES) -> Tables:
+    """The tables of one control. Raises UsageError for an unknown format."""
+    writers: dict[str, Callable[[Machine, int], Tables]] = {
+        "isg": isg_tables, "linuxcnc": linuxcnc_tables, "heidenhain": heidenhain_tables,
+    }  # fmt: skip
+    if form not in writers:
+        raise UsageError(f'--table "{form}".{choose_from(form, FORMATS)}')
+    if not 2 <= nodes <= MOST_POINTS:
+        raise UsageError(f"{nodes} nodes: a table has 2 to {MOST_POINTS}")
+    return writers[form](machine, nodes)
+
+
+def linear(machine: Machine) -> dict[str, Axis]:
+    return {a: axis for a, axis in machine.axes.items() if a in "XYZ"}
+
+
+def component_errors(machine: Machine, letter: str, q: Array) -> tuple[Array, list[str]]:
+    """Errors (n, 6) of the axis's own motion over its positions, as ISO 230-1 states them, and ids that vary with more."""
+    total, left = np.zeros((len(q), 6)), []
+    for effect in machine.effects:
+        if effect.link != letter or effect.place != "motion":
+            continue
+        found = _alone(machine, effect, letter, q)
+        if found is None:
+            left.append(effect.id)
+        else:
+            total += found
+    return total, left
+
+
+def _alone(machine: Machine, effect: Effect, letter: str, q: Array) -> Array | None:
+    """Motion of an effect over one axis; None where it depends on anything else."""
+    if effect.required():
+        return None
+    seen = []
+    for other in (0.25, 0.75):
+        position = {a: np.full(len(q), low + other * (high - low)) for a, (low, high) in _travels(machine)}
+        position[letter] = q
+        try:
+            seen.append(effect.error_motion(Run(position, np.zeros((len(q), 3)))))
+        except ModelLimit:
+            return None
+    if np.abs(seen[0] - seen[1]).max(initial=0.0) > _TINY:
+        return None
+    # a motion that is stated for the tip of an axis on the workpiece side is the axis's own with the other sign
+    sign = 1.0 if effect.own or letter not in machine.chain.work else -1.0
+    return np.asarray(sign * seen[0])
+
+
+def _travels(machine: Machine) -> list[tuple[str, tuple[float, float]]]:
+    return [(a, axis.travel) for a, axis in machine.axes.items()]
+
+
+def _rest(machine: Machine, held: set[str], why: str) -> list[str]:
+    return [f"{e.id}: {why}" for e in machine.effects if e.id not in held and e.link != "reading"]
+
+
+def isg_tables(machine: Machine, nodes: int) -> Tables:
+    """One file with all axes and the squareness errors."""
+    tables, held, own = [], set(), {}
+    for letter, axis in linear(machine).items():
+        q = np.linspace(*axis.travel, nodes)
+        values, left = component_errors(machine, letter, q)
+        own[letter] = q, values[:, "XYZ".index(letter)]
+        held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
+        columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
+        tables.append(ErrorTable((letter,), (q,), columns, 0))
+    square: list[Any] = [e for e in machine.effects if e.role == "angle between axes"]
+    angles = {e.where: float(e.angle) for e in square}
+    held |= {e.id for e in square}
+    lines = [f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)", *of_the_axes(machine, own)]
+    said = "\n// ".join(lines)
+    why = "depends on more than the position of its axis; a table cannot hold it"
+    return Tables(
+        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), said)}, tuple(_rest(machine, held, why))
+    )
+
+
+def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:
+    """Positioning error of an axis forwards and backwards, mm, tip sense, and the ids it is made of."""
+    values, left = component_errors(machine, letter, q)
+    sign = -1.0 if letter in machine.chain.work else 1.0
+    forward = sign * values[:, "XYZ".index(letter)]
+    held = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
+    half = np.zeros(len(q))
+    for e in machine.effects:
+        if e.role == "reversal gap" and e.where == letter:
+            half += 0.5 * float(e.gap)  # type: ignore[attr-defined]
+            held.add(e.id)
+    return forward - half, forward + half, held
+
+
+def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
+    """COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm. Behind the last row it says whose motion that is: LinuxCNC
+    ends its reading at the first line without three numbers (usrmotLoadComp)."""
+    files, held = {}, set()
+    left = []
+    for letter, axis in linear(machine).items():
+        q = np.linspace(*axis.travel, nodes)
+        up, down, own = _both_ways(machine, letter, q)
+        held |= own
+        rows = [f"{x:.6f} {x + a:.6f} {x + b:.6f}" for x, a, b in zip(q, up, down)]
+        said = [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
+        files[f"comp_{letter.lower()}.txt"] = "\n".join([*rows, *said]) + "\n"
+        values, _ = component_errors(machine, letter, q)
+        names = [
+            f"E{n}{letter}"
+            for i, n in enumerate(NAMES)
+            if NAMES[i] != letter and np.abs(values[:, i]).max() > _TINY
+        ]
+        if names:
+            left.append(f"{' '.join(names)}: a COMP_FILE corrects an axis along itself only")
+    left += _rest(machine, held, "not a positioning error of one axis along itself")
+    left.append("write COMP_FILE_TYPE = 0 in [JOINT_n]; BACKLASH is ignored there, it is in the tables")
+    return Tables(files, tuple(left))
+
+
+def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
+    """COM tables, one for each axis: AXISPOS, BACKLASH, C1 to C3 in mm."""
+    files, held, left, own = {}, set(), [], {}
+    for letter, axis in linear(machine).items():
+        q = np.linspace(*axis.travel, nodes)
+        values, _ = component_errors(machine, letter, q)
+        up, down, held_here = _both_ways(machine, letter, q)
+        held |= held_here
+        own[letter] = q, values[:, "XYZ".index(letter)]
+        lines = [f"BEGIN {letter}.COM MM", "NR AXISPOS BACKLASH C1 C2 C3"]
+        for i, x in enumerate(q):
+            numbers = (x, down[i] - up[i], *values[i, :3])
+            lines.append(f"{i} " + " ".join(f"{v:+.6f}" for v in numbers))
+        files[f"{letter}.com"] = "\n".join([*lines, "[END]", ""])
+        turned = [
+            f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > _TINY
+        ]
+        if turned:
+            left.append(
+                f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"
+            )
+    left += _rest(machine, held, "not a component error over one axis")
+    files["signs.txt"] = "\n".join(
+        [f"{machine.name}: C1 C2 C3 of the tables", *of_the_axes(machine, own), ""]
+    )
+    left.append(
+        "signs.txt says whose motion the values are and gives an example: check the sign with one axis before all are switched on"
+    )
+    return Tables(files, tuple(left))
+
+
+def without_scatter(machine: Machine) -> Machine:
+    """The machine without effects that have no known value."""
+    return replace(machine, effects=tuple(e for e in machine.effects if not e.random))

@@ -1,4 +1,0 @@
-"""What a tool leaves: swept envelopes, contact map, stock, forces. Part frame, mm; s > 0 is material left.
-
-Imports core.
-"""

@@ -1,7 +1,0 @@
-"""What physics a recording holds that the machine file lacks.
-
-Imports core, effects, charts, response, evaluation, files.
-
-Order (each step one module): problem -> mistakes -> noise -> locate -> candidates, evidence, null -> select -> holdout
--> field (names against the unknown) -> confusion -> adequacy, neighbours -> power -> nextstep -> result.
-"""

@@ -1,0 +1,227 @@
+"""The command line: one verb per file, imported when it is called, so that `vcmm --help` starts at once."""
+
+from __future__ import annotations
+
+import gc
+import os
+import re
+import sys
+from typing import Any
+
+from vcmm import __version__
+from vcmm.core.errors import UsageError, VcmmError, choose_from
+
+VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
+    "demo": "Virtually measure a ring gauge, then a part on a published machine, and say how well (start here).",
+    "new": "Write a commented scenario that you can edit.",
+    "check": "Check a machine, scenario or set-up file: all problems at once, each with file, line and fix.",
+    "field": "Volumetric error map: tip errors, maxima, body diagonals.",
+    "measure": "Measure the part once, virtually.",
+    "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
+    "evaluate": "What was measured: true values with their intervals, decisions, budgets, from points or values.",
+    "audit": "Count how often the intervals of this very task hold the true value, on drawn parts and machines.",
+    "certificate": "What the certificate of a machine is worth for a part: U by prior and by fact, coverage counted.",
+    "routes": "The same task by independent routes: virtual CMM, calibrated part, several positions; do they agree?",
+    "rerun": "Run an evidence pack (--evidence) again and compare every number.",
+    "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
+    "diagnose": "Say what physics a recording holds that the machine file lacks.",
+    "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
+    "test": "Predict the figures of an acceptance test (ISO 230, ISO 10360-2) with uncertainty, or evaluate a recorded one.",
+    "compare": "Simulation against recording for any machine files, side by side.",
+    "nc": "Say what an NC program means: moves, lengths, times, extents.",
+    "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
+    "loop": "From a measured part to the program of the next one: cut, compare, diagnose, compensate, prove by a cut.",
+    "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
+    "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file, or of what PC-DMIS or CALYPSO exported.",
+    "view": "A machine or a measuring task in a window, or as a picture.",
+    "serve": "A task as a live page on this machine: knobs, and U, decision and budget moving with them.",
+    "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",
+    "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
+    "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
+    "doctor": "Check the installation.",
+    "schema": "Print the JSON Schema of a file format.",
+}
+JOBS = (
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "compensate", "loop", "convert", "serve", "view", "merge",
+)  # fmt: skip
+_NUMBER = re.compile(
+    r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?"
+)  # as docs/scale.md says, and finite
+BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
+
+
+def build_app() -> Any:
+    """The cyclopts application; verbs are import paths, resolved on use."""
+    from cyclopts import App, Group
+
+    app = App(
+        name="vcmm",
+        help="Virtual CMM: from machine errors to task-specific measurement uncertainty. Start with: vcmm demo",
+        version=f"vcmm {__version__}",
+        version_flags=["--version"],
+        suppress_keyboard_interrupt=False,  # `run` says what happened
+        config=_whole,
+        help_epilogue="Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted.",
+    )
+    jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")
+    for verb in VERBS:
+        group = jobs if verb in JOBS else about
+        app.command(f"vcmm.face.cli.{verb}:{verb}_command", name=verb, group=group, help=VERBS[verb])
+    app.register_install_completion_command(name="--install-completion")
+    return app
+
+
+def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
+    """Refuse a fraction where a whole number is meant: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole.
+
+    And numbers of which only Python thinks (1_000, 0x10, digits of other scripts), and nothing where something is meant, as a
+    variable of the shell leaves it that nobody has set: `--out ""` is no place.
+    """
+    import contextlib
+    from typing import get_args
+
+    from cyclopts import CoercionError
+
+    for argument in arguments:
+        if any(token.value == "" and not token.implicit_value for token in argument.tokens):
+            raise UsageError(f'{argument.name} "" is empty; give it a value or leave it out')
+        kinds = {argument.hint, *get_args(argument.hint)}
+        if not kinds & {int, float}:
+            continue
+        for token in argument.tokens:
+            if not _NUMBER.fullmatch(token.value) and _python_takes(token.value):
+                raise UsageError(
+                    f"{argument.name} {token.value} is no number; write it out, for example 1000000 or 0.25"
+                )
+            if int not in kinds:
+                continue
+            with contextlib.suppress(ValueError):  # no number at all: cyclopts says so
+                if "." in token.value and not float(token.value).is_integer():
+                    raise CoercionError(token=token, argument=argument, target_type=int)
+
+
+def _python_takes(text: str) -> bool:
+    """Whether Python makes a number of a text."""
+    for convert in (float, lambda written: int(written, 0)):
+        try:
+            convert(text)
+        except ValueError:
+            continue
+        return True
+    return False
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `vcmm` command; exits with the documented codes."""
+    # matrices here are small: threads of the matrix library cost more than they give, most of all on a busy machine
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    words = sys.argv[1:] if arguments is None else arguments
+    if sys.stderr is None:  # closed by who started us, who wants no notes
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
+    if sys.stdout is None:  # closed by who started us: an opened file would take its place
+        if sys.stderr is not None:
+            print("vcmm: stdout is closed; give it a place to go, for example > out.txt", file=sys.stderr)
+        os._exit(ENVIRONMENT)
+    import logging
+
+    from vcmm.show.console.streams import in_plain_letters
+
+    in_plain_letters()
+    logging.getLogger("matplotlib").setLevel(
+        logging.ERROR
+    )  # where its folder cannot be written it uses another
+    if arguments is not None:  # called by a program, which has a memory of its own
+        sys.exit(run(words))
+    # imports make 10^5 objects that all stay: to look for rings among them, then and at the end, is a seventh of a short command
+    gc.set_threshold(100_000, 20, 10)
+    code = run(words)
+    gc.freeze()
+    sys.exit(code)
+
+
+def run(words: list[str]) -> int:
+    """Run one command line and return its exit code; messages of errors go to stderr."""
+    from vcmm.core.own_files import command_files
+
+    try:
+        with command_files():
+            code = _dispatch(words)
+        sys.stdout.flush()
+        return code
+    except VcmmError as error:
+        from vcmm.show.console.complaints import said
+
+        print(said(getattr(error, "problems", (str(error),))), file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt as error:
+        told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
+        print(f"vcmm: {'; '.join(told)}", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
+        _silence()
+        return 0
+    except OSError as error:
+        where = f" ({error.filename})" if error.filename else ""
+        print(
+            f"vcmm: the computer refuses: {error.strerror}{where}; nothing was half-written", file=sys.stderr
+        )
+        _silence()
+        return ENVIRONMENT
+    except MemoryError as error:
+        print(
+            f"vcmm: this job needs more memory than there is ({error or 'no size stated'}); reduce its points or rows",
+            file=sys.stderr,
+        )
+        return ENVIRONMENT
+    except Exception as error:
+        import traceback
+
+        traceback.print_exc()
+        print(
+            f"vcmm: this is our bug ({type(error).__name__}); please report it with the lines above",
+            file=sys.stderr,
+        )
+        return BUG
+
+
+def _silence() -> None:
+    """What is left in the buffer of stdout cannot be written: Python must not try again at its end."""
+    import contextlib
+
+    with contextlib.suppress(OSError, AttributeError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _dispatch(words: list[str]) -> int:
+    from cyclopts import CycloptsError
+    from rich.console import Console
+
+    if words and not words[0].startswith("-") and words[0] not in VERBS:
+        raise UsageError(f'unknown command "{words[0]}".{choose_from(words[0], VERBS)}')
+    app = build_app()
+    try:
+        code = app(words, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        from vcmm.show.console.complaints import said
+
+        text = _refusal(error, words)
+        Console(stderr=True, highlight=False, soft_wrap=True).print(said((text,)), markup=False)
+        return WRONG
+    return code if isinstance(code, int) else 0
+
+
+def _refusal(error: Exception, words: list[str]) -> str:
+    """What the parser of the command line does not take, and what to do."""
+    if unused := getattr(error, "unused_tokens", None):
+        known = (
+            f"; vcmm new {unused[0]} --from {words[1]} copies {words[1]} under that name"
+            if words[0] == "new" and not words[1].startswith("-")
+            else ""
+        )
+        return (
+            f'"{" ".join(unused)}" is one argument too many{known}; vcmm {words[0]} --help says what it takes'
+        )
+    if str(error).endswith("into int."):
+        return str(error).removesuffix(".") + "; write it out, for example 1000000"
+    return str(error)

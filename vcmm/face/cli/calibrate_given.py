@@ -1,0 +1,113 @@
+"""What `vcmm calibrate` was asked and given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Given:
+    """Recordings, the machine as far as known, the certificates of the instruments, and joint covariances of readings."""
+
+    recordings: Any
+    machine: Any
+    certificates: Any
+    correlated: Any
+
+
+@dataclass(frozen=True)
+class CalibrationWanted:
+    """Files of the command line: recordings, structure or machine file, machine file to write, recordings of tests."""
+
+    files: list[Path]
+    structure: str | None
+    machine: Path | None
+    out: Path | None
+    test: list[Path]
+
+    def check_named(self) -> None:
+        """Raises UsageError where no recording is named."""
+        from vcmm.core.errors import UsageError
+
+        if not self.files:
+            raise UsageError(
+                "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
+            )
+
+    def reversals(self) -> list[Path]:
+        """Files that are reversals."""
+        from vcmm.files.own.reversal import is_reversal
+
+        return [path for path in self.files if path.is_file() and is_reversal(path)]
+
+    def check(self, thermal: bool, sensors: str, compare: bool) -> None:
+        """Raises UsageError for words that are missing or do not go together."""
+        from vcmm.core.errors import UsageError
+
+        if (self.structure is None) == (self.machine is None):
+            raise UsageError(
+                'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
+            )
+        if sensors and not thermal:
+            raise UsageError("--sensors goes with --thermal: it names the temperatures of a thermal model")
+        if thermal and self.machine is None:
+            raise UsageError("--thermal adds to a machine file; name it with --machine machine.toml")
+        if compare and (self.out or self.test):
+            raise UsageError(
+                "--compare-interpolations writes no machine file; leave out --out and --test, then calibrate with --interpolation NAME"
+            )
+        if thermal and compare:
+            raise UsageError("--thermal and --compare-interpolations are two jobs; give one of them")
+        if self.test and self.out is None:
+            raise UsageError("--test asks the file that is written; name it with --out machine.toml")
+
+    def without(self, job: str, **others: object) -> None:
+        """Raises UsageError for options that a job does not take."""
+        from vcmm.core.errors import UsageError
+
+        given = [f"--{name.replace('_', '-')}" for name, value in others.items() if value]
+        if given:
+            raise UsageError(
+                f"{job} takes no {' and no '.join(given)}; leave {'it' if len(given) == 1 else 'them'} out"
+            )
+
+    def given(self) -> Given:
+        """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""
+        from vcmm.files.own.instruments import load_certificate
+        from vcmm.files.own.machine import load_machine
+        from vcmm.files.own.recording import load_recording
+        from vcmm.files.own.reversal import load_reversal
+        from vcmm.learn.calibration.job import bare_machine
+        from vcmm.learn.calibration.reversed_readings import reversed_recordings
+        from vcmm.learn.calibration.tested import check_independent
+
+        known = load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
+        turned = self.reversals()
+        others = [path for path in self.files if path not in turned]
+        loaded = [load_recording(path, known)[0] for path in others]
+        for path in self.test:
+            check_independent(load_recording(path, known)[0], loaded)
+        stated = {r.name: load_certificate(path, r) for path, r in zip(others, loaded)}
+        separated, correlated = reversed_recordings([load_reversal(path) for path in turned], known)
+        certificates = {name: one for name, one in stated.items() if one is not None}
+        return Given([*loaded, *separated], known, certificates, correlated)
+
+    def read(self) -> list[Path]:
+        """All files that were read."""
+        from vcmm.show.console.documents import sources
+
+        named = [*self.files, *([self.machine] if self.machine else []), *self.test]
+        return [f for path in named for f in sources(path)]
+
+    def tests(self) -> list[Any]:
+        """What the machine file that was written predicts of the recordings of --test, read back."""
+        from vcmm.files.own.machine import load_machine
+        from vcmm.files.own.recording import load_recording
+        from vcmm.learn.calibration.tested import put_to_test
+
+        if not self.test or self.out is None:
+            return []
+        before, after = self.given().machine, load_machine(self.out)
+        return [put_to_test(load_recording(path, after)[0], before, after) for path in self.test]

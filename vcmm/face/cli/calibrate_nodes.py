@@ -1,0 +1,56 @@
+"""vcmm calibrate --nodes: where the machine stops at the nodes of a grid, from LaserTracer lengths; a residual field for its file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vcmm.face.cli.calibrate_given import CalibrationWanted
+
+
+def nodes_command(wanted: CalibrationWanted, json: bool) -> int:
+    """Multilaterate, tell the nodes, write the machine file; the document is vcmm.nodes/1."""
+    from vcmm.core.errors import UsageError
+    from vcmm.learn.calibration.node_field import node_text
+    from vcmm.learn.calibration.nodes import node_scatter
+    from vcmm.show.console.documents import document, print_json
+    from vcmm.show.console.files import output_folder, write_text
+    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.tables.nodes import nodes_table, sentences
+
+    if len(wanted.files) != 1:
+        raise UsageError(
+            f"--nodes takes one recording with all stations, not {len(wanted.files)}; put their rows into one file, told apart by setup"
+        )
+    given, out = wanted.given(), wanted.out
+    found = node_scatter(given.recordings[0], given.machine)
+    if out is not None:
+        output_folder(out.parent)
+        write_text(out, node_text(found, given.machine, wanted.machine, out, [f.name for f in wanted.files]))
+        say(f"wrote {out}")
+    if json:
+        print_json(document("vcmm.nodes/1", node_body(found, out), files=wanted.read()))
+        return 0
+    show_table(nodes_table(found))
+    for sentence in sentences(found):
+        print(sentence)
+    return 0
+
+
+def node_body(found: Any, out: Any) -> dict[str, Any]:
+    """The JSON document without its frame."""
+    from vcmm.show.tables.nodes import NODE_COLUMNS, nodes_table
+    from vcmm.show.tables.table import records
+
+    one = found.located
+    return {
+        "machine": None if out is None else str(out),
+        "residual_um": found.u * 1e3,
+        "degrees_of_freedom": one.left,
+        "condition": one.condition,
+        "stations": [
+            {"place_mm": s.tolist(), "dead_path_mm": float(p)} for s, p in zip(one.stations, one.dead_paths)
+        ],
+        "rejected_share": found.rejected(),
+        "nodes": records(NODE_COLUMNS, nodes_table(found).rows),
+    }

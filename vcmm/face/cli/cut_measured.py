@@ -1,0 +1,83 @@
+"""vcmm cut --measured: the part against its prediction, what the difference goes with, and the recording for diagnose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True, eq=False)
+class CameBack:
+    """What there is to print, and what the document says."""
+
+    cut: Any
+    recording: Path | None
+    warnings: tuple[str, ...]
+
+    @property
+    def json(self) -> dict[str, Any]:
+        from vcmm.show.tables.measured_cut import measured_json
+
+        return measured_json(self.cut) | {
+            "recording": None if self.recording is None else str(self.recording)
+        }
+
+    def show(self) -> None:
+        from vcmm.show.console.terminal import say, show_table
+        from vcmm.show.tables import measured_cut as tables
+
+        show_table(tables.compared(self.cut))
+        if self.cut.mismatch:
+            show_table(tables.mismatch(self.cut))
+        else:
+            print("the measured part is as predicted: no feature, line or covariate departs from it")
+        print(f"scatter of a measured point: {self.cut.scatter * 1e3:.2f} um")
+        for warning in self.warnings:
+            say(f"note: {warning}")
+
+
+def came_back(
+    scenario: Path, loaded: Any, given: Any, in_machine: bool, seed: int | None, folder: Path
+) -> CameBack:
+    """Compare, and write the recording into a folder."""
+    from vcmm.shop.machining.measured import measured_cut
+    from vcmm.show.console.complaints import about
+    from vcmm.show.console.terminal import progress, say
+
+    points, u = given
+    with progress() as report, about(scenario, "cut"):
+        report("comparing the measured part", 0.0)
+        cut = measured_cut(loaded, points, in_machine=in_machine, u_point=u, seed=seed)
+    machine, why = machine_file(scenario)
+    if machine is None:
+        return CameBack(cut, None, (*cut.notes, why))
+    path = folder / f"{scenario.stem}-measured.toml"
+    _write(path, cut, machine)
+    say(f"wrote {path}")
+    return CameBack(cut, path, tuple(cut.notes))
+
+
+def machine_file(scenario: Path) -> tuple[Path | None, str]:
+    """The machine file that a scenario names, itself or in its set-up; else why there is none."""
+    from vcmm.files.own.setup import load_setup
+    from vcmm.files.toml import read_toml
+
+    data = read_toml(scenario).data
+    named = data.get("machine")
+    if isinstance(named, str):
+        return (scenario.parent / named).resolve(), ""
+    if named is None:
+        own = load_setup(scenario.parent / data["cut"]["setup"]).machine
+        return (None if own is None else own.resolve()), "no machine is named"
+    return None, "the machine stands inside the scenario: no recording is written; give it a file of its own"
+
+
+def _write(path: Path, cut: Any, machine: Path) -> None:
+    from vcmm.files.columns import run_columns
+    from vcmm.files.own.machine import load_machine
+    from vcmm.files.own.recording_writer import save_recording
+    from vcmm.shop.machining.part_recording import part_recording
+
+    recording = part_recording(path.stem, cut, load_machine(machine), frozenset(run_columns()))
+    save_recording(recording, path, str(machine), apart=True)

@@ -1,0 +1,118 @@
+"""vcmm doctor: is everything here that vcmm needs, and how fast is it."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+from typing import Annotated
+
+from cyclopts import Parameter
+
+WARMING = (
+    "test_piece",
+    "turned_shaft",
+    "pallet_block",
+)  # cuts that together use every kernel of cutting and motion
+REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "pydantic", "cyclopts", "rich", "tomlkit")
+
+
+def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+    """Check the installation: Python, packages, off-screen rendering, cores. Exit code 3 when something is missing.
+
+    Parameters
+    ----------
+    warm
+        Compile all kernels now (about two minutes), so that no job has to wait for it.
+    json
+        Print one JSON document.
+    """
+    import os
+
+    from vcmm import __version__
+    from vcmm.show.console.documents import document, print_json
+    from vcmm.show.console.terminal import show_table
+    from vcmm.show.tables.table import listing
+
+    rows = [
+        ["vcmm", __version__, "ok"],
+        ["Python", platform.python_version(), "ok" if sys.version_info >= (3, 11) else "needs 3.11"],
+    ]
+    rows += [_package(name) for name in REQUIRED]
+    if warm:
+        rows.append(_warmed())
+    rows += [_rendering(), _cache(), ["cores", str(os.cpu_count()), "ok"]]
+    missing = [row for row in rows if row[2].startswith("missing")]
+    if json:
+        body = {"checks": [dict(zip(("what", "found", "state"), row)) for row in rows], "ok": not missing}
+        print_json(document("vcmm.doctor/1", body))
+    else:
+        show_table(listing("installation", ["", "found", "state"], rows, words=(0, 1, 2)))
+    return 3 if missing else 0
+
+
+def _package(name: str) -> list[str]:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return [name, version(name), "ok"]
+    except PackageNotFoundError:
+        return [name, "–", f"missing: pip install {name}"]
+
+
+def _rendering() -> list[str]:
+    """Rendering without EGL or OSMesa ends the process, so a child process tries it."""
+    code = (
+        "import os; os.environ.setdefault('VTK_DEFAULT_OPENGL_WINDOW', 'vtkEGLRenderWindow'); import pyvista;"
+        "p = pyvista.Plotter(off_screen=True, window_size=(32, 32)); p.add_mesh(pyvista.Sphere()); p.screenshot(return_img=True)"
+    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, timeout=60, check=False
+        ).returncode
+    except subprocess.TimeoutExpired:
+        done = 1
+    if done == 0:
+        return ["off-screen OpenGL", "yes", "ok"]
+    hint = "install libegl1 libgl1-mesa-dri (Debian) or mesa-libEGL (Fedora) for pyvista pictures; reports do not need it"
+    return ["off-screen OpenGL", "no", hint]
+
+
+def _warmed() -> list[str]:
+    """Compile the kernels by small jobs that use them: sampling, fits by extremes, milling, turning, a rotary table."""
+    import contextlib
+    import io
+    import tempfile
+    import time
+    from pathlib import Path
+
+    from vcmm.core._compile_kernels import FOLDER, KEPT
+    from vcmm.face.cli import run
+    from vcmm.files.own.library import path
+    from vcmm.show.console.terminal import progress
+
+    if not KEPT:
+        return [
+            "kernels compiled",
+            "no",
+            "nothing can be kept: let NUMBA_CACHE_DIR name a folder that can be written",
+        ]
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder, progress() as report:
+        extreme = Path(folder) / "plate.toml"
+        extreme.write_text(
+            path("plate").read_text("utf-8").replace('type = "size"', 'type = "size"\ncriterion = "GX"')
+        )
+        jobs = [("uncertainty", extreme), *(("cut", path(name)) for name in WARMING)]
+        for i, (verb, scenario) in enumerate(jobs):
+            report(f"{verb} {scenario.stem}", i / len(jobs))
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                run([verb, str(scenario), "--trials", "50000"])
+    kept = len(list(FOLDER.rglob("*.nbi")))
+    return ["kernels compiled", f"{kept} in {FOLDER}, {time.perf_counter() - began:.0f} s", "ok"]
+
+
+def _cache() -> list[str]:
+    from vcmm.answer.evaluation.streams import kernel_state
+
+    return ["compiled kernels", *kernel_state()]

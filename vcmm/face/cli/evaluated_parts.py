@@ -1,0 +1,26 @@
+"""What vcmm evaluate prints of measured parts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+
+def show_parts(parts: Any, warnings: Collection[str]) -> None:
+    """Values, true values and decisions; of one part contributions too, of several one table."""
+    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.tables.evaluated import largest, not_added_up, stated_with, undecided_because
+    from vcmm.show.tables.inferred import batch, joint_words, shown, told_once, wholes
+
+    several = len(parts) > 1
+    results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
+    show_table(batch(parts) if several else shown(parts[0]))
+    said = told_once([(name, [*stated_with(found), *undecided_because(found)]) for name, found in results])
+    for sentence in (*said, *(wholes(parts) if several else joint_words(parts[0].joint))):
+        say(sentence)
+    if not several:
+        show_table(largest(results[0][1]))
+        for sentence in not_added_up(results[0][1]):
+            say(sentence)
+    for warning in warnings:
+        say(f"note: {warning}")

@@ -1,0 +1,118 @@
+"""vcmm merge: the shards of a job put together."""
+
+from __future__ import annotations
+
+import json as json_module
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+COMMON = ("verb", "options", "key", "inputs", "version")
+
+
+def merge_command(
+    *files: Path, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None
+) -> int:
+    """Put the shards of a job together: the document that one computer would have given, to the last bit.
+
+    Parameters
+    ----------
+    files
+        All files that a job with --shard has written, in any order.
+    json
+        Print one JSON document.
+    out
+        Folder for the files that the job itself would have written.
+    """
+    from vcmm.core.blocks import Shards, Sharing
+    from vcmm.core.errors import UsageError
+
+    if not files:
+        raise UsageError(
+            "merge needs the files of all shards; write for example vcmm merge plate.shard-*.json"
+        )
+    shards = [(file, _read(file)) for file in files]
+    first = _complete(shards)
+    blocks = {(b["first"], b["trials"]): b["tallies"] for _, one in shards for b in one["blocks"]}
+    sharing = Sharing(store=Shards(first["key"], blocks))
+    return _job(first["verb"], first["options"], sharing, json, out)
+
+
+def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
+    """What the verb itself would have done. options: as its shards hold them."""
+    if verb == "audit":
+        from vcmm.face.cli.audit import run_audit
+
+        return run_audit([Path(s) for s in options.pop("scenarios")], options, sharing, json, out)
+    scenario = Path(options.pop("scenario"))
+    if verb == "place":
+        from vcmm.face.cli.place_machines import choose
+
+        return choose(
+            scenario, [Path(m) for m in options.pop("machines")], options, json, out, sharing=sharing
+        )
+    if verb == "diagnose":
+        from vcmm.face.cli.diagnose_folder import folder_job
+
+        return folder_job(scenario, options, sharing, json, out)
+    if verb == "cut":
+        from vcmm.face.cli.cut import run_cut
+
+        return run_cut(scenario, options, sharing, json, out)
+    from vcmm.face.cli.uncertainty import run_uncertainty
+
+    return run_uncertainty(scenario, options, sharing, json, out)
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """The document of a shard. Raises DataError."""
+    from vcmm import __version__
+    from vcmm.core.errors import DataError
+    from vcmm.core.text import read_text
+    from vcmm.show.console.documents import fingerprint
+
+    try:
+        found = json_module.loads(read_text(file))
+    except (json_module.JSONDecodeError, RecursionError) as error:
+        raise DataError(
+            f"{file}:{getattr(error, 'lineno', 1)}: no JSON document ({error}); name the file of a shard"
+        ) from None
+    due = {*COMMON, "shard", "blocks"}
+    if not isinstance(found, dict) or found.get("schema") != "vcmm.shard/1" or not due <= set(found):
+        raise DataError(f'{file}:1: no shard: "schema" must be "vcmm.shard/1", as --shard writes it')
+    if found["version"] == __version__ and found.get("sha256") != fingerprint(found):
+        raise DataError(f"{file}:1: this shard is not as it was written (SHA-256 differs); run it again")
+    return found
+
+
+def _complete(shards: list[tuple[Path, dict[str, Any]]]) -> dict[str, Any]:
+    """The first shard, after all were found to be of one job and every one to be there once, on the files of today."""
+    from vcmm import __version__
+    from vcmm.core.errors import DataError
+    from vcmm.show.console.documents import document
+
+    file, first = shards[0]
+    if first["version"] != __version__:
+        raise DataError(f"{file}:1: made by vcmm {first['version']}, this is {__version__}; use one version")
+    for other, one in shards[1:]:
+        different = [key for key in COMMON if one[key] != first[key]]
+        if different or one["shard"][1] != first["shard"][1]:
+            raise DataError(
+                f"{other}:1: a shard of another job than {file} ({', '.join(different) or 'number of shards'} differ)"
+            )
+    numbers = [one["shard"][0] for _, one in shards]
+    missing = sorted(set(range(1, first["shard"][1] + 1)) - set(numbers))
+    twice = sorted({n for n in numbers if numbers.count(n) > 1})
+    if missing or twice:
+        what = (
+            f"shard {missing[0]} of {first['shard'][1]} is missing; name the files of all shards"
+            if missing
+            else f"shard {twice[0]} is there twice; name each file once"
+        )
+        raise DataError(f"{file}:1: {what}")
+    now = document("", {}, files=[Path(i["file"]) for i in first["inputs"]])["inputs"]
+    if now != first["inputs"]:
+        changed = next(a["file"] for a, b in zip(first["inputs"], now) if a != b)
+        raise DataError(f"{changed}:1: the file has changed since the shards were made; run them again")
+    return first

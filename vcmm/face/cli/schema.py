@@ -1,0 +1,35 @@
+"""vcmm schema: JSON Schema of the file formats, for editors and other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+
+def schema_command(
+    kind: Literal["machine", "scenario", "part", "plan", "recording", "setup", "design"] = "scenario",
+    *,
+    out: Path | None = None,
+) -> int:
+    """Print the JSON Schema of a file format.
+
+    Parameters
+    ----------
+    kind
+        Which file format.
+    out
+        Folder for <kind>.schema.json instead of stdout.
+    """
+    import json
+
+    from vcmm.files.own.schemas import json_schema
+    from vcmm.show.console.files import output_folder, write_text
+    from vcmm.show.console.terminal import say
+
+    text = json.dumps(json_schema(kind), indent=1)
+    if out:
+        path = write_text(output_folder(out) / f"{kind}.schema.json", text + "\n")
+        say(f"wrote {path}")
+    else:
+        print(text)
+    return 0

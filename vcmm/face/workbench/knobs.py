@@ -1,0 +1,121 @@
+"""Knobs of a measuring task: what a hand would turn, its range, and the scenario with the knobs turned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import Input
+from vcmm.core.pose import Pose
+from vcmm.task.measuring.plan import Plan, Step
+from vcmm.task.measuring.scenario import Scenario
+
+REPEATS = 5  # touches at one place
+LEAST, MOST = 0.5, 3.0  # factors of the scatter and of the length of styli
+ROOM = 10.0  # K about the temperatures of the scenario
+RISING = ("temp_", "reading_")  # columns of a temperature, and what its sensor reads, which rises with it
+DIFFERENCE = "gradient_C"  # stays where all temperatures rise
+SPREADS = ("u", "scale", "half_width")  # the number of a law that says how wide it is
+
+
+@dataclass(frozen=True)
+class Knob:
+    """name, words, unit, range, step and where it stands without being touched."""
+
+    name: str
+    words: str
+    unit: str
+    reach: tuple[float, float]
+    step: float
+    start: float
+
+
+def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
+    """Pose within the travels, turn about the vertical, temperature, length of styli, touches per place, scatter."""
+    axes = scenario.machine.axes
+    shift = scenario.pose.shift
+    turn = math.degrees(float(scenario.pose.turns()[2]))
+    out = []
+    for i, letter in enumerate("XYZ"):
+        if letter in axes:
+            wide = axes[letter].travel[1] - axes[letter].travel[0]
+            at = float(shift[i])
+            out.append(
+                Knob(letter.lower(), f"part along {letter}", "mm", (at - wide / 2, at + wide / 2), 1.0, at)
+            )
+    out += [
+        Knob("turn", "part about the vertical", "deg", (turn - 180.0, turn + 180.0), 1.0, turn),
+        Knob("room", "all temperatures", "K", (-ROOM, ROOM), 0.1, 0.0),
+        Knob("styli", "length of the styli", "x", (LEAST, MOST), 0.05, 1.0),
+        Knob("touches", "touches at every place", "", (1.0, REPEATS), 1.0, 1.0),
+        Knob("spread", "scatter of one touch", "x", (LEAST, MOST), 0.05, 1.0),
+    ]
+    return tuple(out)
+
+
+def turned(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """The scenario with the knobs at `values`; knobs that are not named stay. Raises UsageError: no such knob, beyond its range."""
+    known = {k.name: k for k in knobs_of(scenario)}
+    at = {name: _checked(known, name, value) for name, value in values.items()}
+    pose = scenario.pose
+    shift = np.array([at.get(c, float(pose.shift[i])) for i, c in enumerate("xyz")])
+    turns = pose.turns()
+    turns[2] = math.radians(at["turn"]) if "turn" in at else turns[2]
+    warmer = at.get("room", 0.0)
+    factor = at.get("spread", 1.0)
+    return replace(
+        scenario,
+        pose=Pose.from_turns(shift, turns),
+        constants={n: v + warmer if _is_temperature(n) else v for n, v in scenario.constants.items()},
+        plan=_planned(scenario.plan, at.get("styli", 1.0), round(at.get("touches", 1.0))),
+        machine=replace(scenario.machine, inputs=tuple(_wider(i, factor) for i in scenario.machine.inputs)),
+        inputs=tuple(_wider(i, factor) for i in scenario.inputs),
+        forms=scenario.forms,
+    )
+
+
+def _checked(known: Mapping[str, Knob], name: str, value: Any) -> float:
+    if name not in known:
+        raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, known)}')
+    knob = known[name]
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise UsageError(f"{name}: a finite number is due")
+    low, high = knob.reach
+    if not low - 1e-9 <= value <= high + 1e-9:
+        raise UsageError(f"{name} = {value:g}: the knob goes from {low:g} to {high:g} {knob.unit}".rstrip())
+    return float(value)
+
+
+def _is_temperature(column: str) -> bool:
+    return column.startswith(RISING) and column.endswith("_C") and not column.endswith(DIFFERENCE)
+
+
+def _planned(plan: Plan, longer: float, times: int) -> Plan:
+    """Styli `longer` times as long, every place touched `times` times in a row."""
+    styli = {n: replace(s, offset=s.offset * longer, length=s.length * longer) for n, s in plan.styli.items()}
+    return replace(plan, styli=styli, steps=tuple(_repeated(s, times) for s in plan.steps))
+
+
+def _repeated(step: Step, times: int) -> Step:
+    if times == 1:
+        return step
+    approach = None if step.approach is None else np.repeat(step.approach, times, axis=0)
+    return replace(
+        step, points=np.repeat(step.points, times, axis=0), normals=np.repeat(step.normals, times, axis=0),
+        approach=approach,
+    )  # fmt: skip
+
+
+def _wider(one: Input, factor: float) -> Input:
+    """What is drawn anew at every touch, `factor` times as wide."""
+    if one.redraw != "touch" or factor == 1.0 or one.members:
+        return one
+    law: Any = one.law
+    names = {f.name for f in fields(law)}
+    width = next((n for n in SPREADS if n in names), None)
+    return one if width is None else replace(one, law=replace(law, **{width: getattr(law, width) * factor}))

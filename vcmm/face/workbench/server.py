@@ -1,0 +1,205 @@
+"""The server of the workbench: this machine only, one token, small requests, no paths from the browser.
+
+Listens on 127.0.0.1. Every request must name this host and port (so that no other site can reach it by a name of its own),
+and every question must bear the token of the page, which no other page can read. What is dropped is read in a temporary
+folder under its plain file name. Standard library only.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from vcmm.core.errors import Environment, UsageError, VcmmError
+from vcmm.face.workbench.bench import Bench, GivenUp, diagnosed
+from vcmm.face.workbench.page import bench_page
+
+HOST = "127.0.0.1"
+LARGEST = 20_000_000  # bytes of a request: what a recording of 10^5 rows has
+MOST_FILES = 20
+LENGTH = re.compile(r"[0-9]{1,10}")
+PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}")
+OTHERS = "this workbench answers to its own address only"
+Answer = Callable[[Mapping[str, Any]], dict[str, Any]]
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
+
+
+class WorkbenchServer(ThreadingHTTPServer):
+    """Holds the bench and the token. Environment: the port is taken."""
+
+    daemon_threads = True
+    allow_reuse_address = False
+
+    def __init__(self, bench: Bench, port: int = 0) -> None:
+        self.bench, self.token = bench, secrets.token_urlsafe(24)
+        try:
+            super().__init__((HOST, port), Handler)
+        except OSError as error:
+            raise Environment(
+                f"port {port} cannot be used ({error.strerror}); another workbench may have it: name another one with --port, or 0 for any"
+            ) from None
+        self.origin = f"http://{HOST}:{self.server_address[1]}"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A page that was closed or reloaded wants no answer and is no fault; everything else is told."""
+        if not isinstance(sys.exception(), (ConnectionError, TimeoutError)):
+            super().handle_error(request, client_address)
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return f"{self.origin}/?token={self.token}"
+
+
+class Handler(BaseHTTPRequestHandler):
+    """GET / with the token: the page. POST /state, /preview, /settled, /diagnose with the token: JSON."""
+
+    server: WorkbenchServer
+    protocol_version = "HTTP/1.1"
+    server_version = "vcmm"
+    sys_version = ""
+    timeout = 60
+
+    def parse_request(self) -> bool:
+        """As the base class, and False after a refusal of a request whose body has no one length: what follows is no request."""
+        if not super().parse_request():
+            return False
+        lengths = self.headers.get_all("Content-Length", [])
+        if "Transfer-Encoding" in self.headers or len(lengths) > 1:
+            self.send_error(400, "a request has one Content-Length and no Transfer-Encoding")
+            return False
+        if self.command != "POST":
+            if lengths and lengths[0] != "0":
+                self.send_error(400, "only questions (POST) have a body")
+                return False
+            return True
+        length = lengths[0] if lengths else ""
+        if not LENGTH.fullmatch(length) or int(length) > LARGEST:
+            self.send_error(413, f"a question states its length, at most {LARGEST / 1e6:.0f} MB")
+            return False
+        return True
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """A refusal as JSON; the connection is closed, for what follows may be the rest of a request that was not read."""
+        self.close_connection = True
+        if not hasattr(self, "request_version") or self.request_version == "HTTP/0.9":
+            self.request_version = "HTTP/1.1"
+        self._refuse(code, message or "this request cannot be answered")
+
+    def do_GET(self) -> None:
+        """The page, and nothing else."""
+        asked = urlsplit(self.path)
+        given = parse_qs(asked.query).get("token", [""])[0]
+        if not self._is_ours():
+            self._refuse(403, OTHERS)
+        elif asked.path != "/":
+            self._refuse(404, "there is one page only")
+        elif not self._knows(given):
+            self._refuse(403, "open the address that vcmm serve prints")
+        else:
+            page = bench_page(self.server.bench.scenario.name, self.server.token)
+            self._send(200, "text/html; charset=utf-8", page)
+
+    def do_POST(self) -> None:
+        """A question of the page. Its body is read whole before anything is answered: a refused one is no further request."""
+        content = self.rfile.read(int(self.headers["Content-Length"]))
+        answers: dict[str, Answer] = {
+            "/state": self._state, "/preview": self._preview, "/settled": self._settled, "/diagnose": self._diagnose,
+        }  # fmt: skip
+        if not self._is_ours():
+            self._refuse(403, OTHERS)
+        elif not self._knows(self.headers.get("X-Token", "")):
+            self._refuse(
+                403, "the token is not that of this workbench; open the address that vcmm serve prints"
+            )
+        elif self.path not in answers:
+            self._refuse(404, "there is no such question")
+        elif (body := self._object(content)) is not None:
+            self._answer(answers[self.path], body)
+
+    def _answer(self, answer: Answer, body: Mapping[str, Any]) -> None:
+        try:
+            self._send(200, "application/json", json.dumps(answer(body), allow_nan=False, default=_plain))
+        except GivenUp:
+            self._send(200, "application/json", json.dumps({"given_up": True}))
+        except VcmmError as error:
+            self._refuse(422, str(error))
+        except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
+            self._refuse(422, "the question is not of the right form")
+
+    def _knows(self, token: str) -> bool:
+        return secrets.compare_digest(token.encode(), self.server.token.encode())
+
+    def _state(self, _body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.state()
+
+    def _preview(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.preview(body["knobs"], _page(body))
+
+    def _settled(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.settled(body["knobs"], _page(body))
+
+    def _diagnose(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        files = dict(body["files"])
+        if not 0 < len(files) <= MOST_FILES:
+            raise UsageError(f"{len(files)} files; 1 to {MOST_FILES} are taken")
+        wrong = next((n for n in files if not PLAIN.fullmatch(n)), None)
+        if wrong is not None:
+            raise UsageError("a dropped file needs a plain name: letters, digits, dots, dashes")
+        with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
+            return diagnosed({n: str(t).encode() for n, t in files.items()}, Path(folder))
+
+    def _is_ours(self) -> bool:
+        """Whether host and origin are this server's own."""
+        host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
+        return f"http://{host}" == self.server.origin and origin in (None, self.server.origin)
+
+    def _object(self, content: bytes) -> Mapping[str, Any] | None:
+        """The JSON object of a question, or None after a refusal."""
+        try:
+            value = json.loads(content)
+        except (ValueError, RecursionError):
+            value = None
+        if not isinstance(value, dict):
+            self._refuse(400, "expected a JSON object")
+            return None
+        return value
+
+    def _refuse(self, code: int, text: str) -> None:
+        self._send(code, "application/json", json.dumps({"error": text}))
+
+    def _send(self, code: int, kind: str, text: str) -> None:
+        content = text.encode("utf-8")
+        self.send_response(code)
+        for name, value in {
+            "Content-Type": kind, "Content-Length": str(len(content)), "Content-Security-Policy": POLICY,
+            "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store",
+            "X-Frame-Options": "DENY", "Connection": "close" if self.close_connection else "keep-alive",
+        }.items():  # fmt: skip
+            self.send_header(name, value)
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(content)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Quiet: the terminal shows the address and nothing else."""
+
+
+def _page(body: Mapping[str, Any]) -> str:
+    """Which open page asks: a short text of its own choice."""
+    return str(body.get("page", ""))[:40]
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of numpy as those of Python."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no JSON form")

@@ -1,0 +1,204 @@
+"""Digital calibration certificates (DCC of PTB, schema 2.4 to 3.3): the quantities of their results, in and out.
+
+A quantity holds values (real, a list of reals, or a hybrid of the same values in several units: the first one is taken)
+with a unit of D-SI and, where stated, the expanded uncertainty with its coverage factor; u = U / k.
+Source: PTB, DCC schema 3.3.0 and D-SI data model 2.2 (SmartCom, doi 10.5281/zenodo.4709001).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+from vcmm.core.errors import DataError
+from vcmm.core.text import brief, csv_of
+from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.xml import Node, read_xml, series
+
+UNITS = {  # unit of D-SI -> the word here and the factor to it
+    r"\metre": ("mm", 1e3), r"\milli\metre": ("mm", 1.0), r"\micro\metre": ("um", 1.0), r"\nano\metre": ("um", 1e-3),
+    r"\radian": ("rad", 1.0), r"\micro\radian": ("urad", 1.0), r"\degree": ("deg", 1.0), r"\kelvin": ("K", 1.0),
+    r"\degreecelsius": ("degC", 1.0), r"\one": ("1", 1.0), r"\kilogram": ("kg", 1.0), r"\newton": ("N", 1.0),
+    r"\second": ("s", 1.0), r"\hertz": ("Hz", 1.0), r"\pascal": ("Pa", 1.0), r"\ohm": ("ohm", 1.0),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One value of a certificate: where it stands in it, its unit as here, expanded uncertainty U with factor k (None: not stated)."""
+
+    section: str
+    name: str
+    value: float
+    unit: str
+    U: float | None
+    k: float | None
+    at: str
+
+    @property
+    def u(self) -> float | None:
+        """Standard uncertainty, U / k."""
+        return None if self.U is None or not self.k else self.U / self.k
+
+
+def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
+    """All quantities of the measurement results. Raises DataError with file and line: no DCC, numbers without unit."""
+    root = read_xml(path)
+    if root.name != "digitalCalibrationCertificate":
+        raise DataError(f"{root.at}: the root is <{brief(root.name)}>, not a digitalCalibrationCertificate")
+    out: list[Quantity] = []
+    for result in root.many("measurementResults/measurementResult"):
+        for section in ("influenceConditions/influenceCondition", "results/result"):
+            for block in result.many(section):
+                label = _label(block) or block.attributes.get("refType", "")
+                for node in (n for n in block.below() if n.name == "quantity"):
+                    out += _quantities(node, label)
+    if not out:
+        raise DataError(f"{root.at}: this certificate holds no quantities")
+    return tuple(out)
+
+
+def quantities_csv(found: Sequence[Quantity]) -> str:
+    """Quantities as a table: section, name, value, unit, U, k, u."""
+    rows = [
+        [
+            q.section,
+            q.name,
+            f"{q.value:.12g}",
+            q.unit,
+            *("" if v is None else f"{v:.12g}" for v in (q.U, q.k, q.u)),
+        ]
+        for q in found
+    ]
+    return csv_of([["section", "name", "value", "unit", "U", "k", "u"], *rows])
+
+
+def _quantities(node: Node, section: str) -> list[Quantity]:
+    name = _label(node) or node.attributes.get("refType", "") or "quantity"
+    kinds = ("real", "realListXMLList", "hybrid", "constant")
+    held = next((c for c in node.children if c.name in kinds), None)
+    if held is None:
+        return []
+    if held.name == "hybrid":
+        held = next((c for c in held.children if c.name in ("real", "realListXMLList")), held)
+    if held.name == "realListXMLList":
+        return _list(held, section, name)
+    value, unit = held.one("value"), held.one("unit")
+    if value is None or unit is None:
+        raise DataError(f"{held.at}: the quantity {brief(name)} has no value or no unit")
+    word, factor = _unit(unit, unit.text.strip())
+    U, k = _uncertainty(held)
+    number = float(series(value)[0, 0])
+    wide = None if U is None else factor * U
+    return [Quantity(section=section, name=name, value=factor * number, unit=word, U=wide, k=k, at=held.at)]
+
+
+def _list(held: Node, section: str, name: str) -> list[Quantity]:
+    values, units = held.one("valueXMLList"), held.one("unitXMLList")
+    if values is None or units is None:
+        raise DataError(f"{held.at}: the list {brief(name)} has no values or no units")
+    numbers, words = series(values)[:, 0], units.text.split()
+    words = words * len(numbers) if len(words) == 1 else words
+    if len(words) != len(numbers):
+        raise DataError(f"{units.at}: {len(words)} units of {len(numbers)} values")
+    U, k = (
+        _spread(held, "uncertaintyXMLList", len(numbers)),
+        _spread(held, "coverageFactorXMLList", len(numbers)),
+    )
+    out = []
+    for i, (number, word) in enumerate(zip(numbers, words)):
+        unit, factor = _unit(units, word)
+        wide = None if U is None else factor * U[i]
+        one = Quantity(
+            section=section, name=f"{name} {i + 1}", value=factor * float(number), unit=unit, U=wide,
+            k=None if k is None else k[i], at=held.at,
+        )  # fmt: skip
+        out.append(one)
+    return out
+
+
+def _spread(held: Node, name: str, count: int) -> list[float] | None:
+    """Numbers of a list within the uncertainties, one for all or one each."""
+    node = next(
+        (n for n in held.below() if n.name in (name, name.replace("uncertainty", "valueExpandedMU"))), None
+    )
+    if node is None:
+        return None
+    found = [float(v) for v in series(node)[:, 0]]
+    if len(found) not in (1, count):
+        raise DataError(f"{node.at}: {len(found)} numbers for {count} values")
+    return found * count if len(found) == 1 else found
+
+
+def _uncertainty(held: Node) -> tuple[float | None, float | None]:
+    """Expanded uncertainty and factor; a standard uncertainty has the factor 1."""
+    numbers = {n.name: n for n in held.below()}
+    for name in ("uncertainty", "valueExpandedMU"):
+        if name in numbers:
+            factor = numbers.get("coverageFactor")
+            if factor is None:
+                raise DataError(f"{numbers[name].at}: an expanded uncertainty without its coverage factor")
+            return float(series(numbers[name])[0, 0]), float(series(factor)[0, 0])
+    standard = numbers.get("valueStandardMU")
+    return (None, None) if standard is None else (float(series(standard)[0, 0]), 1.0)
+
+
+def _unit(node: Node, word: str) -> tuple[str, float]:
+    """Unit here and factor; a unit that is not known stays as it is written."""
+    if not word:
+        raise DataError(f"{node.at}: the unit is empty")
+    return UNITS.get(word.replace(" ", ""), (word, 1.0))
+
+
+def _label(node: Node) -> str:
+    """Name in English where there is one, else the first language."""
+    contents = node.many("name/content")
+    english = [c for c in contents if c.attributes.get("lang") == "en"]
+    return next((c.text.strip() for c in (english or contents)), "")
+
+
+def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
+    """The element measurementResults of a DCC with the evaluated values, to be put into a laboratory's certificate.
+
+    A value whose interval is value +- U has the expanded uncertainty; another interval (a bias taken off, a form) stands with
+    its ends; where coverage is not shown, neither. Who calibrated what for whom (administrativeData) is the laboratory's to write, and so is its signature.
+    """
+    blocks = []
+    for part, listed in values.items():
+        rows = "\n".join(_written(v) for v in listed)
+        name = f"{title} {part}".strip()
+        blocks.append(
+            f"<dcc:result><dcc:name><dcc:content>{escape(name)}</dcc:content></dcc:name>\n<dcc:data>\n{rows}\n</dcc:data></dcc:result>"
+        )
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<dcc:measurementResults xmlns:dcc="https://ptb.de/dcc" xmlns:si="https://ptb.de/si">\n<dcc:measurementResult>\n'
+        f"<dcc:name><dcc:content>{escape(title)}</dcc:content></dcc:name>\n<dcc:results>\n"
+        + "\n".join(blocks)
+        + "\n</dcc:results>\n</dcc:measurementResult>\n</dcc:measurementResults>\n"
+    )
+
+
+def _written(v: HandedValue) -> str:
+    unit = r"\milli\metre" if v.unit == "mm" else r"\radian"
+    spread = ""
+    if v.about and v.U is not None and v.k:
+        spread = (
+            f"<si:expandedMU><si:valueExpandedMU>{v.U:.6g}</si:valueExpandedMU><si:coverageFactor>{v.k:.6g}</si:coverageFactor>"
+            f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:expandedMU>"
+        )
+    elif v.interval is not None:
+        low, high = v.interval
+        spread = (
+            f"<si:coverageIntervalMU><si:valueStandardMU>{v.u or 0.0:.6g}</si:valueStandardMU>"
+            f"<si:intervalMin>{low:.12g}</si:intervalMin><si:intervalMax>{high:.12g}</si:intervalMax>"
+            f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:coverageIntervalMU>"
+        )
+    if spread:
+        spread = f"<si:measurementUncertaintyUnivariate>{spread}</si:measurementUncertaintyUnivariate>"
+    return (
+        f"<dcc:quantity><dcc:name><dcc:content>{escape(v.name)}</dcc:content></dcc:name>"
+        f"<si:real><si:value>{v.measured:.12g}</si:value><si:unit>{unit}</si:unit>{spread}</si:real></dcc:quantity>"
+    )

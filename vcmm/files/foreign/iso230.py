@@ -1,0 +1,231 @@
+"""Positioning runs along one axis, in the manner of ISO 230-2: targets approached from both sides, run after run.
+
+A table has the columns target_mm (target_deg), run, direction (up/down, +/-, forward/backward) and deviation_um
+(deviation_urad, deviation_arcsec) or actual_mm (actual_deg); temperatures and time_s may follow. The assignments
+TGT_DATA[i]=, REF_DATA_FWD[i,j]=, REF_DATA_BWD[i,j]= of ecmc test scripts are read too.
+
+Deviations are actual - target, in tool-relative sense. A recording holds indicated - true = -(actual - target).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.core.axes import is_rotary
+from vcmm.core.errors import DataError, UsageError, did_you_mean
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
+from vcmm.files.columns import LABELS, Sheet, file_columns, known_column, read_csv
+from vcmm.files.observations import axis_direction
+from vcmm.task.response.recording import Recording
+
+ARCSEC = np.pi / 180.0 / 3600.0
+TARGET = {"target_mm": 1.0, "target_deg": np.pi / 180.0}
+DEVIATION = {"deviation_um": 1e-3, "deviation_mm": 1.0, "deviation_urad": 1e-6, "deviation_arcsec": ARCSEC}
+ACTUAL = {"actual_mm": 1.0, "actual_deg": np.pi / 180.0}
+UP = ("up", "+", "1", "+1", "forward", "fwd", "positive", "↑")
+DOWN = ("down", "-", "-1", "backward", "bwd", "negative", "↓")
+_ASSIGNED = re.compile(
+    r"(?:TEST_DATA=)?\s*(?P<name>\w+)\s*(?:\[(?P<i>[0-9]{1,9})(?:,(?P<j>[0-9]{1,9}))?\])?\s*=\s*(?P<value>.*)"
+)
+_SETTINGS = ("REF_PV", "TEST_PV", "TGT_SET_PV", "UNIT", "CYCLES", "POSITIONS", "DEC")
+
+
+@dataclass(frozen=True, eq=False)
+class PositioningRuns:
+    """k approaches in the order in which they were made.
+
+    target (k,), deviation (k,) actual - target, mm (rad for a rotary axis), tool-relative. direction (k,) +1 or -1, the
+    side of approach. run (k,) labels. columns: further columns (k,). axis: its letter, "" where the file names none.
+    """
+
+    target: Array
+    deviation: Array
+    direction: Array
+    run: np.ndarray
+    columns: Mapping[str, Array] = field(default_factory=dict)
+    labels: Mapping[str, np.ndarray] = field(default_factory=dict)
+    axis: str = ""
+    rotary: bool = False
+
+
+def recording_of_runs(
+    runs: PositioningRuns,
+    machine: Machine,
+    axis: str,
+    at: Mapping[str, float],
+    offset: Array,
+    measuring: bool = True,
+    name: str = "",
+) -> Recording:
+    """Runs of an axis as a recording: displacement along the axis, for a rotary axis angle about it.
+
+    at: where the other axes stood, mm or rad.   offset (3,) mm: the reflector relative to the last tool-side axis.
+    measuring: in the sense indicated - true, else actual - commanded. Raises UsageError for an axis that the machine
+    lacks or that does not fit the unit of the targets.
+    """
+    if axis not in machine.chain.letters:
+        raise UsageError(
+            f"the machine {machine.chain.structure} has no axis {axis}; name the right one in [line] axis"
+        )
+    if runs.rotary != is_rotary(axis):
+        unit = "degrees" if runs.rotary else "mm"
+        raise UsageError(
+            f"the targets are in {unit}, which does not fit axis {axis}; name the right one in [line] axis"
+        )
+    k = len(runs.target)
+    position = {a: np.full(k, q) for a, q in at.items()} | {axis: runs.target}
+    run = Run(position, np.tile(np.asarray(offset, dtype=float), (k, 1)))
+    direction = axis_direction(machine, run, axis)
+    columns = dict(runs.columns) | {f"sense_{axis}": runs.direction}
+    columns |= {f"n{c}": direction[:, i] for i, c in enumerate("xyz")}
+    run = Run(position, run.offset, columns, dict(runs.labels) | {"run": runs.run})
+    value = -runs.deviation if measuring else runs.deviation
+    kind = "angle" if is_rotary(axis) else "displacement"
+    none = np.full(k, -1, dtype=np.intp)
+    return Recording(
+        name, kind, run, value=value, measuring=measuring, row=np.arange(k), direction=direction, other=none
+    )
+
+
+def read_iso230(path: str | Path) -> PositioningRuns:
+    """Read a table of runs or an ecmc data file. Raises DataError with every problem, each with its line."""
+    path = Path(path)
+    text = read_text(path)
+    return _ecmc(path, text) if re.search(r"^\s*TGT_DATA\[", text, re.MULTILINE) else _table(read_csv(path))
+
+
+def _table(sheet: Sheet) -> PositioningRuns:
+    problems: list[str] = []
+    target = _one_of(sheet, TARGET, "target_mm", problems)
+    observed = _one_of(sheet, {**DEVIATION, **ACTUAL}, "deviation_um", problems)
+    for name in ("run", "direction"):
+        if name not in sheet.header:
+            problems.append(f"{sheet.path}:{sheet.header_line}: the column {name} is missing")
+    direction = _directions(sheet, problems) if "direction" in sheet.header else np.zeros(0)
+    columns, labels = _others(sheet, problems)
+    rotary = "target_deg" in sheet.header
+    names = [c for c in (*DEVIATION, *ACTUAL) if c in sheet.header]
+    if names and (names[0].endswith(("_urad", "_arcsec", "_deg"))) != rotary:
+        problems.append(f"{sheet.path}:{sheet.header_line}: {names[0]} does not fit the unit of the targets")
+    if problems or target is None or observed is None:
+        raise DataError(problems)
+    deviation = observed - target if names[0] in ACTUAL else observed
+    run = labels.pop("run")
+    return PositioningRuns(target, deviation, direction, run, columns, labels, rotary=rotary)
+
+
+def _one_of(sheet: Sheet, units: Mapping[str, float], example: str, problems: list[str]) -> Array | None:
+    """The one column that is there under one of these names, in canonical units."""
+    at, found = f"{sheet.path}:{sheet.header_line}", [n for n in units if n in sheet.header]
+    if len(found) != 1:
+        what = (
+            f"{' and '.join(found)} are both there; keep one" if found else f"the column {example} is missing"
+        )
+        problems.append(f"{at}: {what}. Allowed: {', '.join(units)}")
+        return None
+    try:
+        return sheet.numbers(found[0]) * units[found[0]]
+    except DataError as error:
+        problems.extend(error.problems)
+    return None
+
+
+def _directions(sheet: Sheet, problems: list[str]) -> Array:
+    i = sheet.header.index("direction")
+    out = np.zeros(len(sheet.rows))
+    for j, row in enumerate(sheet.rows):
+        word = row[i].lower()
+        out[j] = 1.0 if word in UP else -1.0 if word in DOWN else 0.0
+        if not out[j]:
+            problems.append(f'{sheet.at(j)}: direction "{brief(row[i])}" is not understood; write up or down')
+    return out
+
+
+def _others(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
+    """Conditions and labels beside target, deviation and direction."""
+    columns: dict[str, Array] = {}
+    labels: dict[str, np.ndarray] = {}
+    own = {*TARGET, *DEVIATION, *ACTUAL, "direction"}
+    known = [
+        c
+        for c in file_columns()
+        if c == "time_s" or c.startswith(("temp_", "pressure", "humidity", "dead_path"))
+    ]
+    for i, name in enumerate(sheet.header):
+        if name in LABELS:
+            labels[name] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
+        elif name not in own and known_column(name, known):
+            try:
+                columns[name] = sheet.numbers(name)
+            except DataError as error:
+                problems.extend(error.problems)
+        elif name not in own:
+            hint = did_you_mean(name, [*own, *known, *LABELS])
+            problems.append(
+                f'{sheet.path}:{sheet.header_line}: unknown column "{name}" of positioning runs.{hint}'
+            )
+    return columns, labels
+
+
+def _ecmc(path: Path, text: str) -> PositioningRuns:
+    """Assignments of an ecmc ISO 230-2 script: per cycle the targets forward, then back."""
+    targets: dict[int, float] = {}
+    actual: dict[tuple[int, int, int], float] = {}
+    problems: list[str] = []
+    for at, line in enumerate(lines_of(text), 1):
+        match = _ASSIGNED.match(line.split("#")[0].strip())
+        if not match or not match["value"]:
+            if line.split("#")[0].strip().removeprefix("TEST_DATA="):
+                problems.append(f"{path}:{at}: not understood: {brief(line.strip())}")
+            continue
+        _assign(match, f"{path}:{at}", targets, actual, problems)
+    if problems:
+        raise DataError(problems)
+    return _cycles(path, targets, actual)
+
+
+def _assign(
+    match: re.Match[str],
+    at: str,
+    targets: dict[int, float],
+    actual: dict[tuple[int, int, int], float],
+    problems: list[str],
+) -> None:
+    name, value = match["name"], match["value"].strip()
+    if name in _SETTINGS:
+        if name == "UNIT" and value != "mm":
+            problems.append(f'{at}: UNIT = "{value}" is not known; only mm is')
+        return
+    try:
+        read = to_number(value)
+    except ValueError:
+        read = np.nan
+    if not is_usual(read):
+        problems.append(f'{at}: "{brief(value)}" is no finite number')
+    elif name == "TGT_DATA" and match["i"]:
+        targets[int(match["i"])] = read
+    elif name in ("REF_DATA_FWD", "REF_DATA_BWD") and match["j"]:
+        actual[int(match["j"]), 0 if name.endswith("FWD") else 1, int(match["i"])] = read
+    else:
+        problems.append(f"{at}: not understood: {brief(match.group())}")
+
+
+def _cycles(
+    path: Path, targets: dict[int, float], actual: dict[tuple[int, int, int], float]
+) -> PositioningRuns:
+    unknown = sorted({i for _, _, i in actual} - set(targets))
+    if unknown or not actual:
+        what = f"TGT_DATA[{unknown[0]}] is missing" if unknown else "there is no REF_DATA_FWD or REF_DATA_BWD"
+        raise DataError(f"{path}:1: {what}")
+    ordered = sorted(actual, key=lambda key: (key[0], key[1], targets[key[2]] * (-1.0 if key[1] else 1.0)))
+    target = np.array([targets[i] for _, _, i in ordered])
+    side = np.array([-1.0 if back else 1.0 for _, back, _ in ordered])
+    cycle = np.array([str(j) for j, _, _ in ordered], dtype=np.str_)
+    return PositioningRuns(target, np.array([actual[key] for key in ordered]) - target, side, cycle)

@@ -1,0 +1,127 @@
+"""Measured points as measuring software writes them: bare lists of numbers, without the heading of a points.csv.
+
+PC-DMIS   the first line begins with XYZIJK, and with METRIC from its 11th column on (inches without); then x,y,z or x,y,z,i,j,k
+          per line.
+others    three or six numbers per line (x y z, perhaps i j k), perhaps a word before them, which is the feature; separated by
+          blanks, tabs, semicolons or commas. No unit stands there: millimetres are taken, which is said.
+
+Without a word the rows are in the order of the plan. A column of numbers before the coordinates is no name: such a list is refused.
+Source: help of PC-DMIS, "Notes on XYZ Files", "Importing an XYZ File as CAD Data" (Hexagon).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.core.digits import written_step
+from vcmm.core.errors import DataError
+from vcmm.core.text import brief, is_usual, lines_of
+from vcmm.files.foreign.foreign_text import foreign_number, foreign_text
+
+INCH = 25.4
+COMMENTS = ("#", "//", "!", "%")
+
+
+@dataclass(frozen=True)
+class PointList:
+    """Points of one part, and what was assumed."""
+
+    points: GivenPoints
+    notes: tuple[str, ...]
+
+
+def read_point_list(path: str | Path) -> PointList | None:
+    """The points of a list; None where the first line is neither XYZIJK nor numbers (a points.csv has a heading).
+
+    DataError, with the line: a row with another number of cells than the first, no number, a vector without length.
+    """
+    text, assumed = foreign_text(path)
+    rows = [
+        (n, line)
+        for n, line in enumerate(lines_of(text), 1)
+        if line.strip() and not line.strip().startswith(COMMENTS)
+    ]
+    if not rows:
+        return None
+    n, first = rows[0]
+    notes, factor = list(assumed), 1.0
+    if first.startswith("XYZIJK"):
+        metric = first[10:16] == "METRIC"
+        factor, rows = (1.0 if metric else INCH), rows[1:]
+        if not metric:
+            notes.append(f"{path}:{n}: METRIC does not stand in columns 11 to 16, so these are inches")
+    elif len(_numbers(_cells(first))) not in (3, 6):
+        return None
+    else:
+        notes.append(f"{path}: a bare list of points states no unit; millimetres are taken")
+    if not rows:
+        raise DataError(f"{path}:{n}: there is no point after the heading")
+    return PointList(_given(Path(path), rows, factor), tuple(notes))
+
+
+def _cells(line: str) -> list[str]:
+    """Cells of a line; a comma separates only where nothing else does, else it is a decimal comma."""
+    text = line.strip()
+    if ";" in text or "\t" in text:
+        return [c.strip() for c in re.split(r"[;\t]", text.rstrip(";"))]
+    return (
+        text.split()
+        if re.search(r"[^,\s]\s+[^,\s]", text)
+        else [c.strip() for c in text.rstrip(",").split(",")]
+    )
+
+
+def _numbers(cells: Sequence[str]) -> list[float]:
+    """The numbers after a word, or from the first cell on; none where one of them is no number."""
+    try:
+        return [foreign_number(c) for c in cells[0 if _is_number(cells[0]) else 1 :]]
+    except ValueError:
+        return []
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        foreign_number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _given(path: Path, rows: Sequence[tuple[int, str]], factor: float) -> GivenPoints:
+    cells = [_cells(line) for _, line in rows]
+    width, named = len(cells[0]), not _is_number(cells[0][0])
+    if width - named not in (3, 6):
+        raise DataError(
+            f"{path}:{rows[0][0]}: {width - named} numbers in a row; points have three, or six with their vector"
+        )
+    table = []
+    for (n, line), row in zip(rows, cells):
+        numbers = _numbers(row)
+        if (
+            len(row) != width
+            or len(numbers) != width - named
+            or _is_number(row[0]) == named
+            or not all(map(is_usual, numbers))
+        ):
+            raise DataError(
+                f'{path}:{n}: "{brief(line.strip())}" is no row like the first, {"a name and " if named else ""}{width - named} numbers'
+            )
+        table.append(numbers)
+    values = np.array(table)
+    normals = values[:, 3:6] if values.shape[1] >= 6 else None
+    if normals is not None and (bare := np.flatnonzero(np.linalg.norm(normals, axis=1) == 0.0)).size:
+        raise DataError(
+            f"{path}:{rows[bare[0]][0]}: the vector i, j, k has no length; export the points without vectors"
+        )
+    return GivenPoints(
+        part="", points=factor * values[:, :3], where=tuple(f"{path}:{n}" for n, _ in rows),
+        features=tuple(row[0] for row in cells) if named else None,
+        normals=None if normals is None else normals,
+        step=factor * written_step([[row[named + i] for row in cells] for i in range(3)]),
+    )  # fmt: skip

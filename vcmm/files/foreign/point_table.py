@@ -1,0 +1,223 @@
+"""Point tables of a CMM: nominal and measured points (`feature, x, y, z, i, j, k` and measured x, y, z), in mm.
+
+    nominal    x y z, normal i j k       measured   mx my mz, or dx dy dz as measured - nominal
+
+Spellings such as nom_x, meas_x, x_meas, actual_x, X [mm] are accepted. Points are in the frame of the part, corrected
+for the tip radius; `[pose]` of the recording says where the part lay, `[stylus]` with what it was measured. A point
+with a normal is known along it only (the tip slides along the surface); a point without one, such as the centre of a
+hole, in all directions that the table has.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.core.errors import DataError, did_you_mean
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
+from vcmm.core.text import read_text
+from vcmm.files.columns import LABELS, Sheet, file_columns, read_csv
+from vcmm.files.observations import with_lateral_share
+from vcmm.task.measuring.plan import axis_positions
+from vcmm.task.response.recording import Recording
+
+MEASURED = ("m", "meas", "measured", "act", "actual", "ist")
+NOMINAL = ("", "n", "nom", "nominal", "soll")
+DEVIATION = ("d", "dev", "err", "error")
+OF_FEATURE = ("d", "dia", "diam", "diameter", "r", "radius", "round", "roundness", "form", "cylindricity")
+ROUNDED = 2.1e-3  # mm: three numbers, each rounded to 1 um, and one printed step
+NORMAL = {"i": 0, "j": 1, "k": 2, "nx": 0, "ny": 1, "nz": 2}
+_NAME = re.compile(r"(?P<before>[a-z]*?)_?(?P<axis>[xyz])_?(?P<after>[a-z]*)")
+
+
+def canonical(name: str) -> str:
+    """'Meas X [mm]' -> 'mx', 'nom_y' -> 'y', 'x_dev' -> 'dx', 'I' -> 'i'; '' where the name is none of these."""
+    plain = re.sub(r"[\[(]\s*mm\s*[\])]|_mm$", "", name.strip().lower()).strip().replace(" ", "_")
+    if plain in NORMAL:
+        return "ijk"[NORMAL[plain]]
+    match = _NAME.fullmatch(plain)
+    if not match or (match["before"] and match["after"]):
+        return ""
+    word = match["before"] or match["after"]
+    for prefix, words in (("m", MEASURED), ("", NOMINAL), ("d", DEVIATION)):
+        if word in words:
+            return prefix + match["axis"]
+    return ""
+
+
+def of_feature(name: str) -> bool:
+    """Whether a column tells of the feature itself and not of its place: 'Meas D', 'Nom D', 'Round', 'form'."""
+    words = re.split(r"[\s_]+", re.sub(r"[\[(].*[\])]", "", name.strip().lower()))
+    prefixes = {*MEASURED, *NOMINAL, *DEVIATION} - {"d"}
+    rest = [w for w in words if w and w not in prefixes]
+    return len(rest) == 1 and rest[0] in OF_FEATURE
+
+
+def read_list(path: Path) -> Sheet:
+    """A table, or a printed list: lines of head, names two blanks apart, numbers in columns.
+
+    Raises DataError with the line of a ragged row.
+    """
+    lines = read_text(path).splitlines()
+    cells = [re.split(r"\s{2,}|\t", line.strip()) for line in lines]
+    head = next((i for i, row in enumerate(cells) if sum(bool(canonical(c)) for c in row) >= 2), None)
+    if head is None or any(d in lines[head] for d in ",;\t"):
+        return read_csv(path)
+    header, rows, numbers, problems = cells[head], [], [], []
+    for i, line in enumerate(lines[head + 1 :], head + 2):
+        words = line.split()
+        if words and len(words) != len(header):
+            problems.append(f"{path}:{i}: {len(words)} cells where line {head + 1} names {len(header)}")
+        elif words:
+            rows.append(words)
+            numbers.append(i)
+    if not rows and not problems:
+        problems.append(f"{path}:{head + 1}: there are no rows below the names; add one row per point")
+    if problems:
+        raise DataError(problems)
+    return Sheet(path, header, rows, head + 1, numbers)
+
+
+def _drop_same(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
+    """Of measured and deviation the deviation goes where both are there and say the same, to rounding."""
+    for c in "xyz":
+        if not {c, f"m{c}", f"d{c}"} <= set(table):
+            continue
+        stated = table.pop(f"d{c}")
+        apart = np.abs(table[f"m{c}"] - table[c] - stated)
+        wrong = np.flatnonzero(apart > ROUNDED)
+        if len(wrong):
+            i = int(wrong[0])
+            problems.append(
+                f"{sheet.at(i)}: deviation {c} = {stated[i]:g}, but measured - nominal is {table[f'm{c}'][i] - table[c][i]:.4g}; "
+                f"correct one of them or remove the column ({len(wrong)} rows)"
+            )
+
+
+def read_points(
+    path: str | Path,
+    machine: Machine,
+    pose: Pose,
+    offset: Array,
+    tip_radius: float,
+    kind: str = "probe",
+    measuring: bool = True,
+) -> Recording:
+    """Read a point table. pose: machine_from_part; offset (3,) mm of the tip; tip_radius mm; rotary axes at zero.
+
+    measuring: the part is known to be as nominal and the CMM is examined (indicated - true); False: the CMM is
+    believed and the machine that made the part is examined (actual - commanded).
+    Raises DataError with every problem: column, line and fix.
+    """
+    sheet = read_list(Path(path))
+    problems: list[str] = []
+    table, columns, labels = _columns(sheet, problems)
+    _drop_same(sheet, table, problems)
+    _check_complete(sheet, table, problems)
+    if problems:
+        raise DataError(problems)
+    n = len(sheet.rows)
+    nominal = np.stack([table.get(c, np.zeros(n)) for c in "xyz"], axis=1)
+    normal = _unit_normals(sheet, table)
+    seen = [i for i, c in enumerate("xyz") if f"m{c}" in table or f"d{c}" in table]
+    error = np.zeros((n, 3))
+    for i in seen:
+        c = "xyz"[i]
+        error[:, i] = table[f"d{c}"] if f"d{c}" in table else table[f"m{c}"] - nominal[:, i]
+    run = _run(machine, pose, nominal, normal, offset, tip_radius)
+    run = with_lateral_share(Run(run.position, run.offset, {**run.columns, **columns}, labels), machine, kind)
+    if normal is not None:
+        value, row, direction = (error * normal).sum(axis=1), np.arange(n), pose.turn(normal)
+    else:
+        value, row = error[:, seen].ravel(), np.repeat(np.arange(n), len(seen))
+        direction = np.tile(pose.turn(np.eye(3)[seen]), (n, 1))
+    return Recording(
+        "",
+        kind,
+        run,
+        value=value,
+        measuring=measuring,
+        row=row,
+        direction=direction,
+        other=np.full(len(value), -1, dtype=np.intp),
+        lines=np.array(sheet.lines, dtype=np.intp),
+    )
+
+
+def _columns(
+    sheet: Sheet, problems: list[str]
+) -> tuple[dict[str, Array], dict[str, Array], dict[str, np.ndarray]]:
+    """Coordinates by canonical name, conditions, labels."""
+    table: dict[str, Array] = {}
+    columns: dict[str, Array] = {}
+    labels: dict[str, np.ndarray] = {}
+    at = f"{sheet.path}:{sheet.header_line}"
+    known = [c for c in file_columns() if c == "time_s" or c.startswith("temp_")]
+    for i, name in enumerate(sheet.header):
+        short = canonical(name)
+        if name.lower() in LABELS:
+            labels[name.lower()] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
+            continue
+        if not short and of_feature(name):
+            continue
+        if not short and name not in known:
+            hint = did_you_mean(name, ["feature", "mx", "my", "mz", *known, *LABELS])
+            problems.append(
+                f'{at}: unknown column "{name}" of a point table.{hint} Columns: feature x y z i j k mx my mz'
+            )
+            continue
+        if short in table:
+            problems.append(f'{at}: "{name}" means {short}, which is there already; keep one of the two')
+        try:
+            (table if short else columns)[short or name] = sheet.numbers(name)
+        except DataError as error:
+            problems.extend(error.problems)
+    return table, columns, labels
+
+
+def _check_complete(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
+    at = f"{sheet.path}:{sheet.header_line}"
+    have_normal = [c for c in "ijk" if c in table]
+    seen = [c for c in "xyz" if f"m{c}" in table or f"d{c}" in table]
+    for c in "xyz":
+        if c in seen and c not in table:
+            problems.append(f"{at}: {c} is measured, but its nominal column {c} is missing")
+    if not seen:
+        problems.append(
+            f"{at}: there are no measured columns; add mx my mz (or dx dy dz, measured - nominal)"
+        )
+    if have_normal and len(have_normal) < 3:
+        problems.append(f"{at}: the normal i j k is complete or absent; found {' '.join(have_normal)}")
+    if have_normal and 0 < len(seen) < 3:
+        problems.append(f"{at}: along a normal all of x y z must be measured; found {' '.join(seen)}")
+
+
+def _unit_normals(sheet: Sheet, table: dict[str, Array]) -> Array | None:
+    if "i" not in table:
+        return None
+    normal = np.stack([table[c] for c in "ijk"], axis=1)
+    size = np.linalg.norm(normal, axis=1)
+    bad = np.flatnonzero(np.abs(size - 1.0) > 0.01)
+    if len(bad):
+        raise DataError(
+            [f"{sheet.at(int(i))}: i j k has the length {size[i]:.4g}; give a unit vector" for i in bad]
+        )
+    return np.asarray(normal / size[:, None])
+
+
+def _run(
+    machine: Machine, pose: Pose, nominal: Array, normal: Array | None, offset: Array, tip_radius: float
+) -> Run:
+    """Where the axes stood at each point: the tip centre one radius off the surface."""
+    in_machine = pose.apply(nominal)
+    turned = np.zeros_like(nominal) if normal is None else pose.turn(normal)
+    offsets = np.tile(np.asarray(offset, dtype=float), (len(nominal), 1))
+    position = axis_positions(machine.chain, machine.axes, in_machine + tip_radius * turned, offsets)
+    columns = {f"part_{c}_mm": (in_machine - pose.shift)[:, i] for i, c in enumerate("xyz")}
+    if normal is not None:
+        columns |= {f"n{c}": turned[:, i] for i, c in enumerate("xyz")}
+    return Run(position, offsets, columns)

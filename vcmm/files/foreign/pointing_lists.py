@@ -1,0 +1,233 @@
+"""Pointing lists: where a tool of two rotary axes really pointed when its axes read what they did.
+
+TPOINT lists (format "tpoint", equatorial mounts): free lines of head, the last of them latitude (d m s), date (y m d),
+temperature (degC), pressure (hPa) ..., then rows of 14 numbers: right ascension (h m s) and declination (d m s) of the star,
+those that the mount read, sidereal time (h m). The air lifts a star by 1.02' cot(h + 10.3 / (h + 5.11)) P / 1010 283 / (273 + T)
+(Saemundsson, Sky and Telescope 72 (1986) 70). The list does not state its equinox: `equinox = "J2000"` precesses to its date
+(Lieske et al., Astronomy and Astrophysics 58 (1977) 1).
+
+Offsets of an altitude-azimuth head (format "altaz"): a table with az_deg, alt_deg as read and d_az_arcsec, d_alt_arcsec (or
+_urad, _deg), true - read; azimuth from north through east.
+
+Both give the readings of the two axes, first axis = -hour angle or -azimuth about z, second = -declination or -altitude, the tool
+along x of the last frame, and the direction seen. z is the pole or the zenith, x the meridian on the equator or north.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.core.axes import is_rotary
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.core.text import read_text
+from vcmm.files.columns import LABELS, file_columns, known_column, read_csv
+from vcmm.task.response.pointing import POINTED, pointing_observations, with_down
+from vcmm.task.response.recording import Recording
+
+LONG = 1000.0  # mm: the tool has a direction and no length
+UNITS = {"arcsec": np.pi / 180.0 / 3600.0, "urad": 1e-6, "deg": np.pi / 180.0}
+EQUINOXES = ("date", "J2000")
+ROW, HEAD = 14, 8  # numbers of a star; of the line of conditions
+
+
+@dataclass(frozen=True, eq=False)
+class Pointings:
+    """n sightings. first, second (n,) rad: readings of the axes; seen (n, 3) unit; down (3,); columns and labels of the rows."""
+
+    first: Array
+    second: Array
+    seen: Array
+    down: Array
+    columns: dict[str, Array]
+    labels: dict[str, np.ndarray]
+    lines: Array
+
+
+def recording_of_pointings(found: Pointings, machine: Machine, measuring: bool) -> Recording:
+    """Sightings as a recording of angles. Raises UsageError where the machine has not two rotary axes on its tool side."""
+    axes = [a for a in machine.chain.tool if is_rotary(a)]
+    if len(axes) != 2:
+        raise UsageError(
+            f'a pointing list needs a machine of two rotary axes, structure = "w b C B t"; {machine.chain.structure} has '
+            f"{len(axes)} on the side of its tool"
+        )
+    n = len(found.first)
+    position = {a: np.zeros(n) for a in machine.chain.letters} | {axes[0]: found.first, axes[1]: found.second}
+    columns = {**found.columns, **{name: found.seen[:, i] for i, name in enumerate(POINTED)}}
+    run = with_down(
+        Run(position, np.tile([LONG, 0.0, 0.0], (n, 1)), columns, found.labels), machine, found.down
+    )
+    value, direction = pointing_observations(run, machine, -1.0 if measuring else 1.0)
+    return Recording(
+        "",
+        "angle",
+        run,
+        value=value,
+        measuring=measuring,
+        row=np.repeat(np.arange(n), 2),
+        direction=direction,
+        other=np.full(2 * n, -1, dtype=np.intp),
+        lines=found.lines.astype(np.intp),
+    )
+
+
+def direction_of(longitude: Array, latitude: Array) -> Array:
+    """(n, 3) of hour angle and declination, or azimuth and altitude (rad): y is to the west."""
+    across = np.cos(latitude)
+    return np.stack([across * np.cos(longitude), -across * np.sin(longitude), np.sin(latitude)], axis=1)
+
+
+def read_tpoint(path: str | Path, equinox: str = "date") -> Pointings:
+    """Read a TPOINT list of an equatorial mount. Raises DataError with the line of what it cannot read."""
+    path = Path(path)
+    if equinox not in EQUINOXES:
+        raise UsageError(f'equinox = "{equinox}"; allowed are {", ".join(EQUINOXES)}')
+    lines = read_text(path).splitlines()
+    rows = {i: found for i, line in enumerate(lines, 1) if len(found := _numbers(line)) == ROW}
+    if not rows:
+        raise DataError(
+            f"{path}:1: there is no row of {ROW} numbers: RA h m s, Dec d m s, both as read, sidereal time h m"
+        )
+    begin = min(rows)
+    head = lines[: begin - 1]
+    for i, line in enumerate(head, 1):
+        if line.strip().upper() == ":ALTAZ":
+            raise DataError(f'{path}:{i}: the mount is altitude-azimuth; give a table with format = "altaz"')
+    conditions = next((n for line in reversed(head) if len(n := _numbers(line)) >= HEAD), None)
+    if conditions is None:
+        raise DataError(
+            f"{path}:{begin}: no line above names latitude d m s, date y m d, temperature and pressure"
+        )
+    wrong = [
+        i
+        for i, line in enumerate(lines, 1)
+        if i > begin and i not in rows and line.strip() not in ("", "END")
+    ]
+    if wrong:
+        raise DataError([f"{path}:{i}: {ROW} numbers are due: {lines[i - 1].strip()[:60]}" for i in wrong])
+    numbers = np.array(list(rows.values()))
+    signs = np.array([_signs(lines[i - 1]) for i in rows])
+    return _stars(numbers, signs, conditions, head, equinox, np.array(list(rows)))
+
+
+def _stars(
+    numbers: Array, signs: Array, conditions: list[float], head: list[str], equinox: str, lines: Array
+) -> Pointings:
+    degrees = [signs[:, i] * _base60(numbers[:, 3 * i : 3 * i + 3]) for i in range(4)]
+    ra, dec, read_ra, read_dec = (
+        np.radians(d * (15.0 if i % 2 == 0 else 1.0)) for i, d in enumerate(degrees)
+    )
+    sidereal = np.radians(15.0 * (numbers[:, 12] + numbers[:, 13] / 60.0))
+    if equinox == "J2000":
+        ra, dec = precessed(ra, dec, conditions[3] + (conditions[4] - 0.5) / 12.0)
+    sign = (
+        -1.0
+        if next(line for line in reversed(head) if len(_numbers(line)) >= HEAD).lstrip().startswith("-")
+        else 1.0
+    )
+    latitude = float(np.radians(sign * _base60(np.abs(np.array([conditions[:3]])))[0]))
+    star = lifted(direction_of(sidereal - ra, dec), latitude, conditions[6], conditions[7])
+    first = np.mod(np.pi - sidereal + read_ra, 2 * np.pi) - np.pi
+    down = np.array([-np.cos(latitude), 0.0, -np.sin(latitude)])
+    return Pointings(first, -read_dec, seen=star, down=down, columns={}, labels={}, lines=lines)
+
+
+def _numbers(line: str) -> list[float]:
+    """The numbers of a line of nothing but numbers, else none."""
+    try:
+        return [float(word) for word in line.split()]
+    except ValueError:
+        return []
+
+
+def _signs(line: str) -> list[float]:
+    """Of the four angles of a row: -00 12 30 is negative."""
+    words = line.split()
+    return [-1.0 if words[i].startswith("-") else 1.0 for i in (0, 3, 6, 9)]
+
+
+def _base60(parts: Array) -> Array:
+    """d m s (n, 3) without sign to d."""
+    whole = np.abs(parts)
+    return np.asarray(whole[:, 0] + whole[:, 1] / 60.0 + whole[:, 2] / 3600.0)
+
+
+def precessed(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
+    """Places of J2000 (rad) at the mean equinox of a year."""
+    t = (year - 2000.0) / 100.0
+    arcs = (
+        2306.2181 * t + 0.30188 * t**2 + 0.017998 * t**3,
+        2306.2181 * t + 1.09468 * t**2 + 0.018203 * t**3,
+        2004.3109 * t - 0.42665 * t**2 - 0.041833 * t**3,
+    )
+    first, second, tilt = (a * UNITS["arcsec"] for a in arcs)
+    a = ra + first
+    x = np.cos(tilt) * np.cos(dec) * np.cos(a) - np.sin(tilt) * np.sin(dec)
+    y = np.cos(dec) * np.sin(a)
+    z = np.sin(tilt) * np.cos(dec) * np.cos(a) + np.cos(tilt) * np.sin(dec)
+    return np.arctan2(y, x) + second, np.arcsin(z)
+
+
+def lifted(seen: Array, latitude: float, celsius: float, hectopascal: float) -> Array:
+    """Directions (n, 3) raised by the refraction of the air; latitude rad. Raises DataError for stars below the horizon."""
+    zenith = np.array([np.cos(latitude), 0.0, np.sin(latitude)])
+    sine = seen @ zenith
+    height = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
+    low = np.flatnonzero(height < 0)
+    if len(low):
+        raise DataError(
+            f"star {int(low[0]) + 1} of the list stands {-height[low[0]]:.1f} deg below the horizon: check latitude and sidereal time"
+        )
+    lift = np.radians(1.02 / 60.0 / np.tan(np.radians(height + 10.3 / (height + 5.11))))
+    lift = lift * hectopascal / 1010.0 * 283.0 / (273.0 + celsius)
+    across = (zenith - sine[:, None] * seen) / np.sqrt(1.0 - sine**2)[:, None]
+    return np.asarray(np.cos(lift)[:, None] * seen + np.sin(lift)[:, None] * across)
+
+
+def read_altaz(path: str | Path) -> Pointings:
+    """Read a table of az_deg, alt_deg and their offsets. Raises DataError with column, line and fix."""
+    sheet = read_csv(Path(path))
+    at, problems = f"{sheet.path}:{sheet.header_line}", []
+    offsets = {}
+    for axis in ("az", "alt"):
+        if f"{axis}_deg" not in sheet.header:
+            problems.append(f"{at}: the column {axis}_deg is missing, what the axis read")
+        names = [f"d_{axis}_{unit}" for unit in UNITS if f"d_{axis}_{unit}" in sheet.header]
+        if len(names) != 1:
+            problems.append(
+                f"{at}: one column d_{axis}_arcsec is due (or _urad, _deg), true - read; found {' '.join(names) or 'none'}"
+            )
+        else:
+            offsets[axis] = names[0]
+    used = {"az_deg", "alt_deg", *offsets.values()}
+    known = file_columns()
+    columns, labels = {}, {}
+    for i, name in enumerate(sheet.header):
+        if name in LABELS:
+            labels[name] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
+        elif name not in used and known_column(name, known):
+            columns[name] = sheet.numbers(name)
+        elif name not in used:
+            problems.append(f'{at}: unknown column "{name}" of a pointing list')
+    if problems:
+        raise DataError(problems)
+    read = [np.radians(sheet.numbers(c)) for c in ("az_deg", "alt_deg")]
+    true = [
+        q + sheet.numbers(n) * UNITS[n.rpartition("_")[2]]
+        for q, n in zip(read, (offsets["az"], offsets["alt"]))
+    ]
+    first = np.mod(np.pi - read[0], 2 * np.pi) - np.pi
+    return Pointings(
+        first,
+        -read[1],
+        seen=direction_of(*true),
+        down=np.array([0.0, 0.0, -1.0]),
+        columns=columns,
+        labels=labels,
+        lines=np.array(sheet.lines),
+    )

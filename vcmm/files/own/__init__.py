@@ -1,0 +1,1 @@
+"""Formats of vcmm itself: machines, scenarios, recordings, plans and set-ups, read with line numbers and written."""

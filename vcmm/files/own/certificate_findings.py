@@ -1,0 +1,74 @@
+"""[certificate.measured] of a machine file: what the acceptance test found, in words to `Findings`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.units import quantity
+from vcmm.task.certified.findings import Findings, Found
+
+FIGURES: Mapping[str, str] = {
+    "R0": "R0",
+    "P_Form": "form", "P_Form_Sph_1x25": "form", "PFTU": "form",
+    "P_Size": "size", "P_Size_Sph_1x25": "size", "PSTU": "size",
+}  # fmt: skip
+KEYS = ("E0", "E0_largest", *FIGURES)
+EXAMPLE = 'E0_largest = { error = "1.1 um", u = "0.15 um" }'
+OF_LENGTHS = 'E0 = [{ length = "100 mm", error = "0.6 um", u = "0.1 um" }]'
+
+
+def findings_in(table: Mapping[str, Any], problems: list[tuple[str, str]]) -> Findings:
+    """Adds (key, text) of every entry that is not understood to `problems`."""
+    values: dict[str, Any] = {}
+    for key, stated in table.items():
+        try:
+            _take(key, stated, values)
+        except UsageError as error:
+            problems.append(("measured", str(error)))
+    return Findings(**values)
+
+
+def _take(key: str, stated: object, values: dict[str, Any]) -> None:
+    if key == "E0":
+        values["lengths"] = _lengths(stated)
+        return
+    if key not in KEYS:
+        raise UsageError(f'measured: no figure "{key}".{choose_from(key, KEYS)}')
+    name = "largest" if key == "E0_largest" else FIGURES[key]
+    if name in values:
+        raise UsageError(f'measured: "{key}" is stated twice, by two of its names; keep one')
+    found = _figure(key, stated)
+    if found.error < 0:
+        raise UsageError(f"measured {key} is never negative")
+    values[name] = found
+
+
+def _lengths(stated: object) -> tuple[tuple[float, Found], ...]:
+    if not isinstance(stated, list) or not stated or not all(isinstance(row, dict) for row in stated):
+        raise UsageError(f"measured E0 is a list, one entry a length: write for example {OF_LENGTHS}")
+    out = []
+    for row in stated:
+        if "length" not in row:
+            raise UsageError(f"measured E0: an entry states no length; write for example {OF_LENGTHS}")
+        length = quantity(row["length"], "length", "measured E0 length", "100 mm")
+        if not length > 0:
+            raise UsageError(f'measured E0: a length of "{row["length"]}" is none; it is above 0')
+        out.append((length, _figure("E0", {k: v for k, v in row.items() if k != "length"})))
+    return tuple(out)
+
+
+def _figure(key: str, stated: object) -> Found:
+    """ "0.8 um", or { error = "0.8 um", u = "0.1 um" }; u is a standard uncertainty."""
+    if isinstance(stated, str):
+        return Found(quantity(stated, "length", f"measured {key}", "0.8 um"))
+    if not isinstance(stated, dict) or "error" not in stated or set(stated) - {"error", "u"}:
+        raise UsageError(
+            f'measured {key} is a value such as "0.8 um" or a table with error and u (standard uncertainty), such as {EXAMPLE}'
+        )
+    error = quantity(stated["error"], "length", f"measured {key} error", "0.8 um")
+    u = quantity(stated.get("u", "0 um"), "length", f"measured {key} u", "0.1 um")
+    if u < 0:
+        raise UsageError(f'measured {key}: u = "{stated["u"]}" is a standard uncertainty and never negative')
+    return Found(error, u)

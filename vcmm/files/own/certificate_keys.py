@@ -1,0 +1,90 @@
+"""Keys of [certificate] as data sheets and editions of ISO 10360 write them, and what a reader should check of the limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vcmm.task.certified.certificate import MachineCertificate
+
+# what the program calls a limit -> the keys that state it: ISO 10360-2:2009, -5:2020, -5:2010
+SAME: dict[str, tuple[str, ...]] = {
+    "E0": ("E0_MPE",),
+    "E150": ("E150_MPE",),
+    "R0": ("R0_MPL", "R0_MPE"),
+    "form": ("P_Form_Sph_1x25", "P_Form_Sph_1x25_MPE", "PFTU_MPE"),
+    "size": ("P_Size_Sph_1x25", "P_Size_Sph_1x25_MPE", "PSTU_MPE"),
+}
+# of several styli or orientations of a head: the machines that are drawn have one stylus
+SEVERAL_STYLI = (
+    "P_Form_Sph_5x25_MPE", "P_Size_Sph_5x25_MPE", "L_Dia_5x25_MPE", "PFTE_MPE", "PSTE_MPE", "PLTE_MPE", "PFTM_MPE", "PSTM_MPE", "PLTM_MPE",
+)  # fmt: skip
+GROWTH = (50.0, 1500.0)  # mm per um
+SHORTEST = (1e-4, 1e-2)  # mm: E0 of the shortest length
+FARTHEST = 1000.0  # mm: E150 is compared with E0 up to here
+FORMS = 5.0  # between P_Form and E0 of the shortest length there is no more than this on data sheets
+
+
+def stated_keys(table: Any, limit: str) -> list[str]:
+    """The keys by which a table states a limit."""
+    return [k for k in SAME[limit] if getattr(table, k) is not None]
+
+
+def certificate_remarks(table: Any, c: MachineCertificate) -> tuple[str, ...]:
+    """Limits that are not used, or that do not go together, each with the usual range; empty when there is nothing to say."""
+    key = {limit: next(iter(stated_keys(table, limit)), "") for limit in SAME}
+    out = [
+        f"[certificate] {k} has no effect: machines are drawn with one stylus; what several styli add is stated by [plan] "
+        "qualification = { sphere_diameter = ... }"
+        for k in SEVERAL_STYLI
+        if getattr(table, k) is not None
+    ]
+    out += [*_of_lengths(key, c), *_of_repeats(key, c)]
+    return tuple(out)
+
+
+def _of_lengths(key: dict[str, str], c: MachineCertificate) -> list[str]:
+    out = []
+    for name, limit in (("E0", c.E0), ("E150", c.E150)):
+        if limit is None:
+            continue
+        if limit.per != float("inf") and not GROWTH[0] <= limit.per <= GROWTH[1]:
+            out.append(
+                f"[certificate] {key[name]} grows by L/{limit.per:g}; usual are L/50 to L/1500: check it"
+            )
+        if not SHORTEST[0] <= limit(0.0) <= SHORTEST[1]:
+            out.append(
+                f"[certificate] {key[name]} allows {_um(limit(0.0))} on the shortest length; usual are 0.1 to 10 um: check the unit"
+            )
+    if c.E0 and c.E150:
+        worst = max((0.0, FARTHEST), key=lambda n: c.E0(n) / max(c.E150(n), 1e-12))  # type: ignore[misc]
+        if c.E150(worst) < c.E0(worst) * (1.0 - 1e-9):
+            out.append(
+                f"[certificate] E150_MPE ({_um(c.E150(worst))} at {worst:g} mm) is below E0_MPE ({_um(c.E0(worst))}): an offset stylus measures "
+                "no better than none; usual are 1 to 2 times E0: check whether the two are exchanged"
+            )
+    return out
+
+
+def _of_repeats(key: dict[str, str], c: MachineCertificate) -> list[str]:
+    out = []
+    if c.R0 is not None and c.form is not None and 2.0 * c.form < c.R0:
+        # a length has two touches, and 25 touches of the sphere scatter by less than P_Form
+        out.append(
+            f"[certificate] {key['R0']} ({_um(c.R0)}) is more than twice {key['form']} ({_um(c.form)}): touches that scatter so much show in "
+            "the form of the sphere; usual are 0.5 to 2 times it: check the unit"
+        )
+    if c.R0 is not None and c.E0 and 2.0 * c.E0(0.0) < c.R0:
+        out.append(
+            f"[certificate] {key['R0']} ({_um(c.R0)}) is more than twice E0_MPE of the shortest length ({_um(c.E0(0.0))}), which bounds the "
+            "range of repeats by itself; usual are 0.3 to 1 times it: check the unit"
+        )
+    if c.form is not None and c.E0 and c.E0(0.0) > 0 and not 1 / FORMS <= c.form / c.E0(0.0) <= FORMS:
+        out.append(
+            f"[certificate] {key['form']} ({_um(c.form)}) is {c.form / c.E0(0.0):.2g} times E0_MPE of the shortest length ({_um(c.E0(0.0))}); "
+            "usual are 0.5 to 2 times it: check the unit"
+        )
+    return out
+
+
+def _um(mm: float) -> str:
+    return f"{1e3 * mm:.4g} um"

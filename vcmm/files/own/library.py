@@ -1,0 +1,68 @@
+"""The scenarios that come with vcmm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vcmm.core.errors import UsageError, choose_from
+
+_PACKAGE = Path(__file__).parents[2]
+KINDS = {"mill": "pallet_block", "lathe": "turned_shaft"}  # what somebody who cuts asks for -> its example
+
+
+def folder() -> Path:
+    """Where the scenarios lie: inside the installed package, or beside it in a checkout."""
+    inside = _PACKAGE / "scenarios"
+    return inside if inside.is_dir() else _PACKAGE.parent / "scenarios"
+
+
+def scenarios() -> dict[str, str]:
+    """Name -> first comment line of every embedded scenario."""
+    found = {}
+    for path in sorted(folder().glob("*.toml")):
+        found[path.stem] = path.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ").strip()
+    return found
+
+
+def path(name: str) -> Path:
+    """Path of an embedded scenario, also by its kind (mill, lathe). Raises UsageError with the closest name."""
+    known = scenarios()
+    one = name if name in known else KINDS.get(name, name)
+    if one not in known:
+        raise UsageError(f'there is no scenario "{name}".{choose_from(name, [*known, *KINDS])}')
+    return folder() / f"{one}.toml"
+
+
+def companions(name: str) -> dict[str, Path]:
+    """Files that an embedded scenario needs beside it: path relative to its folder -> file. Empty for most."""
+    beside = folder() / name
+    found = sorted(p for p in beside.rglob("*") if p.is_file() and not p.name.startswith("."))
+    return {str(p.relative_to(folder())): p for p in found}
+
+
+def cuts(scenario: Path) -> bool:
+    """Whether a scenario file is a cutting scenario: it has a [cut] table."""
+    from vcmm.files.toml import read_toml
+
+    return "cut" in read_toml(scenario).data
+
+
+def records(scenario: Path) -> bool:
+    """Whether the file is a recording, to be diagnosed."""
+    from vcmm.files.toml import read_toml
+
+    return str(read_toml(scenario).data.get("vcmm", "")).startswith("recording/")
+
+
+def turns_over(scenario: Path) -> bool:
+    """Whether the file is a reversal, to be separated."""
+    from vcmm.files.own.reversal import is_reversal
+
+    return is_reversal(scenario)
+
+
+def instrument_read(scenario: Path) -> bool:
+    """Whether the file is a recording that states its instrument: it is there to calibrate from."""
+    from vcmm.files.toml import read_toml
+
+    return records(scenario) and "instrument" in read_toml(scenario).data

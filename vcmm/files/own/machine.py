@@ -1,0 +1,181 @@
+"""Machine files: machine/1 TOML to a Machine with its Inputs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from vcmm.core.axes import ALLOWED, is_axis, is_rotary
+from vcmm.core.errors import UsageError
+from vcmm.core.expansions import unusual_expansion
+from vcmm.core.kinematics import Axis, Chain, parse_structure
+from vcmm.core.knowledge import informed
+from vcmm.core.machine import Machine
+from vcmm.core.units import quantity
+from vcmm.files.own.certificate import certificate_from
+from vcmm.files.own.certificate_keys import certificate_remarks
+from vcmm.files.own.effects import build_effect
+from vcmm.files.own.knowledge import further_effects, further_inputs, names_in, tables_in
+from vcmm.files.own.known_errors import known_errors
+from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
+from vcmm.files.problems import Problems
+from vcmm.files.schema import checked_model
+from vcmm.files.toml import Document, Location, check_version, read_toml
+from vcmm.physics import has_role
+from vcmm.task.certified.certificate import MachineCertificate
+from vcmm.task.certified.known import CertifiedKnowledge, certified, passing_machines
+
+
+def load_machine(path: str | Path) -> Machine:
+    """Read a machine file. Raises DataError with every problem of the file, each with its line."""
+    document = read_toml(path)
+    check_version(document, "machine")
+    return machine_from(document, document.data, ())
+
+
+def load_machine_of(path: str | Path) -> Machine:
+    """The machine of a machine file or of a scenario, without the part's effects, as it takes its acceptance test.
+
+    Of a machine of which only a certificate is known these are machines that pass it with all their errors together.
+    """
+    return machine_from(*found_machine(path), passing=True)
+
+
+def machine_from(document: Document, data: dict[str, Any], at: Location, *, passing: bool = False) -> Machine:
+    """A machine table (a file, or [machine] of a scenario) to a Machine. Raises DataError with every problem.
+
+    passing: errors that a certificate allows are those of machines that pass its test, and not all that each limit allows.
+    """
+    problems = Problems(document)
+    machine = _checked_machine(document, data, at, problems, passing)
+    problems.raise_if_any()
+    assert machine is not None
+    return machine
+
+
+def _checked_machine(
+    document: Document, data: dict[str, Any], at: Location, problems: Problems, passing: bool
+) -> Machine | None:
+    before = len(problems.found)
+    model = checked_model(MachineFile, {"vcmm": "machine/1", **data}, problems, at)
+    if model is None:
+        for i, table in enumerate(tables_in(data, "effects")):  # what can be checked without the rest
+            problems.attempt((*at, "effects", i), lambda table=table: build_effect(table))  # type: ignore[misc]
+        return None
+    chain = problems.attempt((*at, "structure"), lambda: parse_structure(model.structure))
+    axes = {
+        k: problems.attempt((*at, "axes", k, "travel"), lambda k=k, a=a: _axis(k, a))  # type: ignore[misc]
+        for k, a in model.axes.items()
+    }
+    _check_axes(chain, names_in(data, "axes"), problems, at)
+    effects, inputs = known_errors(model, data, document, problems, at, chain)
+    effects += further_effects(tables_in(data, "effects"), chain, problems, at)
+    complete = len(problems.found) == before
+    inputs += further_inputs(tables_in(data, "inputs"), effects, inputs, problems, at, complete)
+    if problems.found:
+        return None
+    errors = model.errors
+    bare = problems.attempt(
+        (*at, "structure"),
+        lambda: Machine(
+            name=model.name or document.path.stem, kind=model.kind, chain=chain, axes=axes,  # type: ignore[arg-type]
+            state=errors.state if errors else "residual", load_limit=model.load_limit,
+            compensation=tuple(errors.compensation) if errors else (), large_errors=model.large_errors,
+            remarks=_of_scales(model),
+        ),
+    )  # fmt: skip
+    if bare is not None and model.certificate is not None:
+        stated = model.certificate
+        machine, here = bare, (*at, "certificate")
+        certificate = problems.attempt(here, lambda: certificate_from(stated))
+        if certificate is None:
+            return None
+        known = problems.attempt(here, lambda: _certified(machine, model, certificate, passing))
+        bare = replace(machine, remarks=(*machine.remarks, *certificate_remarks(stated, certificate)))
+        effects += known.effects if known else ()
+        inputs += known.inputs if known else ()
+    return bare and problems.attempt((*at, "structure"), lambda: informed(bare, effects, inputs))
+
+
+def _of_scales(model: MachineFile) -> tuple[str, ...]:
+    scales = model.environment and model.environment.scales
+    said = unusual_expansion("[environment] scales expansion", scales.expansion) if scales else ""
+    return (said,) if said else ()
+
+
+def _certified(
+    machine: Machine, model: MachineFile, certificate: MachineCertificate, passing: bool
+) -> CertifiedKnowledge | None:
+    """What the certificate says of the errors, where the file itself does not state them; its scatter is that of the file."""
+    if model.errors is not None or model.effects:
+        return None
+    known = passing_machines(machine, certificate) if passing else certified(machine, certificate)
+    if model.repeatability is None:
+        return known
+    return replace(
+        known,
+        effects=tuple(e for e in known.effects if e.role != "repeatability"),
+        inputs=tuple(i for i in known.inputs if not has_role(i.effect, "repeatability")),
+    )
+
+
+def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems, at: Location) -> None:
+    """structure and [axes] name the same axes."""
+    if chain is None or names is None:
+        return
+    for letter in chain.letters:
+        if letter not in names:
+            problems.add(
+                (*at, "structure"),
+                f'structure = "{chain.structure}" names axis {letter}, but there is no [axes.{letter}]; '
+                f'add it with its travel, for example travel = ["0 mm", "600 mm"]',
+            )
+    for letter in names:
+        if letter not in chain.letters and is_axis(letter):
+            problems.add(
+                (*at, "axes", letter),
+                f'axis {letter} is not in structure = "{chain.structure}"; add it there or remove [axes.{letter}]',
+            )
+
+
+def _axis(letter: str, table: AxisTable) -> Axis:
+    if not is_axis(letter):
+        raise UsageError(f'unknown axis "{letter}"; allowed are {ALLOWED}')
+    dynamics = _dynamics(letter, table.dynamics.model_dump())
+    if table.travel == ["endless"]:
+        if not is_rotary(letter):
+            raise UsageError(
+                f'travel of {letter} is "endless": only rotary axes turn on and on; write its ends, as in ["0 mm", "600 mm"]'
+            )
+        turn = (0.0, 2.0 * math.pi)
+        return Axis(
+            letter, turn, centre=table.centre, measured_at=table.measured_at, error_frame=table.error_frame, dynamics=dynamics, is_endless=True,
+        )  # fmt: skip
+    low, high = (
+        quantity(t, "angle", "travel", "90 deg")
+        if is_rotary(letter)
+        else quantity(t, "length", "travel", "600 mm")
+        for t in table.travel
+    )
+    if not low < high:
+        raise UsageError(
+            f"travel of {letter} runs from {table.travel[0]} to {table.travel[1]}; the first end must be the lower one"
+        )
+    return Axis(letter, (low, high), table.centre, table.measured_at, table.error_frame, dynamics)
+
+
+def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, float]:
+    """Speed, acceleration and jerk in mm (rotary axes: rad) and s; gain in 1/s; feed-forward as a share."""
+    out: dict[str, float] = {}
+    for key, value in table.items():
+        if isinstance(value, str):
+            dimension = f"angular {key}" if is_rotary(letter) else key
+            out[key] = quantity(value, dimension, f"dynamics.{key} of axis {letter}")
+        elif value is not None:
+            out[key] = value
+    return out
+
+
+__all__ = ["MachineFile", "load_machine", "machine_from"]

@@ -1,0 +1,89 @@
+"""The data of a recording file in the format that it states, as a Recording: one reader for each format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.core.axes import is_rotary
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.files.foreign.iso230 import read_iso230, recording_of_runs
+from vcmm.files.foreign.klipper import read_klipper, recording_of_homings
+from vcmm.files.foreign.point_table import read_points
+from vcmm.files.foreign.pointing_lists import read_altaz, read_tpoint, recording_of_pointings
+from vcmm.files.foreign.rtl import read_rtl
+from vcmm.files.observations import Sense, read_observations
+from vcmm.files.own.recording_tables import LineTable, RecordingFile, ScopeTable, StylusTable, other_positions
+from vcmm.files.own.scope import read_scope, recording_of_scope
+from vcmm.files.problems import Problems
+from vcmm.task.response.recording import Recording
+
+
+def read_data(
+    model: RecordingFile, path: Path, machine: Machine | None, problems: Problems
+) -> Recording | None:
+    """The data in their format; None where the machine is not known."""
+    if model.shape == "table":
+        fixed = bool({"station", "centre"} & set(model.nuisance))
+        return read_observations(path, machine, Sense(model.kind, model.measuring, fixed), model.name)
+    if machine is None:
+        return None
+    if model.shape == "points":
+        stylus = model.stylus or StylusTable()
+        pose = model.pose and Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
+        radius = stylus.tip_diameter / 2
+        return read_points(path, machine, pose or Pose.identity(), offset=np.array(stylus.offset), tip_radius=radius, kind=model.kind, measuring=model.measuring)  # fmt: skip
+    if model.shape == "scope":
+        return _read_scope(model, path, machine, problems)
+    if model.shape in ("tpoint", "altaz"):
+        _check_kind(model, "angle")
+        found = read_altaz(path) if model.shape == "altaz" else read_tpoint(path, model.equinox or "date")
+        return recording_of_pointings(found, machine, model.measuring)
+    if model.shape == "klipper":
+        return _read_klipper(model, path, machine, problems)
+    runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)
+    line = model.line or LineTable()
+    if "axis" in line.model_fields_set and not line.axis:
+        problems.add(("line", "axis"), "axis is empty; write the letter of the axis, or leave the key out")
+        return None
+    axis = line.axis or runs.axis
+    if not axis:
+        raise UsageError(f'{path.name} does not name its axis; add [line] with axis = "X"')
+    _check_kind(model, "angle" if is_rotary(axis) else "displacement")
+    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, (axis,)))
+    return (
+        None
+        if at is None
+        else recording_of_runs(runs, machine, axis, at, np.array(line.offset), model.measuring)
+    )
+
+
+def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
+    scope = read_scope(path, model.scope or ScopeTable())
+    axes = tuple(scope.commanded)
+    _check_kind(model, "angle" if is_rotary(axes[0]) else "path")
+    line = model.line or LineTable()
+    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, axes))
+    return (
+        None if at is None else recording_of_scope(scope, machine, at, np.array(line.offset), model.measuring)
+    )
+
+
+def _read_klipper(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
+    _check_kind(model, "displacement")
+    if not model.measuring:
+        raise UsageError('a switch that stands still is a reference: write observed = "indicated - true"')
+    found = read_klipper(path, model.counter.step if model.counter else None)
+    line = model.line or LineTable()
+    at = problems.attempt(
+        ("line",), lambda: other_positions(line, machine.chain.letters, ()) if line.at else {}
+    )
+    return None if at is None else recording_of_homings(found, machine, at, np.array(line.offset))
+
+
+def _check_kind(model: RecordingFile, due: str) -> None:
+    if model.kind != due:
+        raise UsageError(f'{model.data} holds a recording of kind "{due}"; write kind = "{due}"')

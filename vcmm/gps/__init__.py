@@ -1,4 +1,0 @@
-"""Characteristics of a drawing, and the decisions about them.
-
-Imports core, fit, part.
-"""

@@ -1,4 +1,0 @@
-"""What measured data say of the true values: points and values taken in, the audit.
-
-Imports core, fit, part, gps, effects, measuring, evaluation.
-"""

@@ -1,0 +1,1 @@
+"""From the readings of instruments to a machine file with honest covariance."""

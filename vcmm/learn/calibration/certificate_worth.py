@@ -1,0 +1,128 @@
+"""What a certificate is worth for a part: U under every prior, U with every further fact, and coverage of machines at the limit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from vcmm.answer.evaluation.at_limit import CoveredMachines, covered_at_limit
+from vcmm.answer.evaluation.result import UncertaintyResult
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.core.errors import UsageError
+from vcmm.files.own.certificate import certificate_table
+from vcmm.files.own.machine import load_machine_of
+from vcmm.files.own.scenario import load_scenario
+from vcmm.learn.calibration.acceptance import Figure, predicted
+from vcmm.task.certified.certificate import PRIORS, MachineCertificate
+from vcmm.task.certified.findings import Findings
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.settings import Settings
+
+CHECKED = 20  # exact trials of each evaluation: the machines are the same, and `uncertainty` checks with more
+FIRST = ("E0_MPE", "iso230_2")  # one of these is needed
+FACTS = (
+    "P_Form_Sph_1x25",
+    "P_Size_Sph_1x25",
+    "R0_MPL",
+    "E150_MPE",
+    "iso230_2",
+    "measured",
+)  # in this order they are added
+
+
+@dataclass(frozen=True)
+class CertifiedU:
+    """U of one characteristic, mm or rad, under one prior or with the facts known so far."""
+
+    known: str
+    characteristic: str
+    unit: str
+    expanded: float
+
+
+@dataclass(frozen=True)
+class CertificateWorth:
+    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines drawn as stated.
+
+    warnings: what the intervals that are counted leave in, such as a known bias.
+    """
+
+    stated: str
+    by_prior: tuple[CertifiedU, ...]
+    by_fact: tuple[CertifiedU, ...]
+    covered: tuple[CoveredMachines, ...]
+    figures: tuple[Figure, ...]
+    seed: int
+    warnings: tuple[str, ...] = ()
+
+
+def certificate_worth(
+    path: Path, *, trials: int | None = None, seed: int | None = None, progress: Progress | None = None
+) -> CertificateWorth:
+    """Of a scenario whose machine states a certificate and no errors of its own. UsageError for another one."""
+    report = progress or (lambda text, share: None)
+    table = certificate_table(path)
+    scenario, certificate = load_scenario(path), _drawn_from(path)
+    machine = load_machine_of(path)  # without the part's effects
+    changes: dict[str, Any] = {k: v for k, v in (("trials", trials), ("seed", seed)) if v is not None}
+    settings = replace(scenario.settings, certify=CHECKED, **changes)
+    steps = _facts(table)
+    whole = len(PRIORS) + len(steps) + 1
+    by_prior, by_fact = [], []
+    for i, prior in enumerate(PRIORS):
+        report(f"prior {prior}", i / whole)
+        by_prior += _expanded(prior, path, {**table, "prior": prior}, settings)
+    for i, (known, part) in enumerate(steps):
+        report(known, (len(PRIORS) + i) / whole)
+        by_fact += _expanded(known, path, part, settings)
+    report("machines at the limit", (whole - 1) / whole)
+    limits = {k: v for k, v in table.items() if k != "measured"}
+    at_limit = load_scenario(path, certificate={**limits, "prior": "limit"})
+    result = _evaluated(at_limit, settings)
+    covered = covered_at_limit(at_limit.machine, replace(certificate, found=Findings()), result)
+    figures = [
+        f for test in ("10360-2", "230-2") if certificate.limits(test)
+        for f in predicted(machine, test, certificate.limits(test), settings.seed, 400)
+        if f.limit_um is not None and not (certificate.E0 and f.name.startswith("R "))  # R of an axis holds no probe
+    ]  # fmt: skip
+    return CertificateWorth(
+        certificate.words(), tuple(by_prior), tuple(by_fact),
+        covered=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
+    )  # fmt: skip
+
+
+def _drawn_from(path: Path) -> MachineCertificate:
+    from vcmm.files.own.certificate import certificate_from
+    from vcmm.files.own.machine_tables import CertificateTable
+
+    certificate = certificate_from(CertificateTable(**certificate_table(path)))
+    drawn = {i.evidence for i in load_scenario(path).machine.inputs}
+    if certificate.words() not in drawn:
+        raise UsageError(
+            "the machine states errors of its own beside its certificate, and they count; vcmm check says how often such a machine keeps it"
+        )
+    return certificate
+
+
+def _facts(table: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """(words, certificate) from the first limit on, one more fact each."""
+    first = next(k for k in FIRST if table.get(k))
+    known = {k: v for k, v in table.items() if k in (first, "prior")}
+    steps = [(first, dict(known))]
+    for fact in FACTS:
+        if table.get(fact) and fact not in known:
+            known[fact] = table[fact]
+            steps.append((f"+ {fact}", dict(known)))
+    return steps
+
+
+def _expanded(known: str, path: Path, table: dict[str, Any], settings: Settings) -> list[CertifiedU]:
+    result = _evaluated(load_scenario(path, certificate=table), settings)
+    return [CertifiedU(known, c.name, c.unit, c.expanded) for c in result.characteristics]
+
+
+def _evaluated(scenario: Scenario, settings: Settings) -> UncertaintyResult:
+    return evaluate(scenario.task(), settings)

@@ -1,0 +1,368 @@
+"""Calibrate: recordings in, the errors of the machine with their joint covariance out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.axes import is_rotary, whole_turn
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.learn.calibration.between import expected_between, left_between
+from vcmm.learn.calibration.checks import check_agreement, check_instruments, check_recordings, remarks_on
+from vcmm.learn.calibration.evidence import smoothness
+from vcmm.learn.calibration.growth import grown, growth_factor
+from vcmm.learn.calibration.identified import Identified, identified
+from vcmm.learn.calibration.interpolation import NETS, as_kind, interpolation_of, netted, swings
+from vcmm.learn.calibration.known import (
+    Known,
+    known_errors_of,
+    known_nodes,
+    known_ranges,
+    known_turns,
+    name_of,
+)
+from vcmm.learn.calibration.model import LINEAR, ErrorModel, error_model
+from vcmm.learn.calibration.readings import Readings, read_both_ways, readings
+from vcmm.learn.calibration.remarks import as_before, noticed
+from vcmm.learn.calibration.result import Calibration
+from vcmm.learn.calibration.reversed_readings import read_jointly
+from vcmm.learn.calibration.rotary import average_line
+from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
+from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.response.recording import Recording
+
+FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
+FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
+LEAST = 9  # nodes of a recalibration
+SPLINE, POLYNOMIAL = "spline", "polynomial"
+BETTER = 1.0  # nats that more nodes must win
+BETWEEN = (
+    0.3  # of the u of a curve: what fewer nodes may leave of it between them; a 95 % band then holds 94 %
+)
+REST, STILL = (
+    1e-6,
+    1.0,
+)  # mm: an axis that moves less stands still; travel that it is given then, to either side
+
+NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
+
+Progress = Callable[[str, float], None]
+
+
+def bare_machine(structure: str, kind: str = "cmm") -> Machine:
+    """A machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
+    chain = parse_structure(structure)
+    axes = {a: Axis(a, (-TURNS, TURNS) if is_rotary(a) else (-FAR, FAR)) for a in chain.letters}
+    return Machine("calibrated machine", kind, chain, axes)
+
+
+def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
+    """Axis -> (lowest, highest) position in all recordings, mm or rad."""
+    out: dict[str, tuple[float, float]] = {}
+    for recording in recordings:
+        for axis, q in recording.run.position.items():
+            low, high = out.get(axis, (np.inf, -np.inf))
+            out[axis] = (min(low, float(q.min())), max(high, float(q.max())))
+    return out
+
+
+def ranges_of(spans: Mapping[str, tuple[float, float]], machine: Machine) -> dict[str, tuple[float, float]]:
+    """Of the axes that moved: (low, high), that of a rotary axis that went round rounded to one turn."""
+    out = {}
+    for axis, (low, high) in spans.items():
+        if high - low <= REST:
+            continue
+        round_ = is_rotary(axis) and high - low > NEARLY and float(np.ptp(machine.axes[axis].travel)) > NEARLY
+        out[axis] = (low, low + 2 * np.pi) if round_ else (low, high)
+    return out
+
+
+def calibrate(
+    recordings: Sequence[Recording],
+    machine: Machine,
+    certificates: Mapping[str, InstrumentCertificate] | None = None,
+    only: Sequence[str] = (),
+    progress: Progress = lambda text, share: None,
+    growth: float = 0.0,
+    interpolation: str = SPLINE,
+    correlated: Mapping[str, Array] | None = None,
+) -> Calibration:
+    """The errors of a machine from any mixture of recordings.
+
+    machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
+    its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
+    file has them. growth: u in mm by which every error of the machine file may have changed since it was found (rotations and
+    squareness: that over 1 m); zero leaves it to the readings. interpolation: one of vcmm.learn.calibration.interpolation.
+    correlated: recording name -> covariance of its readings (m, m) mm^2, where their noise is not independent. Raises UsageError where nothing is
+    identified, naming the combinations, and for recordings that contradict themselves.
+    """
+    kind = interpolation_of(interpolation)
+    check_recordings(recordings)
+    check_instruments(certificates or {})
+    spans = spans_of(recordings)
+    ranges = _looked_at(spans, machine, kind, growth)
+    job = _Job(
+        recordings,
+        machine,
+        certificates or {},
+        ranges,
+        tuple(only),
+        correlated or {},
+        progress=progress,
+        growth=growth,
+    )
+    progress("reading", 0.1)
+    parts, post, known = job.best() if kind == SPLINE else job.other(kind)
+    swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
+    check_agreement(parts, post.model)
+    progress("what is identified", 0.9)
+    found = beforehand(parts, post.model) if growth else identified(post.information, post.covariance)
+    if not known.names:
+        _refuse_if_nothing(found)
+    kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
+    remarks = (
+        *remarks_on(recordings),
+        *noticed(parts, post, only, bool(known.names)),
+        *swinging,
+        *(grown(growth, parts, post.model, known) if growth else as_before(found, known)),
+    )
+    return Calibration(
+        machine=_travelled(machine, spans | ranges),
+        kept=kept,
+        theta=theta,
+        covariance=covariance,
+        posterior=post,
+        identified=found,
+        readings=tuple(parts),
+        warnings=remarks,
+        interpolation=kind,
+    )
+
+
+def _looked_at(
+    spans: Mapping[str, tuple[float, float]], machine: Machine, kind: str, growth: float
+) -> dict[str, tuple[float, float]]:
+    """Over which part of which axes errors are looked for: what was read, and what the machine file tabulates.
+
+    Raises UsageError and ModelLimit where nothing moved, and where what the machine file states cannot be the start.
+    """
+    ranges = ranges_of(spans, machine)
+    if not ranges:
+        raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
+    turned = known_turns(machine)
+    _check_frame(machine, turned)
+    before = known_ranges(machine) | {a: (float(q[0]), float(q[-1])) for a, q in turned.items()}
+    _check_reach(before, ranges)
+    _check_anew(kind, before)
+    if growth and not any(e.calibrated for e in machine.effects):
+        raise UsageError(
+            "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
+        )
+    return ranges | before
+
+
+def _check_anew(kind: str, before: Mapping[str, tuple[float, float]]) -> None:
+    """Raises UsageError where a file of splines would be recalibrated by another interpolation."""
+    if kind != SPLINE and before:
+        raise UsageError(
+            f'--interpolation "{kind}" with a machine file that has error tables: a recalibration changes what the file has, at its '
+            "own nodes; leave --interpolation out, or calibrate anew with --structure"
+        )
+
+
+def _check_frame(machine: Machine, turned: Collection[str]) -> None:
+    """Raises ModelLimit where the machine file tabulates errors of a rotary axis in a frame that does not turn with it."""
+    fixed = sorted(a for a in turned if machine.axes[a].error_frame == "fixed")
+    if fixed:
+        raise ModelLimit(
+            f'the machine file tabulates errors of the rotary axis {" ".join(fixed)} with error_frame = "fixed", which a recalibration cannot take '
+            "over: state them in the frame that turns with the axis, or calibrate anew with --structure"
+        )
+
+
+def _check_reach(
+    before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]
+) -> None:
+    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated; a table over a whole turn has no end."""
+    for axis, known in before.items():
+        if axis not in ranges or whole_turn(axis, np.array(known)):
+            continue
+        unit, scale = ("deg", 180 / np.pi) if is_rotary(axis) else ("mm", 1.0)
+        (low, high), (first, last) = ranges[axis], known
+        if low < first - REST or high > last + REST:
+            raise ModelLimit(
+                f"the readings go from {axis} = {low * scale:g} to {high * scale:g} {unit}, the tables of the machine file from "
+                f"{first * scale:g} to {last * scale:g} {unit}: leave out the readings beyond, or calibrate anew with --structure"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """What `calibrate` was asked."""
+
+    recordings: Sequence[Recording]
+    machine: Machine
+    certificates: Mapping[str, InstrumentCertificate]
+    ranges: Mapping[str, tuple[float, float]]
+    only: tuple[str, ...]
+    correlated: Mapping[str, Array]
+    progress: Progress
+    growth: float
+
+    def best(self) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """Splines; more nodes where a curve is so rough that it runs otherwise between them."""
+        parts, post, known = self.fitted(FINE if known_nodes(self.machine) <= FINE else FINEST)
+        fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
+        if fine and expected_between(post) > BETWEEN:
+            del parts, post  # of 10^5 readings a quarter of a gigabyte
+            return self.fitted(FINEST)
+        return parts, post, known
+
+    def other(self, kind: str) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """Another interpolation; nets are learnt from the table and stand at the nodes of a spline."""
+        model = self.model(FINEST)
+        known = known_errors_of(self.machine, model)
+        if kind in NETS:
+            table = self.posterior_of(as_kind(model, LINEAR, self.recordings))[1]
+            parts, carrier = self.posterior_of(model)
+            return parts, netted(table, carrier, parts, self.machine, kind), known
+        parts, post = self.posterior_of(as_kind(model, kind, self.recordings))
+        return parts, post, known_errors_of(self.machine, post.model)
+
+    def posterior_of(self, model: ErrorModel) -> tuple[list[Readings], ErrorPosterior]:
+        """The fit with just these nodes."""
+        parts = self.read(model)
+        self.progress("errors and smoothness", 0.4)
+        return parts, solved(parts, model, Before.nothing(model))
+
+    def model(self, nodes: int) -> ErrorModel:
+        """All errors that may be looked for, with so many nodes."""
+        both = sorted({a for r in self.recordings for a in read_both_ways(r)})
+        turns = known_turns(self.machine)
+        stated = bool(known_ranges(self.machine) or turns)
+        names = [name_of(e) for e in self.machine.effects if e.calibrated]
+        model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
+        if stated and self.only:
+            known_too = [n for n in model.names if n in names]
+            model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
+        moved = ranges_of(spans_of(self.recordings), self.machine)
+        kept = {a: q for a, q in turns.items() if a not in moved or len(q) > 2 * nodes - 1}
+        curves = (replace(c, nodes=kept[c.axis], kept=True) if c.axis in kept else c for c in model.curves)
+        return ErrorModel(tuple(curves), model.pairs)
+
+    def read(self, model: ErrorModel) -> list[Readings]:
+        """The recordings by a model."""
+        parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        return read_jointly(parts, self.correlated)
+
+    def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
+        model = self.model(nodes)
+        parts = self.read(model)
+        self.progress("errors and smoothness", 0.4)
+        known = known_errors_of(self.machine, model)
+        told = beforehand(parts, model) if known.names and any(c.rotary for c in model.curves) else None
+        best = solved(parts, model, self.since(known, model, told))
+        for step in (4, 2):
+            coarse, lift = model.coarser(step)
+            if self.may_be(coarse, lift, known, best):
+                model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
+                known = known_errors_of(self.machine, model)
+                best = solved(parts, model, self.since(known, model, told))
+                break
+        if known.names and not self.growth:
+            best = solved(parts, model, self.since(known, model, identified(best.information)))
+        return parts, best, known
+
+    def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
+        """Whether fewer nodes say as much: by what they leave out between them and by the evidence, or, where a file is known, no
+        fewer than it has (9 at least).
+        """
+        if known.names:
+            due = max(known_nodes(self.machine), LEAST)
+            turns = {axis: len(nodes) for axis, nodes in known_turns(self.machine).items()}
+            return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
+        if left_between(best, coarse) > BETWEEN:
+            return False
+        fewer = smoothness(best.information.lifted(coarse, lift))
+        return fewer.log_evidence > best.smooth.log_evidence - BETTER
+
+    def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
+        """Errors that the file states may have changed where the readings can tell, and where `only` names them; with a stated growth
+        they have changed by that, whether or not a reading tells it.
+        """
+        changed = np.ones(model.size)
+        if self.growth:
+            for name in known.names:
+                changed[model.slices[name]] = 0.0
+            return Before(
+                np.concatenate([known.factor, growth_factor(model, known.names, self.growth)], axis=1),
+                changed,
+            )
+        for name in model.names if known.names else ():
+            told = found is None or name in found.names or name not in known.names
+            if not told or (self.only and name not in self.only):
+                changed[model.slices[name]] = 0.0
+        return Before(known.factor, changed)
+
+
+def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:
+    """The posterior. Raises ModelLimit with the combinations that no reading tells apart, where these leave no digit of the rest."""
+    try:
+        return solve(parts, model, before)
+    except ModelLimit as error:
+        texts = beforehand(parts, model).briefly()
+        raise ModelLimit(
+            "\n  ".join([f"{error}. Not identified are:", *texts]) if texts else str(error)
+        ) from None
+
+
+def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identified:
+    """What readings with their stated noise identify of all errors, whatever was known before.
+
+    Of linear and rotary axes that moved together nearly nothing: there what the file states stays as it is from the start.
+    """
+    columns, _ = columns_of(parts, Before.nothing(model))
+    return identified(reduced([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
+
+
+def _refuse_if_nothing(found: Identified) -> None:
+    if not found.names:
+        raise UsageError(
+            "the recordings identify no error of the machine by itself:\n  "
+            + "\n  ".join(found.briefly())
+            + "\nAdd such recordings, or name the errors to look for with --errors; the others are then taken as zero"
+        )
+
+
+def _kept(
+    post: ErrorPosterior, known: Known, names: Sequence[str], machine: Machine
+) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
+    """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty).
+
+    Location errors of rotary axes are those of the axis average line.
+    """
+    model = post.model
+    kept = ErrorModel(
+        tuple(c for c in model.curves if c.component in names), tuple(p for p in model.pairs if p in names)
+    )
+    rows = np.concatenate([np.arange(model.size)[model.slices[n]] for n in kept.names])
+    about = average_line(kept, machine)
+    covariance = about @ post.covariance[np.ix_(rows, rows)] @ about.T
+    return kept, about @ (known.theta + post.theta)[rows], covariance
+
+
+def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:
+    """The machine with the travels that were measured, where nobody stated them; an axis that stood still has 1 mm about it."""
+    axes = dict(machine.axes)
+    for letter, axis in machine.axes.items():
+        if axis.travel in ((-FAR, FAR), (-TURNS, TURNS)):
+            low, high = spans.get(letter, (0.0, 0.0))
+            still = STILL if high - low <= REST else 0.0
+            axes[letter] = replace(axis, travel=(low - still, high + still))
+    return replace(machine, axes=axes)

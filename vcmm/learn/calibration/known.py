@@ -1,0 +1,151 @@
+"""What a machine file knows of the errors already, at the nodes of a calibration: numbers and a factor of their covariance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.axes import LETTERS, is_rotary
+from vcmm.core.effect import COLUMN, Effect, basis
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.laws import MultivariateNormal, MultivariateSamples
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.learn.calibration.model import Curve, ErrorModel, gauge
+from vcmm.task.response.observe import lacking
+
+LOST, JOINT = "lost motion table", "joint calibration"  # roles
+TABLES = ("error table", "error curve")
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """theta (size,): errors of the file by the conventions of the model; factor (size, r): of their covariance.
+
+    names: errors that the file states.
+    """
+
+    theta: Array
+    factor: Array
+    names: tuple[str, ...]
+
+
+def known_errors_of(machine: Machine, model: ErrorModel) -> Known:
+    """Errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
+    own = [e for e in machine.effects if e.calibrated]
+    told = tuple(n for n in model.names if any(name_of(e) == n for e in own))
+    theta = np.zeros(model.size)
+    for effect in own:
+        place = _place(model, effect)
+        if place is not None:
+            part, run, column = place
+            theta[part] += effect.error_motion(run)[:, column] * _reading_of(effect)
+    blocks = [b for one in machine.inputs if (b := _input(machine, model, one)) is not None]
+    factor = np.concatenate(blocks, axis=1) if blocks else np.zeros((model.size, 0))
+    if not told and not blocks:
+        return Known(theta, factor, told)
+    convention = gauge(model, machine)
+    for curve in (
+        c for c in model.curves if c.rotary
+    ):  # about the line that the file states: nothing is taken off
+        convention[model.slices[curve.component], model.slices[curve.component]] = np.eye(len(curve.nodes))
+    return Known(convention @ theta, convention @ factor, told)
+
+
+def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
+    """Linear axis -> (low, high) mm over which the machine file tabulates errors: where all its tables reach."""
+    out: dict[str, tuple[float, float]] = {}
+    for effect in machine.effects:
+        for known in effect.known_range() if effect.calibrated else ():
+            if "XYZ"[known.direction] == effect.link:
+                low, high = out.get(effect.link, (-np.inf, np.inf))
+                out[effect.link] = (max(low, known.low), min(high, known.high))
+    return out
+
+
+def known_turns(machine: Machine) -> dict[str, Array]:
+    """Rotary axis -> nodes (k,) rad of the errors that the machine file tabulates over it; of tables that differ the longest."""
+    out: dict[str, Array] = {}
+    for effect in machine.effects:
+        nodes = (
+            effect.own_nodes()
+            if effect.calibrated and is_rotary(effect.link) and effect.role in TABLES
+            else None
+        )
+        if nodes is not None and len(nodes) > len(out.get(effect.link, ())):
+            out[effect.link] = np.asarray(nodes)
+    return out
+
+
+def known_nodes(machine: Machine) -> int:
+    """Most nodes of an error over its linear axis in the machine file; 0 where it tabulates none."""
+    own = [e.own_nodes() for e in machine.effects if e.calibrated and e.link in "XYZ"]
+    return max((len(nodes) for nodes in own if nodes is not None), default=0)
+
+
+def name_of(effect: Effect) -> str:
+    """EXX, C0Y; BX for a lost motion."""
+    return f"B{effect.link}" if effect.role == LOST else effect.where
+
+
+def _reading_of(effect: Effect) -> float:
+    """A lost motion shows as -1/2 of its gap in positive sense."""
+    return -2.0 if effect.role == LOST else 1.0
+
+
+def _place(model: ErrorModel, effect: Effect) -> tuple[slice, Run, int] | None:
+    """(numbers of theta, run over the nodes, column of the six error motions) of an effect; None for another error."""
+    name = name_of(effect)
+    if name not in model.slices:
+        return None
+    curve = next((c for c in model.curves if c.component == name), None)
+    nodes = np.zeros(1) if curve is None else curve.nodes
+    axis = effect.link
+    letters = {*LETTERS, axis}
+    position = {a: nodes if a == axis else np.zeros(len(nodes)) for a in letters}
+    run = Run(position, np.zeros((len(nodes), 3)), {f"sense_{axis}": np.ones(len(nodes))})
+    return model.slices[name], run, COLUMN[_letter(name, curve)]
+
+
+def _letter(name: str, curve: Curve | None) -> str:
+    if curve is None:
+        return name[0]
+    return name[1]
+
+
+def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
+    """(size, r): how one draw of unit variance of an Input moves theta; None where it does not."""
+    if one.is_channel or one.redraw != "machine":
+        return None
+    total = _moved(machine, model, one)
+    return None if total is None else total @ _factor(one, total.shape[1])
+
+
+def _moved(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
+    """(size, k): theta per unit of each element of an Input; None where it does not move."""
+    if one.members:
+        parts = [_moved(machine, model, m) for m in one.members]
+        nothing = np.zeros((model.size, 1))
+        none = all(part is None for part in parts)
+        return None if none else one.joined([nothing if part is None else part for part in parts])
+    total: Array | None = None
+    for effect in machine.effects:
+        if effect.name != one.effect or one.where not in (EVERY, effect.where):
+            continue
+        place = _place(model, effect) if effect.calibrated or effect.role == JOINT else None
+        if place is None or lacking(effect, place[1]):
+            continue
+        part, run, column = place
+        unit = basis(effect, one.parameter, run)[:, column, :] * _reading_of(effect)
+        block = np.zeros((model.size, unit.shape[1]))
+        block[part] = unit
+        total = block if total is None else total + block
+    return total
+
+
+def _factor(one: Input, k: int) -> Array:
+    law, factor = one.spread(k)
+    if isinstance(law, MultivariateSamples):
+        return MultivariateNormal(law.covariance).factor
+    return factor * law.u

@@ -1,0 +1,205 @@
+"""A calibrated machine as files: machine.toml, its error table, and the joint covariance of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.axes import is_location
+from vcmm.core.effect import place_fields
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis
+from vcmm.core.laws import MultivariateNormal, Normal, StudentT
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable
+from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.own.joint_covariance import JointCovariance, covariance_text
+from vcmm.files.own.known_errors import read_error_file
+from vcmm.files.toml_edits import editable, move_names, without_table
+from vcmm.learn.calibration.known import LOST
+from vcmm.learn.calibration.model import LINEAR, Curve, curve_effect, number_of
+from vcmm.learn.calibration.result import Calibration, rms
+from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml
+from vcmm.physics import BY_NAME, has_role
+
+CHANCE = 0.01  # a lost motion that chance would make so often is none
+
+
+def residual_texts(
+    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None, switched_on: str
+) -> dict[str, str]:
+    """The machine with what was found compensated: tables of zeros with the covariance of what is left, state "residual".
+
+    switched_on: name of the compensation. A lost motion stays: no table of errors over a travel takes it out.
+    """
+    names, _ = found.kept.labels
+    left = np.where([name[0] == "B" and len(name) == 2 for name in names], found.theta, 0.0)
+    machine = replace(
+        found.machine, state="residual", compensation=(*found.machine.compensation, switched_on)
+    )
+    return machine_texts(replace(found, theta=left, machine=machine), target, sources, prior)
+
+
+def machine_texts(
+    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None = None
+) -> dict[str, str]:
+    """File name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv beside it.
+
+    sources: names of the recordings. prior: the machine file that the calibration started from; what it says beside the error
+    table stays, with its comments.
+    """
+    table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
+    said = f"calibrated from {', '.join(sources)}"
+    names, nodes = found.kept.labels
+    stored = np.array([not (n[0] == "B" and len(n) == 2) for n in names])
+    joint = JointCovariance(
+        tuple(n for n, s in zip(names, stored) if s), nodes[stored], found.covariance[np.ix_(stored, stored)]
+    )
+    errors = _errors(found, table, covariance, said)
+    if prior is None:
+        text = bare_text(found.machine) + errors + _repeatability(found)
+    else:
+        text = f"{_without_errors(prior, target.parent, found.kept.names).rstrip()}\n\n{errors}"
+    reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
+    return {
+        f"{target.stem}.toml": text + reversals,
+        table: isg_text(error_file(found), said),
+        covariance: covariance_text(joint),
+    }
+
+
+def error_file(found: Calibration) -> ErrorFile:
+    """One table per axis over its nodes, and the squareness."""
+    tables, model = [], found.kept
+    curves = [c for c in model.curves if not c.reversal]
+    for axis in dict.fromkeys(c.axis for c in curves):
+        mine = [c for c in curves if c.axis == axis]
+        values: dict[str, Array] = {c.component: found.theta[model.slices[c.component]] for c in mine}
+        tables.append(ErrorTable((axis,), (mine[0].nodes,), values, 0))
+    return ErrorFile(tuple(tables), {p: float(found.theta[model.slices[p]][0]) for p in model.pairs})
+
+
+def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
+    """[errors], with what is not identified in comments."""
+    named = ", ".join(f'"{c}"' for c in found.machine.compensation)
+    on = f"compensation = [{named}]\n" if named else ""
+    missing = "".join(f"# not identified: {c.text}\n" for c in found.identified.combinations)
+    return (
+        f'{missing}[errors]\ntable = "{table}"\ninterpolation = "{between(found)}"\nstate = "{found.machine.state}"\n'
+        f'{on}covariance = "{covariance}"\nevidence = "{said}"\n'
+    )
+
+
+def between(found: Calibration) -> str:
+    """How the file interpolates between its nodes: what was fitted."""
+    return "linear" if any(c.kind == LINEAR for c in found.kept.curves) else "cubic"
+
+
+def _reversal(found: Calibration, curve: Curve) -> str:
+    """A lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
+    from scipy.special import chdtrc
+
+    part = found.kept.slices[curve.component]
+    value, covariance = found.theta[part], found.covariance[part, part]
+    if chdtrc(len(value), float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value)) > CHANCE:
+        return f"# lost motion of {curve.axis}: none beyond chance\n"
+    effect = curve_effect(curve, value)
+    known = Input(effect.name, curve.axis, number_of(effect), MultivariateNormal(covariance), "machine", "")
+    return effect_toml(effect) + input_toml(effect, known, "this calibration").replace(
+        "diagnosed from", "fitted in"
+    )
+
+
+def bare_text(machine: Machine) -> str:
+    """A machine file without errors: structure, travels, dynamics, where rotary axes are and errors were measured."""
+    lines = ['vcmm = "machine/1"', f'name = "{machine.name}"', f'kind = "{machine.kind}"']
+    lines.append(f'structure = "{machine.chain.structure}"')
+    for letter, axis in machine.axes.items():
+        unit, scale = ("deg", 180 / np.pi) if axis.rotary else ("mm", 1.0)
+        low, high = (f'"{q * scale:.10g} {unit}"' for q in axis.travel)
+        travel = '"endless"' if axis.is_endless else f"[{low}, {high}]"
+        lines += [f"[axes.{letter}]", f"travel = {travel}"]
+        for key, place in (
+            ("centre", axis.centre if any(axis.centre) else None),
+            ("measured_at", axis.measured_at),
+        ):
+            if place is not None:
+                texts = [f'"{c:.10g} mm"' for c in place]
+                lines.append(f"{key} = [{', '.join(texts)}]")
+        lines += [f'error_frame = "{axis.error_frame}"'] if axis.error_frame != "moving" else []
+        lines += [f"dynamics = {{ {_dynamics_text(axis)} }}"] if axis.dynamics else []
+    return "\n".join(lines) + "\n"
+
+
+def _dynamics_text(axis: Axis) -> str:
+    """Speed, acceleration, jerk, gain and feed-forward as they are read, such as speed = "500 mm/s"."""
+    length = "rad" if axis.rotary else "mm"
+    units = {"speed": f"{length}/s", "acceleration": f"{length}/s^2", "jerk": f"{length}/s^3", "gain": "1/s"}
+    texts = {k: f"{v:.10g}" if k not in units else f'"{v:.10g} {units[k]}"' for k, v in axis.dynamics.items()}
+    return ", ".join(f"{k} = {v}" for k, v in texts.items())
+
+
+def stated_repeatability(machine: Machine) -> str:
+    """[repeatability] of a machine that states it by a normal or t law of one number; nothing for another."""
+    for one in machine.inputs:
+        if has_role(one.effect, "repeatability") and isinstance(one.law, Normal | StudentT):
+            t = one.law.dof if isinstance(one.law, StudentT) else None
+            key, law = ("u", "normal") if t is None else ("scale", "t")
+            dof = "" if t is None else f"dof = {t:.10g}\n"
+            return f'[repeatability]\nlaw = "{law}"\n{key} = "{one.law.scale * 1e3:.10g} um"\n{dof}'
+    return ""
+
+
+def _repeatability(found: Calibration) -> str:
+    """Scatter of a touch, where the machine itself probed."""
+    touches = [e for r, e in zip(found.readings, found.posterior.residual) if r.recording.kind == "probe"]
+    if not touches:
+        return ""
+    left = sum(r.m for r in found.readings) / max(
+        sum(r.m for r in found.readings) - found.posterior.used, 1.0
+    )
+    u = rms(np.concatenate(touches)) * np.sqrt(left)
+    return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'
+
+
+def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
+    """A machine file without [errors] and without what it says of these errors elsewhere, as it stands in `folder`."""
+    document = editable(prior)
+    _check_locations(document, prior, names)
+    without_table(document, "errors")
+    for key in ("inputs", "effects"):
+        stated = document.get(key, [])
+        for i in reversed(range(len(stated))):
+            if _says_of(stated[i], names):
+                del stated[i]
+        if key in document and not len(stated):
+            document.remove(key)
+    move_names(document, prior.parent, folder)
+    return str(document.as_string())
+
+
+def _check_locations(document: Any, prior: Path, names: Sequence[str]) -> None:
+    """Raises UsageError where the error table of a machine file places a rotary axis, and the new one of these errors would not."""
+    table = document.get("errors", {}).get("table")
+    constants = read_error_file(prior.parent / str(table)).constants if table else {}
+    located = [name for name in constants if is_location(name) and name not in names]
+    if located:
+        raise UsageError(
+            f"{prior}: the error table states {' '.join(located)}, which the new table would not; state it as "
+            '[[effects]] effect = "rotary_location" instead'
+        )
+
+
+def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:
+    """Whether an [[effects]] or [[inputs]] table states one of the errors of these names (EXX, C0Y, BX)."""
+    kind = BY_NAME.get(str(table.get("effect")))
+    if kind is None or not kind.calibrated:
+        return False
+    where = [str(table[f.name]) for f in place_fields(kind) if f.name in table]
+    return not where or (f"B{where[0]}" if kind.role == LOST else where[0]) in names

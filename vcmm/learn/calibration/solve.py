@@ -1,0 +1,331 @@
+"""The joint posterior of all errors from all recordings, robust to outliers.
+
+Least squares with weights w = information of each reading: for a Student law of nu degrees of freedom and scale s
+(iteratively reweighted, Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989) 881)
+
+    estimate     w = (nu + 1) / (nu + (e/s)^2) / s^2
+    covariance   w = (nu + 1) / (nu + 3) / s^2, the Fisher information
+
+Nuisance is projected out recording by recording, so it has no prior; own errors of instruments have theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import lgamma
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.run import Array
+from vcmm.learn.calibration.evidence import JointPosterior, Reduced, Smoothness, smoothness
+from vcmm.learn.calibration.model import ErrorModel
+from vcmm.learn.calibration.readings import Readings
+
+DOFS = (3.0, 4.0, 6.0, 10.0)  # Student laws tried beside the normal law
+PAYS = 4.0  # nats that tails must win
+ROUNDS, STILL = 12, 1e-3
+CHUNK = 4096  # readings
+REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
+FINEST = (
+    1e-3  # of the readings: a noise that nobody stated is not taken for smaller, however few the readings
+)
+SMALL = 0.45  # of the stated noise: half way (in ratio) to 1 / 4.848, arcsec taken for urad
+EXCESS, CHANCE = (
+    1.15,
+    1e-3,
+)  # a stated noise is raised where the residuals are larger by this and not by chance
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingNoise:
+    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool.
+
+    quiet: the residuals over the stated u, where they are smaller than SMALL of it and not by chance; else 1.
+    """
+
+    scale: float
+    dof: float
+    outliers: npt.NDArray[np.bool_]
+    quiet: float = 1.0
+
+    @property
+    def u(self) -> float:
+        """Standard deviation over the stated u."""
+        return self.scale * (np.sqrt(self.dof / (self.dof - 2)) if np.isfinite(self.dof) else 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorPosterior:
+    """theta (size,), covariance (size, size) of the errors; own (c,) errors of instruments in units of their u.
+
+    residual: per recording (m,) mm or rad, after everything; noise per recording; information: Reduced with the weights of
+    the covariance; used: numbers that the readings determine, together.
+    """
+
+    model: ErrorModel
+    smooth: Smoothness
+    theta: Array
+    covariance: Array
+    own: Array
+    own_names: tuple[str, ...]
+    residual: tuple[Array, ...]
+    noise: tuple[ReadingNoise, ...]
+    information: Reduced
+    used: float
+    log_evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A recording under weights: x = P root columns (m, size + c) and y = P root value (m,), P without the nuisance; gram = x' x.
+
+    x is never made: of 10^5 readings it has as much as all that is known of them.
+    """
+
+    columns: Array
+    basis: Array
+    y: Array
+    root: Array
+    gram: Array
+
+    @property
+    def rank(self) -> int:
+        return self.basis.shape[1]
+
+    def seen(self, theta: Array) -> Array:
+        """(m,): x theta."""
+        return self._without(self.root * (self.columns @ theta))
+
+    def told(self, whitened: Array) -> Array:
+        """(size + c,): x' of (m,)."""
+        return np.asarray(self.columns.T @ (self.root * self._without(whitened)))
+
+    def _without(self, whitened: Array) -> Array:
+        return np.asarray(whitened - self.basis @ (self.basis.T @ whitened))
+
+    def residual(self, mean: Array) -> Array:
+        """(m,): what errors, instrument and nuisance leave, mm or rad."""
+        return np.asarray((self.y - self.seen(mean)) / self.root)
+
+    def spent(self, covariance: Array) -> float:
+        """Degrees of freedom of the readings that the fit has used up."""
+        return self.rank + float((self.gram * covariance).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Before:
+    """What was known of theta before: factor (size, r) of its covariance; changed (size,): 1 where it may have changed since."""
+
+    factor: Array
+    changed: Array
+
+    @staticmethod
+    def nothing(model: ErrorModel) -> Before:
+        return Before(np.zeros((model.size, 0)), np.ones(model.size))
+
+    def lift(self, size: int) -> Array:
+        """(theta, all numbers): theta = change + what was known; `size` numbers in all."""
+        out = np.zeros((len(self.changed), size))
+        out[:, : len(self.changed)] = np.diag(self.changed)
+        out[:, len(self.changed) : len(self.changed) + self.factor.shape[1]] = self.factor
+        return out
+
+
+def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], tuple[str, ...]]:
+    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these.
+
+    Recordings that have an own error of the same name share it.
+    """
+    width = {name: c.shape[1] for p in parts for name, c in p.own}
+    start = dict(zip(width, np.cumsum([0, *width.values()])))
+    out = []
+    plain = not width and not before.factor.shape[1] and bool((before.changed == 1).all())
+    for part in parts if not plain else ():
+        own = np.zeros((part.m, sum(width.values())))
+        for name, columns in part.own:
+            own[:, start[name] : start[name] + width[name]] = columns
+        out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
+    names = (f"{n} {k + 1}" if count > 1 else n for n, count in width.items() for k in range(count))
+    return ([p.errors for p in parts] if plain else out), tuple(names)
+
+
+def project(part: Readings, columns: Array, weight: Array) -> Whitened:
+    """Whiten by the root of the weights (m,) and take the nuisance out; gram by CHUNK readings at a time."""
+    root = np.sqrt(weight)
+    y = part.value * root
+    basis = nuisance_basis(part.nuisance * root[:, None])
+    parts = [slice(i, i + CHUNK) for i in range(0, part.m, CHUNK)]
+    taken = np.sum([(basis[i] * root[i, None]).T @ columns[i] for i in parts], axis=0)
+    gram = np.zeros((columns.shape[1], columns.shape[1]))
+    for i in parts:
+        x = columns[i] * root[i, None] - basis[i] @ taken
+        gram += x.T @ x
+    return Whitened(columns, basis, y - basis @ (basis.T @ y), root, gram)
+
+
+def nuisance_basis(nuisance: Array) -> Array:
+    """(m, rank): orthonormal columns that span the nuisance."""
+    size = np.linalg.norm(nuisance, axis=0)
+    kept = nuisance[:, size > 0] / size[size > 0]
+    if not kept.shape[1]:
+        return kept
+    left, values, _ = np.linalg.svd(kept, full_matrices=False)
+    return np.asarray(left[:, values > 1e-9 * values[0]])
+
+
+def reduced(whitened: Sequence[Whitened], model: ErrorModel) -> Reduced:
+    """A and b of all recordings together."""
+    a = np.sum([w.gram for w in whitened], axis=0)
+    return Reduced(a, np.sum([w.told(w.y) for w in whitened], axis=0), model)
+
+
+def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
+    """The joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
+    known = known or Before.nothing(model)
+    columns, names = columns_of(parts, known)
+    noise = [ReadingNoise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
+    weights = [1.0 / p.u**2 for p in parts]
+    smooth: Smoothness | None = None
+    before: Array | None = None
+    for turn in range(ROUNDS):
+        white = [project(p, c, w) for p, c, w in zip(parts, columns, weights)]
+        told = reduced(white, model)
+        if turn in REFINED:
+            smooth = smoothness(told, smooth)
+        assert smooth is not None
+        mean, covariance = posterior(told, smooth)
+        residual = [w.residual(mean) for w in white]
+        noise = [_noise(p, e, w.spent(covariance)) for p, e, w in zip(parts, residual, white)]
+        weights = [_weights(p, e, n) for p, e, n in zip(parts, residual, noise)]
+        plain = all(np.isinf(n.dof) and n.scale == 1.0 for n in noise)
+        still = before is not None and _change(mean, before, covariance) < STILL and turn > max(REFINED)
+        before = mean
+        if still or plain:
+            break
+    assert smooth is not None
+    fisher = [project(p, c, _information(p, n)) for p, c, n in zip(parts, columns, noise)]
+    told = replace(reduced(fisher, model), b=told.b)
+    _, covariance = posterior(told, smooth)
+    lift, own = known.lift(len(mean)), model.size + known.factor.shape[1]
+    used = float((told.a * covariance).sum())
+    shared = sum(float(np.log(w.root).sum()) - float(w.y @ w.y) / 2 for w in white)
+    return ErrorPosterior(
+        model=model,
+        smooth=smooth,
+        theta=lift @ mean,
+        covariance=lift @ covariance @ lift.T,
+        own=mean[own:],
+        own_names=names,
+        residual=tuple(residual),
+        noise=tuple(noise),
+        information=told,
+        used=used,
+        log_evidence=smooth.log_evidence + shared,
+    )
+
+
+def posterior(told: Reduced, smooth: Smoothness) -> tuple[Array, Array]:
+    """Mean and covariance of theta and the numbers behind it."""
+    return JointPosterior(told, smooth.sites).posterior()
+
+
+def conditioned(told: Reduced, factor: Array) -> tuple[Array, Array]:
+    """Mean and covariance under the prior factor @ factor.T."""
+    mean, half = conditioned_factor(told, factor)
+    return mean, half @ half.T
+
+
+def conditioned_factor(told: Reduced, factor: Array) -> tuple[Array, Array]:
+    """Mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
+    from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+    inner = factor.T @ told.a @ factor
+    inner[np.diag_indices_from(inner)] += 1.0
+    lower = cho_factor(inner, lower=True)
+    mean = factor @ cho_solve(lower, factor.T @ told.b)
+    return mean, solve_triangular(lower[0], factor.T, lower=True).T
+
+
+def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
+    """Scale and law of the residuals. A stated noise stands unless the residuals contradict it."""
+    e = residual / part.u * np.sqrt(part.m / max(part.m - spent, 1.0))
+    left = max(part.m - spent, 1.0)
+    dof = part.dof if part.dof is not None else _dof(e)
+    scale = _t_scale(e, dof)
+    if not part.stated:
+        scale = max(scale, FINEST * float(np.sqrt((part.value**2).mean() / (part.u**2).mean())))
+    if part.stated and not _too_large(scale, dof, part, left):
+        scale = 1.0 if np.isinf(dof) or part.dof is not None else min(scale, 1.0)
+    limit = 4.0 if np.isinf(dof) else 4.5
+    return ReadingNoise(scale, dof, np.abs(e) > limit * scale, _quiet(e, part, left))
+
+
+def _quiet(e: Array, part: Readings, left: float) -> float:
+    """rms of residuals (m,) in units of the stated u where it is small beyond chance (chi-squared with `left` dof), else 1."""
+    from scipy.special import chdtr
+
+    rms = float(np.sqrt((e**2).mean()))
+    if not part.stated or rms > SMALL or chdtr(left, rms**2 * left) > CHANCE:
+        return 1.0
+    return rms
+
+
+def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
+    """Are the residuals larger than stated, beyond chance? For normal noise by chi-squared with `left` dof."""
+    from scipy.special import chdtrc
+
+    if scale < EXCESS:
+        return False
+    return bool(chdtrc(left, scale**2 * left) < CHANCE)
+
+
+def _dof(e: Array) -> float:
+    """Degrees of freedom of the law of the residuals (m,): the normal law unless tails win more than PAYS nats."""
+    if len(e) < 20:
+        return float(np.inf)
+    best, most = float(np.inf), _likelihood(e, np.inf) + PAYS
+    for dof in DOFS:
+        value = _likelihood(e, dof)
+        if value > most:
+            best, most = dof, value
+    return best
+
+
+def _likelihood(e: Array, dof: float) -> float:
+    """ln likelihood in nats of residuals (m,) by Student's law of the most likely scale; dof = inf: the normal law."""
+    scale = max(_t_scale(e, dof), 1e-12)
+    square = (e / scale) ** 2
+    if np.isinf(dof):
+        return float(-0.5 * square.sum() - len(e) * np.log(scale * np.sqrt(2 * np.pi)))
+    top = lgamma((dof + 1) / 2) - lgamma(dof / 2) - np.log(scale * np.sqrt(dof * np.pi))
+    return float(len(e) * top - (dof + 1) / 2 * np.log1p(square / dof).sum())
+
+
+def _t_scale(e: Array, dof: float) -> float:
+    """Maximum-likelihood scale of residuals (m,) for a law of `dof` (rms for the normal law)."""
+    s2 = float((e**2).mean())
+    if np.isinf(dof):
+        return float(np.sqrt(s2))
+    for _ in range(50):
+        s2 = float(((dof + 1) * e**2 / (dof + e**2 / max(s2, 1e-300))).mean())
+    return float(np.sqrt(s2))
+
+
+def _weights(part: Readings, residual: Array, noise: ReadingNoise) -> Array:
+    spread = noise.scale * part.u
+    if np.isinf(noise.dof):
+        return 1.0 / spread**2
+    return np.asarray((noise.dof + 1) / (noise.dof + (residual / spread) ** 2) / spread**2)
+
+
+def _information(part: Readings, noise: ReadingNoise) -> Array:
+    share = 1.0 if np.isinf(noise.dof) else (noise.dof + 1) / (noise.dof + 3)
+    return share / (noise.scale * part.u) ** 2
+
+
+def _change(new: Array, old: Array, covariance: Array) -> float:
+    """Largest change of a number in units of its u."""
+    u = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return float((np.abs(new - old) / np.maximum(u, 1e-15)).max())

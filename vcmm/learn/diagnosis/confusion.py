@@ -1,0 +1,239 @@
+"""What a selected answer cannot be told from: rivals within 3 nats, and those that mimic it within this noise.
+
+separability s = share of the answer's signal (as length) that the rival cannot mimic, others projected out; a gap of
+3 nats needs delta s of 2.45 (delta^2 s^2 / 2 = 3). A name that needs no more columns than the answer and comes that
+near is a near alias: it is named however its prior stands. A name that comes near only because it has more columns holds
+the answer as a special case: any of its other motions would have been as likely, so it pays for them in evidence, and
+within 3 nats (a posterior of 5 % beside the answer's) it is a rival, beyond it the answer is "contained in" it.
+Names that hold the answer whatever is recorded (see nested) are no rivals while the answer explains as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.answer.evaluation.gaussian import thin_svd, without_span
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.candidates import Family
+from vcmm.learn.diagnosis.constants import (
+    ALIAS,
+    EXACT,
+    MISMATCH,
+    MOST_SHAPES,
+    NOTHING,
+    RESOLVED,
+    STRONG,
+    THIRD,
+    UNSEEN,
+)
+from vcmm.learn.diagnosis.evidence import IMPOSSIBLE, Dictionary, Scorer, only, orthonormal, scorer
+from vcmm.learn.diagnosis.families import Kin, family_about
+from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option
+from vcmm.learn.diagnosis.special_cases import generalises
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """One answer among its rivals. evidence: nats against nothing; names: rivals; probability of the name."""
+
+    evidence: float
+    probability: float
+    names: tuple[str, ...]
+    families: tuple[int, ...]  # best family of each rival name
+    contained_in: tuple[str, ...] = ()  # freer names that mimic the answer and are improbable beside it
+    rival_probability: float = 0.0  # of the rivals together
+    elsewhere: tuple[Mapping[str, str], ...] = ()  # other places of the same name that explain as much
+    with_aliases: float = 0.0  # probability of the name at its place and of all that repeats it exactly
+    exact: tuple[int, ...] = ()  # families that repeat it exactly, the most probable first
+    twins: tuple[int, ...] = ()  # those of the same name, at other places
+    shares: tuple[float, ...] = ()  # their probabilities
+    kin: Kin | None = None  # its family
+    exact_shares: tuple[float, ...] = ()  # probabilities of `exact`
+
+
+def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
+    """Compare term i with every family, given the other terms; with `generic` also with physics that has no name."""
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    given = scorer(setting.found, np.concatenate(others, axis=1) if others else None)
+    options = given.options(selection.y[:, None])
+    scores = given.families(options)[:, 0]
+    own = setting.found.families.index(selection.terms[i].family)
+    gap = separability(given, selection.signal(i))
+    best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
+    names, families = tuple(best), tuple(best.values())
+    unknown = _unknown(generic, given, selection, i, _Own(setting, own, float(scores[own])))
+    alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
+    exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
+    same = [j for j in exact if _name(setting, j) == _name(setting, own)]
+    again = [j for j in same if _same_place(setting, j, own)]
+    twins = tuple(j for j in same if j not in again)
+    total = _total(setting, scores, larger, unknown)
+    probable = np.exp(scores - total)
+    of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
+    mine = float(probable[[own, *again]].sum())
+    alias[own] = True
+    return Standing(
+        float(scores[own]), mine, names, families, freer,
+        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
+        float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
+        family_about(setting, own, scores, options[:, 0], gap, total, larger),
+        tuple(float(probable[j]) for j in exact),
+    )  # fmt: skip
+
+
+def _same_place(setting: Setting, one: int, other: int) -> bool:
+    """Is it one place said in another order? A bend in proportion to X and Y is one in proportion to Y and X."""
+    a, b = (sorted(setting.found.families[k].where.values()) for k in (one, other))
+    return a == b
+
+
+def _name(setting: Setting, family: int) -> str:
+    return setting.found.families[family].name
+
+
+def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array) -> npt.NDArray[np.bool_]:
+    """Families (families,) that hold the signal exactly with no more columns than the term has here."""
+    mine = rank_of(term.white, basis)
+    nearest = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), setting.found.first)
+    return np.asarray(nearest < EXACT)
+
+
+def _elsewhere(setting: Setting, scores: Array, own: int) -> tuple[Mapping[str, str], ...]:
+    """Places (another sensor, another axis) at which the same name is within STRONG of the answer."""
+    families = setting.found.families
+    order = np.argsort(-scores, kind="stable")
+    near = [
+        int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - STRONG
+    ]
+    return tuple(families[j].where for j in near if j != own)
+
+
+def own_arguments(family: Family) -> set[str]:
+    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
+    thermometer is the same physics, better fitted.
+    """
+    if "sensor" in family.where:
+        return {f"temp_{family.where['sensor']}"}
+    axis = str(family.where.get("component", ""))[2:]
+    free = any(o.effect is not None and o.effect.free_curve for o in family.options)
+    return {axis, f"{axis} (periodic)"} if free else set()
+
+
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """The family of an answer, its nats given the other terms, and what of it is left beside further columns."""
+
+    setting: Setting
+    family: int
+    nats: float
+
+    def beside(self, columns: Array, y: Array) -> float:
+        """Nats of the family given white columns (m, k)."""
+        found = only(self.setting.found, self.family)
+        return float(scorer(found, columns).scores(y[:, None])[0, 0])
+
+
+def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, i: int, own: _Own) -> float:
+    """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name.
+
+    A shape beside which the name explains as much as before explains something else, and is no rival.
+    """
+    if generic is None or not generic.families:
+        return -np.inf
+    shapes = scorer(generic, given.basis)
+    options = shapes.options(selection.y[:, None])
+    scores = shapes.families(options)[:, 0]
+    mine = own_arguments(selection.terms[i].family)
+    foreign = [int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in mine]
+    near = [k for k in foreign if scores[k] > own.nats - STRONG][:MOST_SHAPES]
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    left = max(own.setting.threshold, THIRD * own.nats)
+    beside = {
+        k
+        for k in near
+        if own.beside(
+            np.concatenate([*others, generic.columns(best_option(generic, options[:, 0], k))], axis=1),
+            selection.y,
+        )
+        >= left
+    }
+    beyond = (
+        foreign[MOST_SHAPES:] if len(near) == MOST_SHAPES else []
+    )  # weaker shapes of the same kind as the first
+    rivals = [k for k in foreign if k not in beside and not (len(beside) == MOST_SHAPES and k in beyond)]
+    return float(np.logaddexp.reduce(np.array([-np.inf, *(scores[k] for k in rivals)])))
+
+
+def separability(given: Scorer, signal: Array) -> Array:
+    """s (options,) of a white signal (m,) against every option."""
+    basis = given.basis
+    e = signal - basis @ (basis.T @ signal)
+    b2 = (given.rotated.column.T @ e) ** 2
+    whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(b2))))
+    firm = given.rotated.size > UNSEEN * whole
+    share = np.add.reduceat(
+        np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start
+    )
+    return np.sqrt(np.clip(1.0 - share / max(float(e @ e), NOTHING), 0.0, 1.0))
+
+
+def ranks(given: Scorer) -> Array:
+    """Number of columns (options,) that each option has on this recording: those of which something is seen."""
+    whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
+    seen = (given.rotated.size > UNSEEN * whole).astype(float)
+    return np.asarray(np.add.reduceat(seen, given.rotated.start))
+
+
+def rank_of(columns: Array, basis: Array) -> int:
+    """The same of white columns (m, k) outside a basis."""
+    size = thin_svd(without_span(columns, basis))[1]
+    return int(np.sum(size**2 > UNSEEN * float(np.sum(columns**2))))
+
+
+def _rivals(
+    selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, own: int, rank: Array
+) -> tuple[dict[str, int], set[str], tuple[str, ...]]:
+    """Rivals with their best families, names that hold this answer whatever is recorded, and freer names that hold it here."""
+    found, term = setting.found, selection.terms[i]
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
+    nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
+    alias = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), found.first)  # and with no more columns
+    unresolved = max(RESOLVED / max(selection.delta(i), NOTHING), MISMATCH)
+    best: dict[str, int] = {}
+    holding: set[str] = set()
+    freer: dict[str, None] = {}
+    for j in np.argsort(-scores, kind="stable"):
+        family = found.families[j]
+        if family.name == term.family.name or family.name in best or scores[j] < 0.5 * IMPOSSIBLE:
+            continue
+        if generalises(family.name, term.family.name):
+            mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
+            larger = found.options[mimic].freedom > term.option.freedom
+            if larger and nearest[j] < ALIAS and scores[j] <= scores[own]:
+                holding.add(family.name)  # the simpler one stands
+                continue
+        if scores[j] > scores[own] - STRONG or alias[j] < unresolved:
+            best[family.name] = int(j)
+        elif nearest[j] < unresolved:
+            freer[family.name] = None
+    return best, holding - set(best), tuple(n for n in freer if n not in best)
+
+
+def _stop(setting: Setting, family: int) -> int:
+    first = setting.found.first
+    return int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
+
+
+def _total(setting: Setting, scores: Array, larger: set[str], unknown: float) -> float:
+    """ln of the weight of all names, the unknown (one more name) and nothing, which weighs as much as all names together.
+
+    Names that hold the answer as a special case do not count against it.
+    """
+    names = [f.name for f in setting.found.families]
+    kept = np.array([s for s, name in zip(scores, names) if name not in larger])
+    return float(np.logaddexp.reduce(np.append(kept, [np.log(len(set(names))), unknown])))

@@ -1,0 +1,138 @@
+"""What a diagnosis hands over: exactly the terms that are written, fitted again to all rows without the others.
+
+Where a term is an Input of the machine file (its squareness, stated with an uncertainty), the statement no longer holds once
+the rows have contradicted it: the quantity is then free, and the rows alone say how large it is.
+
+A set of terms that makes its own rows worse, or rows held out beyond the chance of a fold, is not handed over: terms go until
+it does neither. `withheld` says which and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.comparison import without_nuisance
+from vcmm.learn.diagnosis.constants import NOTHING
+from vcmm.learn.diagnosis.holdout import Fold, folds, worsened
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.search import Stage, setting_under
+from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again, joint
+
+OWN_ROWS = "the rows to which it was fitted become worse with it"
+
+
+@dataclass(frozen=True, eq=False)
+class Delivered:
+    """problem: without the statements that the terms replace; selection: the refit; parts: its folds.
+
+    number: the terms by their numbers in the selection they came from; withheld: number -> why it is not handed over;
+    worse: folds that even the terms handed over make worse.
+    """
+
+    problem: Problem
+    selection: Selection
+    parts: Sequence[Fold]
+    number: tuple[int, ...]
+    withheld: Mapping[int, str]
+
+    def term(self, i: int) -> int | None:
+        """Place in the refit of term i, None where it is not handed over."""
+        return self.number.index(i) if i in self.number else None
+
+
+def delivered(
+    problem: Problem,
+    stage: Stage,
+    terms: Sequence[Term],
+    wanted: Sequence[int],
+    known: Sequence[Fold] | None = None,
+) -> Delivered:
+    """The refit of the terms with the numbers `wanted`, less those that make rows worse. known: the folds of the problem, if at
+    hand.
+    """
+    gone = replaced(problem, [terms[i] for i in wanted])
+    free = problem.without(gone)
+    setting = setting_for(free, stage)
+    parts = known if known is not None and not gone else folds(free, stage.u, stage.noise.rho)
+    number, withheld = tuple(wanted), dict[int, str]()
+    now = _refit(number, terms, setting)
+    while number:
+        found = _trouble(free, parts, now)
+        if not found:
+            break
+        rest = [tuple(k for k in number if k != i) for i in number]
+        tried = [_refit(r, terms, setting) for r in rest]
+        best = min(
+            range(len(rest)), key=lambda j: (len(_trouble(free, parts, tried[j])), rms_left(free, tried[j]))
+        )
+        (worst,) = set(number) - set(rest[best])
+        withheld[worst] = found[0]
+        number, now = rest[best], tried[best]
+    return Delivered(free, now, parts, number, withheld)
+
+
+def replaced(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
+    """Ids of the Inputs on the effects that the terms are: those of one number, which the term is too."""
+    effects = {t.option.effect.id for t in terms if t.option.effect is not None}
+    return tuple(
+        n for n, columns in problem.stated if columns.shape[1] == 1 and n.rsplit(".", 1)[0] in effects
+    )
+
+
+def setting_for(problem: Problem, stage: Stage) -> Setting:
+    """What a fit of given names under another calibration works with: every row as it is, outliers about the fit; the noise
+    stays as it was found.
+    """
+    setting = setting_under(problem, stage, problem.whitener(stage.u, stage.noise.rho))
+    return replace(setting, start=setting.raw)
+
+
+def _refit(number: Sequence[int], terms: Sequence[Term], setting: Setting) -> Selection:
+    return fitted_again([terms[i] for i in number], setting) if number else joint((), setting)
+
+
+def _trouble(problem: Problem, parts: Sequence[Fold], now: Selection) -> list[str]:
+    """Why a set of terms is not handed over, in words; empty where it may be."""
+    if not now.terms:
+        return []
+    out = [f"it makes rows worse that were not fitted ({fold})" for fold in worsened(problem, parts, now)]
+    plain = rms_left(problem, replace(now, terms=(), fit=None))
+    return ([OWN_ROWS] if rms_left(problem, now) > plain else []) + out
+
+
+def rms_left(problem: Problem, selection: Selection) -> float:
+    """rms of all rows as they are, mm or rad, after the terms and the nuisance refitted."""
+    rest = _as_they_are(problem, left_over(problem, selection))
+    return float(np.sqrt(np.mean(rest**2)))
+
+
+def _as_they_are(problem: Problem, values: Array) -> Array:
+    """Values (m,) of the rows without nuisance, beside what is known to be uncertain in this recording."""
+    return without_nuisance(values, problem.nuisance, problem.u, problem.drawn_here)[0]
+
+
+def left_over(problem: Problem, selection: Selection) -> Array:
+    """The residual (m,) less what the terms say."""
+    if selection.fit is None:
+        return problem.residual
+    columns = np.concatenate([t.option.columns for t in selection.terms], axis=1)
+    return np.asarray(problem.residual - columns @ selection.fit.mean)
+
+
+def shares_of_rows(problem: Problem, selection: Selection) -> tuple[float, ...]:
+    """Of the excess energy of the rows as they are, the nuisance refitted, the share of every term."""
+    if selection.fit is None:
+        return ()
+    weight = 1.0 / problem.u
+    alone = [
+        weight * _as_they_are(problem, t.option.columns @ selection.fit.mean[selection.span(i)])
+        for i, t in enumerate(selection.terms)
+    ]
+    before = weight * _as_they_are(problem, problem.residual)
+    noise = (problem.m - problem.nuisance.shape[1]) * selection.fit.sigma**2
+    excess = max(float(before @ before) - noise, NOTHING)
+    return tuple(float(np.clip(s @ s / excess, 0.0, 1.0)) for s in alone)

@@ -1,0 +1,334 @@
+"""Weighing names against physics without a name: does a smooth field explain more than some of them?
+
+A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
+nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
+kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
+smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have.
+
+    lead = evidence(field and S) - evidence(all names) + price(names not in S) - VERY_STRONG - mismatch
+    p(names not in S) = 1 / (1 + exp(lead))
+
+price: what was free in choosing these names, the prior of their places and scanned values, and the threshold for each of
+them beyond the first: the unknown is one thing, and several names that together follow one smooth course are a coincidence.
+
+S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They stand. Where all do,
+the field is no rival: it is what is left.
+
+A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
+outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
+field. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
+
+A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: what
+is found then is found beside it, with the uncertainty that neighbours leave who agree.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import SCALES, Ints, Whitener, evidence_from, posterior
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.adequacy import described_shape
+from vcmm.learn.diagnosis.candidates import Option
+from vcmm.learn.diagnosis.confusion import own_arguments
+from vcmm.learn.diagnosis.constants import SUREST, UNSEEN, VANISHED, VERY_STRONG
+from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
+from vcmm.learn.diagnosis.kernels import (
+    Asked,
+    components_of,
+    everywhere,
+    of_components,
+    of_time,
+    principal_turn,
+    pulled,
+    questions,
+)
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.refine import MOMENTS, scanned
+from vcmm.learn.diagnosis.result import Answer, Unknown
+from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
+from vcmm.learn.diagnosis.shape_proposal import proposal
+from vcmm.physics import has_role
+
+TRIED = 8  # kernels that the residual follows most
+SHORT = 4  # fields that are weighed with every subset of the names
+NULLS = 200
+COUNTS = (10, 20, 40, 80)  # principal functions: the fewer, the smoother
+WIDTHS = (0.125, 0.5, 2.0, 8.0)  # of the first function, in units of the noise
+WAVE = 2  # numbers of a wave: a cosine and a sine
+
+Subset = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price."""
+
+    lead: float
+    unknown: Unknown
+    refused: Subset
+    columns: Array  # (m, k) of the observation, mm or rad: covariance = columns @ columns.T
+
+    @property
+    def stands(self) -> bool:
+        """Is it more probable than the names without it?"""
+        return self.lead > 0
+
+    @property
+    def wins(self) -> bool:
+        """Is it more probable than some names, and makes them superfluous?"""
+        return self.stands and bool(self.refused)
+
+    @property
+    def share(self) -> float:
+        """Probability that is left to them."""
+        return float(1.0 / (1.0 + np.exp(min(self.lead, SUREST))))
+
+
+def rival_field(
+    problem: Problem,
+    selection: Selection,
+    setting: Setting,
+    null: Array,
+    generic: Dictionary | None = None,
+    firm: Subset = (),
+) -> Field | None:
+    """The best field, and which names it makes superfluous, perhaps none; None where nothing is seen of any. null (m, M):
+    white null recordings; generic: shapes that compete too; firm: names that win all rows held out.
+    """
+    white, threshold = setting.white, setting.threshold
+    own = selection.fit.log_evidence if selection.fit else 0.0
+    every = tuple(range(len(selection.terms)))
+    pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
+    price = own + VERY_STRONG + mismatch(selection)
+    simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
+    tried = _tried(problem, selection, white, null)
+    weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
+
+    def worth(choice: tuple[_Weighing, Subset]) -> float:
+        w, kept = choice
+        return w.evidence(kept) - sum(pays[i] for i in kept)
+
+    few = [(), *(_without(every, i) for i in every)]
+    weighing = heapq.nlargest(SHORT, weighing, key=lambda w: max(worth((w, kept)) for kept in few))
+    shapes = [] if generic is None else _shapes(generic, selection)
+    choices = [*itertools.product(weighing, _subsets(every))]
+    choices += [(w, s) for w in shapes for s in _subsets(every) if s != every and {*firm} <= {*s}]
+    if not choices:
+        return None
+
+    w, kept = max(choices, key=worth)
+    refused = tuple(i for i in every if i not in kept)
+    says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
+    sigma = selection.fit.sigma if selection.fit else 1.0
+    what = w.told(problem, selection, kept, white, says)
+    chosen = sum(pays[i] for i in refused) - (threshold if refused else 0.0)
+    return Field(w.evidence(kept) + chosen - price, what, refused, w.covariance(kept, sigma, setting))
+
+
+def is_simple(term: Term) -> bool:
+    """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
+    effect = term.option.effect
+    waves = term.white.shape[1] <= WAVE or (effect is not None and effect.as_one == "amplitude")
+    return waves and set(scanned(term.option)) <= {"period", *MOMENTS}
+
+
+def _columns(options: Sequence[Option], setting: Setting) -> Array:
+    """What options do to the observation (m, p)."""
+    return np.concatenate([setting.raw[:, None][:, :0], *(o.columns for o in options)], axis=1)
+
+
+def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
+    """Columns (m, k) of the observation less what of them simple ones (m, p) hold, as the rows see it."""
+    if not simple.shape[1]:
+        return columns
+    x = white.apply(simple)
+    length = np.linalg.norm(x, axis=0)
+    seen = length > VANISHED * np.linalg.norm(white.scaled(simple), axis=0)
+    x, simple = x[:, seen] / length[seen], simple[:, seen] / length[seen]
+    return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=UNSEEN)[0])
+
+
+def _curves(selection: Selection) -> set[str]:
+    """Axes whose change of geometry is named, by one free curve: a field over such an axis says the same once more. Another
+    free curve of the component claims a structure, and a field may do without it.
+    """
+    free = [t for t in selection.terms if t.option.effect is not None and t.option.effect.free_curve]
+    places = [str(t.family.where.get("component", "")) for t in free]
+    alone = [
+        t
+        for t, p in zip(free, places)
+        if has_role(t.family.name, "changed component") and places.count(p) == 1
+    ]
+    return {str(t.family.where["component"])[2:] for t in alone}
+
+
+def _subsets(every: Subset) -> Iterator[Subset]:
+    return itertools.chain.from_iterable(itertools.combinations(every, k) for k in range(len(every) + 1))
+
+
+def _without(every: Subset, i: int) -> Subset:
+    return tuple(j for j in every if j != i)
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighing:
+    """One field, or shape, beside the names. gram, b: products of all white columns, the names' first, and the residual.
+
+    counts, sizes: numbers of functions and prior widths that share its evidence; prior: ln, of a shape.
+    """
+
+    asked: Asked | tuple[Dictionary, int]  # kernels, or a family of shapes
+    functions: Array
+    seen: Array  # what the functions are of the observation (m, k), mm or rad
+    y: Array
+    gram: Array
+    b: Array
+    dof: int
+    spans: tuple[Ints, ...]
+    widths: tuple[Array, ...]
+    counts: tuple[int, ...] = COUNTS
+    sizes: tuple[float, ...] = WIDTHS
+    prior: float = 0.0
+
+    @staticmethod
+    def of(asked: Asked, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
+        """None where nothing of the field is seen. simple (m, p): what simple names do to the observation."""
+        bumps = np.concatenate([k.bumps * k.factor[:, None] for k in asked.kernels], axis=1)
+        free = orthogonal(bumps, simple, white)
+        x = white.apply(free)
+        turn = principal_turn(x, COUNTS[-1])
+        if turn is None or np.linalg.norm(x) <= VANISHED * np.linalg.norm(white.scaled(bumps)):
+            return None
+        seen = free @ turn
+        return _Weighing.beside(selection, asked, white.apply(seen), seen, white.dof)
+
+    @staticmethod
+    def of_shape(generic: Dictionary, family: int, option: int, selection: Selection) -> _Weighing:
+        x = generic.columns(option)
+        prior = generic.families[family].log_prior + float(generic.weight[option])
+        one = _Weighing.beside(selection, (generic, family), x, generic.options[option].columns, generic.dof)
+        return replace(one, counts=(x.shape[1],), sizes=SCALES, prior=prior)
+
+    @staticmethod
+    def beside(
+        selection: Selection,
+        asked: Asked | tuple[Dictionary, int],
+        functions: Array,
+        seen: Array,
+        dof: int,
+    ) -> _Weighing:
+        """functions (m, k) white, and what they are of the observation."""
+        whole = np.concatenate([*(t.white for t in selection.terms), functions], axis=1)
+        spans = tuple(np.arange(whole.shape[1])[selection.span(i)] for i in range(len(selection.terms)))
+        widths = tuple(np.full(t.white.shape[1], t.width) for t in selection.terms)
+        gram, b = whole.T @ whole, whole.T @ selection.y
+        return _Weighing(asked, functions, seen, selection.y, gram, b, dof, spans, widths)
+
+    def evidence(self, kept: Subset) -> float:
+        """Nats of the field and some of the names, the mean over the smoothness and size of the field."""
+        out = [nats for nats, _, _ in self._at_sizes(kept)]
+        return self.prior + float(np.logaddexp.reduce(out) - np.log(len(out)))
+
+    def covariance(self, kept: Subset, sigma: float, setting: Setting) -> Array:
+        """Columns (m, k) of the observation at the smoothness and size of highest evidence, without what any simple name of
+        the catalogue would say; sigma: noise over stated.
+        """
+        _, count, width = max(self._at_sizes(kept))
+        options = (o for o in setting.found.options if o.effect is not None and o.effect.simple)
+        simple = _columns([o for o in options if o.columns.shape[1] == 1], setting)
+        return width * sigma * orthogonal(self.seen[:, :count], simple, setting.white)
+
+    def _at_sizes(self, kept: Subset) -> list[tuple[float, int, float]]:
+        """Nats, number of functions and prior width of each."""
+        names = [self.spans[i] for i in kept]
+        first = len(self.b) - self.functions.shape[1]
+        total = float(self.y @ self.y)
+        out = []
+        for count, width in itertools.product(self.counts, self.sizes):
+            field = np.arange(first, min(first + count, len(self.b)))
+            at = np.concatenate([*names, field])
+            widths = np.concatenate([*(self.widths[i] for i in kept), np.full(len(field), width)])
+            nats = evidence_from(self.gram[np.ix_(at, at)], self.b[at], total, self.dof, widths)
+            out.append((nats, count, width))
+        return out
+
+    def told(
+        self, problem: Problem, selection: Selection, kept: Subset, white: Whitener, says: str
+    ) -> Unknown:
+        """In words."""
+        if isinstance(self.asked, Asked):
+            return proposal(self.asked.clearest, problem, self.rms(white), says)
+        generic, family = self.asked
+        others = [selection.terms[i].white for i in kept]
+        given = scorer(generic, np.concatenate(others, axis=1) if others else None)
+        options = given.options(selection.y[:, None])[:, 0]
+        return described_shape(generic, given.basis, selection, white, (), family, options)
+
+    def rms(self, white: Whitener) -> float:
+        """Size of the field alone, mm or rad."""
+        fits = [
+            posterior(self.functions, self.y, self.dof, np.full(self.functions.shape[1], w)) for w in WIDTHS
+        ]
+        signal = self.functions @ max(fits, key=lambda f: f.log_evidence).mean
+        return float(np.sqrt(np.mean((signal / white.weight) ** 2)))
+
+
+def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[Asked]:
+    """What the residual follows most clearly, nothing named or all names but one; and every smooth course of time, in which a
+    finer bump that follows the scatter too stands before them by its score and not by its evidence.
+    """
+    others = [[t for t in selection.terms if t is not one] for one in selection.terms]
+    given = [[], *(o for o in others if o)]  # all but one of one is none
+    found: list[Asked] = []
+    curves = _curves(selection)
+    for terms in given:
+        basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
+        rows = pulled(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
+        over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
+        groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
+        found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
+        found += [] if terms else questions(of_time(problem), rows)
+    return found
+
+
+def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
+    """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
+    if not generic.families:
+        return []
+    others = [[t for t in selection.terms if t is not one] for one in selection.terms]
+    own = set[str]().union(*(own_arguments(t.family) for t in selection.terms))
+    found: dict[int, _Weighing] = {}
+    for terms in [[], *(o for o in others if o)]:
+        given = scorer(generic, np.concatenate([t.white for t in terms], axis=1) if terms else None)
+        options = given.options(selection.y[:, None])
+        scores = given.families(options)[:, 0]
+        order = (int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in own)
+        for k in itertools.islice(order, SHORT):
+            option = best_option(generic, options[:, 0], k)
+            found.setdefault(option, _Weighing.of_shape(generic, k, option, selection))
+    return list(found.values())
+
+
+def kept_terms(selection: Selection, field: Field) -> list[Term]:
+    """The terms that stand beside the field."""
+    return [t for i, t in enumerate(selection.terms) if i not in field.refused]
+
+
+def weighed(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...]:
+    """The answers, in the order of the terms, with the probability that the field leaves them."""
+    if field is None or not field.refused:
+        return tuple(answers)
+    return tuple(_less(a, field.share) if i in field.refused else a for i, a in enumerate(answers))
+
+
+def _less(a: Answer, share: float) -> Answer:
+    return replace(
+        a, probability=a.probability * share, rival_probability=a.rival_probability * share,
+        alias_probability=a.alias_probability * share, kin=None if a.kin is None else a.kin.times(share),
+    )  # fmt: skip

@@ -1,0 +1,184 @@
+"""Many recordings: what is found where and when, each by itself, and what of it changed on a machine.
+
+A recording that cannot be read or diagnosed becomes a row that says why; the others are diagnosed all the same. Rows are plain values
+that depend on the files and the seed alone, so that it does not matter who works them out, in which order, or how often the
+work is taken up again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from vcmm.core.blocks import Sharing
+from vcmm.core.errors import DataError, UsageError, VcmmError, first_of
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording import load_recording
+from vcmm.files.toml import read_toml
+from vcmm.learn.diagnosis.job import diagnose
+from vcmm.learn.diagnosis.result import diagnosis_json
+from vcmm.learn.diagnosis.trend import ALWAYS, STEADY, Trend, presence, trend
+
+KEPT = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
+NOT_JUDGED = Trend("")
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class FolderJob:
+    """What is asked of every recording. machine: a file that is used instead of the one that each names."""
+
+    folder: Path
+    seed: int
+    machine: Path | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """A number of a name that was found on a machine at least twice, or found once and once not.
+
+    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`. went, there: how
+    the number went in time, and when it was found; their ends are numbers of `when`, file and date of all recordings of the machine.
+    """
+
+    machine: str
+    name: str
+    parameter: str
+    unit: str
+    first: tuple[str, str]
+    last: tuple[str, str]
+    before: tuple[float, float] | None
+    after: tuple[float, float] | None
+    found: int
+    of: int
+    went: Trend = NOT_JUDGED
+    there: tuple[str, int | None, int | None] = (ALWAYS, None, None)
+    when: tuple[tuple[str, str], ...] = ()
+
+    def at(self, number: int | None) -> str | None:
+        """Date of a recording, its file where it has none."""
+        return None if number is None else self.when[number][1] or self.when[number][0]
+
+    @property
+    def steady(self) -> bool:
+        """Found in all recordings, and as good as one number in them."""
+        return self.went.kind in ("", STEADY) and self.there[0] == ALWAYS
+
+    @property
+    def change(self) -> float | None:
+        """Last less first, where both are known."""
+        return self.after[0] - self.before[0] if self.before and self.after else None
+
+    @property
+    def deviations(self) -> float | None:
+        """The change over its standard uncertainty, the two recordings independent."""
+        if self.change is None or self.before is None or self.after is None:
+            return None
+        u = float((self.before[1] ** 2 + self.after[1] ** 2) ** 0.5)
+        return self.change / u if u > 0 else None
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Recording files in a folder and below it: TOML files that say so, and those that cannot be read and may be some.
+
+    Raises UsageError where there is none.
+    """
+    found = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and _may_be_recording(p)]
+    if not found:
+        raise UsageError(
+            f'{folder} holds no recording: no .toml file there says vcmm = "recording/1"; name another folder, or the file itself'
+        )
+    return found
+
+
+def _may_be_recording(path: Path) -> bool:
+    try:
+        return str(read_toml(path).data.get("vcmm", "")).startswith("recording/")
+    except DataError:
+        return b"recording/" in path.read_bytes()[:100_000]
+
+
+def diagnosed_folder(
+    asked: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
+) -> list[Record]:
+    """A record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
+    return sharing.all_of(key, record_of, asked, [str(file) for file in files], progress)
+
+
+def record_of(asked: FolderJob, file: str) -> Record:
+    """One recording as plain values: what of its diagnosis is kept, or `problem`, why there is none."""
+    path = Path(file)
+    known: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
+    try:
+        known["date"] = str(read_toml(path).data.get("date", ""))
+        recording, machine = load_recording(
+            path, load_machine(asked.machine) if asked.machine else None, gaps=True
+        )
+        known["machine"] = machine.name
+        found = diagnosis_json(diagnose(recording, machine, seed=asked.seed))
+    except VcmmError as error:
+        return {**known, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
+    except Exception as error:  # a fault of ours in one of thousands is told and does not end the others
+        return {
+            **known,
+            "problem": f"internal error ({type(error).__name__}: {error}); please report it",
+            "ours": True,
+        }
+    kept = {k: found[k] for k in KEPT if k in found}
+    if kept["unknown"]:  # its curve or map is long, and stands in the document of the recording itself
+        kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
+    return {**known, "problem": None, "ours": False, **kept}
+
+
+def in_time(records: Sequence[Record]) -> list[Record]:
+    """Machine by machine, by date, then by file."""
+    return sorted(records, key=lambda r: (r["machine"], r["date"], r["file"]))
+
+
+def changes(records: Sequence[Record]) -> list[Change]:
+    """First and last of every number that was found, machine by machine."""
+    out: list[Change] = []
+    good = [r for r in in_time(records) if r["problem"] is None]
+    for machine in dict.fromkeys(r["machine"] for r in good):
+        own = [r for r in good if r["machine"] == machine]
+        numbers = [_numbers(r) for r in own]
+        for key in dict.fromkeys(k for n in numbers for k in n) if len(own) > 1 else ():
+            out.append(_change(machine, key, own, [n.get(key) for n in numbers]))
+    return out
+
+
+def _change(
+    machine: str, key: tuple[str, str, str], own: Sequence[Record], seen: Sequence[tuple[float, float] | None]
+) -> Change:
+    name, parameter, unit = key
+    when = tuple((r["file"], r["date"]) for r in own)
+    return Change(
+        machine, name, parameter, unit, when[0], when[-1], seen[0], seen[-1], sum(s is not None for s in seen), len(own),
+        went=trend([_moment(date) for _, date in when], seen), there=presence(seen), when=when,
+    )  # fmt: skip
+
+
+def _moment(date: str) -> float | None:
+    """In s, since some time; None of what is no date."""
+    try:
+        return datetime.fromisoformat(date).replace(tzinfo=None).timestamp()
+    except ValueError:
+        return None
+
+
+def _numbers(record: Mapping[str, Any]) -> dict[tuple[str, str, str], tuple[float, float]]:
+    """(name, parameter, unit) -> value and u of what was found in a recording."""
+    out = {}
+    for a in record["answer"]:
+        if not a["doubtful"] and not a["alias_of"]:
+            for parameter, e in a["parameters"].items():
+                out[name_of(a), parameter, e["unit"]] = (e["value"], e["u"])
+    return out
+
+
+def name_of(answer: Mapping[str, Any]) -> str:
+    """'backlash Y'"""
+    return " ".join((answer["effect"].replace("_", " "), *(str(v) for v in answer["where"].values())))

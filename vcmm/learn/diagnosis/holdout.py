@@ -1,0 +1,208 @@
+"""Hold-out gate: does a term predict rows it has not seen, where the conditions go beyond those it was fitted on?
+
+Folds extrapolate: another pose, the later time, the warmer rows, another speed, the far zone. Nuisance of the held-out
+rows (their own pose) is fitted on them, which no method can avoid. A term must win log score in most folds that excite
+it, and never lose much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import Whitener, posterior, whitener
+from vcmm.core.axes import axis_of, is_rotary
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.constants import EXCITED, FAR, FEWEST, FORGIVEN, NOTHING, STRONG, VERY_STRONG
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.physics import BY_NAME
+from vcmm.task.response.folds import Mask, fold_masks
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """One fold. rms in mm (or rad); effect_energy_left = (SS after - noise) / (SS before - noise); gain in nats.
+
+    worse: SS after less SS before, in standard deviations of the SS of noise alone, sigma^2 sqrt(2 dof).
+    """
+
+    fold: str
+    rms_before: float
+    rms_after: float
+    effect_energy_left: float
+    gain: float
+    worse: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """Rows held out (m,) and the whiteners of what is fitted and what is predicted."""
+
+    name: str
+    test: Mask
+    fitted: Whitener
+    predicted: Whitener
+
+
+def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
+    """All extrapolating folds that the columns of the recording allow."""
+    out = []
+    for name, test in fold_masks(problem.run, problem.recording.row):
+        if FEWEST <= test.sum() <= problem.m - FEWEST:
+            try:
+                out.append(fold_of(problem, u, rho, name, test))
+            except ModelLimit:
+                continue  # too few rows for their nuisance
+    return out
+
+
+def fold_of(problem: Problem, u: Array, rho: float, name: str, test: Mask) -> Fold:
+    """Rows `test` held out. Raises ModelLimit where either part has too few rows for its nuisance."""
+    return Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test)))
+
+
+def _part(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:
+    number = np.cumsum(rows) - 1
+    before = problem.before[rows]
+    inside = (before >= 0) & rows[np.maximum(before, 0)]
+    near = np.where(inside, number[np.maximum(before, 0)], -1)
+    return whitener(u[rows], problem.nuisance[rows], problem.calibration[rows], near, rho)
+
+
+def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Term]) -> HeldOut:
+    """Fit `terms` on the other rows, predict the held-out ones. `problem.residual` is used without clipping back."""
+    raw = problem.residual
+    r_fit, r_test = fold.fitted.apply(raw[~fold.test]), fold.predicted.apply(raw[fold.test])
+    sigma = selection.fit.sigma if selection.fit else 1.0
+    before = float(r_test @ r_test)
+    if not terms:
+        return HeldOut(fold.name, 0.0, 0.0, 1.0, 0.0)
+    columns = np.concatenate([t.option.columns for t in terms], axis=1)
+    x_fit, x_test = fold.fitted.apply(columns[~fold.test]), fold.predicted.apply(columns[fold.test])
+    width = np.concatenate([np.full(t.white.shape[1], t.width) for t in terms])
+    limited = _limited(x_fit, r_fit, fold.fitted.dof, width, sigma)
+    fit = posterior(x_fit, limited, fold.fitted.dof, width)
+    rest = r_test - x_test @ fit.mean
+    after = float(rest @ rest)
+    noise = fold.predicted.dof * sigma**2
+    unit = float(np.sqrt(np.mean(fold.predicted.weight**-2.0) / fold.predicted.dof))
+    left = max(after - noise, 0.0) / max(before - noise, NOTHING) if before > noise else float("nan")
+    gain = _log_score(rest, x_test, fit.covariance, sigma) - _log_score(r_test, x_test[:, :0], None, sigma)
+    worse = (after - before) / (sigma**2 * float(np.sqrt(2.0 * fold.predicted.dof)))
+    return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
+
+
+def worsened(problem: Problem, parts: Sequence[Fold], selection: Selection) -> tuple[str, ...]:
+    """The folds that the terms make worse, beyond the noise of a fold; a free curve is not asked beyond its own zone."""
+    out = []
+    for part in parts:
+        asked = [t for t in selection.terms if tells(t, part)]
+        if asked and judge(problem, part, selection, asked).worse > FAR:
+            out.append(part.name)
+    return tuple(out)
+
+
+def _limited(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
+    """Residuals with outliers pulled to 3 sigma of a first fit."""
+    signal = x @ posterior(x, r, dof, width).mean
+    return np.asarray(signal + np.clip(r - signal, -FAR * sigma, FAR * sigma))
+
+
+def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) -> float:
+    """ln predictive density of white residuals, parameters' covariance included; outliers count as 3 sigma."""
+    rest = np.clip(rest, -FAR * sigma, FAR * sigma)
+    if covariance is None or x.shape[1] == 0:
+        return -0.5 * float(rest @ rest) / sigma**2
+    inner = np.linalg.inv(covariance) + x.T @ x / sigma**2
+    b = x.T @ rest / sigma**2
+    _, volume = np.linalg.slogdet(np.eye(x.shape[1]) + covariance @ (x.T @ x) / sigma**2)
+    return float(-0.5 * (rest @ rest / sigma**2 - b @ np.linalg.solve(inner, b)) - 0.5 * volume)
+
+
+def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:
+    """Numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them.
+
+    The one that loses most comes first: terms that lean on one another are refused one at a time.
+    """
+    failed: list[tuple[float, int]] = []
+    for i in range(len(selection.terms)):
+        gains = _gains(problem, parts, selection, i)
+        if len(gains) and _refused(gains):
+            failed.append((float(gains.min()), i))
+    return [i for _, i in sorted(failed)]
+
+
+def wins_everywhere(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> bool:
+    """Does term i win rows held out in every fold that asks it, together more than VERY_STRONG nats?"""
+    gains = _gains(problem, parts, selection, i)
+    return bool(len(gains)) and float(gains.min()) > 0.0 and float(gains.sum()) > VERY_STRONG
+
+
+def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> Array:
+    """Nats that term i wins beside the others in each fold that asks it."""
+    term = selection.terms[i]
+    others = [t for t in selection.terms if t is not term]
+    gains = []
+    for fold in parts:
+        if _known(fold, selection, i) > EXCITED:
+            with_it = judge(problem, fold, selection, selection.terms).gain
+            without = judge(problem, fold, selection, others).gain
+            told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > STRONG
+            if told and (with_it > without or not _own_zone(term, fold)):
+                gains.append(with_it - without)
+    return np.array(gains)
+
+
+def _refused(gains: Array) -> bool:
+    """It loses overall, wins too seldom, or makes one kind of rows clearly worse: the log score knows the noise and how
+    uncertain the term is there, so a large loss is a wrong shape. A part of what it wins elsewhere is forgiven, because
+    no template is exact.
+    """
+    won = float(gains[gains > 0].sum())
+    worst = float(gains.min())
+    return (
+        (worst < -STRONG and float(gains.sum()) < 0)
+        or float(np.mean(gains > -0.5)) < 0.5
+        or worst < -max(2.0 * STRONG, FORGIVEN * won)
+    )
+
+
+def is_free_curve(name: str) -> bool:
+    return name in BY_NAME and BY_NAME[name].free_curve
+
+
+def _own_zone(term: Term, fold: Fold) -> bool:
+    """A free curve over an axis says nothing of a zone of that axis on which it was not fitted, nor do the harmonics of a turn of
+    a part of the turn.
+    """
+    axis = axis_of(str(term.family.where.get("component", ""))) or str(term.family.where.get("axis", ""))
+    effect = term.option.effect
+    harmonics = effect is not None and effect.as_one == "amplitude" and is_rotary(axis)
+    return (is_free_curve(term.family.name) or harmonics) and fold.name == f"far zone {axis}"
+
+
+def tells(term: Term, fold: Fold) -> bool:
+    """Does this fold hold the term to account?"""
+    return not _own_zone(term, fold)
+
+
+def _known(fold: Fold, selection: Selection, i: int) -> float:
+    """Size of term i in the rows fitted, in units of the noise: is it determined there?"""
+    return _size(fold.fitted, ~fold.test, selection, i)
+
+
+def _seen(fold: Fold, selection: Selection, i: int) -> float:
+    """The same in the rows held out. A term that is not seen there may still be told by them: it changes what the other
+    terms are, and so what they predict (a bed that stands hot while the frame warms).
+    """
+    return _size(fold.predicted, fold.test, selection, i)
+
+
+def _size(white: Whitener, rows: Mask, selection: Selection, i: int) -> float:
+    assert selection.fit is not None
+    signal = selection.terms[i].option.columns @ selection.fit.mean[selection.span(i)]
+    return float(np.linalg.norm(white.apply(signal[rows]))) / selection.fit.sigma

@@ -1,0 +1,35 @@
+"""The diagnosis as a Python call; the command line calls the same function."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.effect import Effect
+from vcmm.core.machine import Machine
+from vcmm.learn.diagnosis.engine import diagnose_recording
+from vcmm.learn.diagnosis.foretold import with_foretold
+from vcmm.learn.diagnosis.opposite_sign import other_way
+from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.very_long import few_enough, told
+from vcmm.task.response.recording import Recording
+
+
+def diagnose(
+    recording: Recording,
+    machine: Machine,
+    *,
+    seed: int = 0,
+    extra_effects: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement.
+
+    Of more than 100 000 observations some are taken, and it is said (see vcmm.learn.diagnosis.very_long).
+    """
+    recording = few_enough(recording)
+    found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+    found = with_foretold(found, recording)
+    warnings = (*recording.notes, *told(recording), *found.warnings, *other_way(recording, machine, found))
+    return replace(found, warnings=warnings)

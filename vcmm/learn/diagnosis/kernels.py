@@ -1,0 +1,169 @@
+"""Free shapes over everything that a recording knows, and how strongly a residual follows each.
+
+    t = |X' r|^2,   X: bumps about places, white, outside some chosen terms;   r: white residual
+
+is the score of a Gaussian process with the kernel X X' (a variance component; Lin, Biometrika 84 (1997) 309). It needs no
+shape: a stair, a swirl or a waviness of changing period raise it alike. Its law is that of the simulated null recordings:
+z is ln t in standard deviations of theirs.
+
+The residual and the nulls are pulled back to the observations once, X' r = F' (A' r), and never the bumps F made white.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import Whitener, without_span
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.closeness import nearness, of_component
+from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN, VANISHED
+from vcmm.learn.diagnosis.courses import stretching, wandering
+from vcmm.learn.diagnosis.locate import modulators
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.select import Term
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """Bumps (m, k) times a component of the sensitive direction, factor (m,). names: covariates; direction: "x", "y", "z" or
+    "normal"; component: of a free shape over its axis, or ""; what: of a shape that no curve over the covariates draws, in words.
+    """
+
+    names: tuple[str, ...]
+    direction: str
+    bumps: Array
+    factor: Array
+    component: str = ""
+    what: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """One question: kernels that are added, the clearest of them, t and z of the residual and of every null (1 + M,)."""
+
+    kernels: tuple[Kernel, ...]
+    clearest: Kernel
+    t: Array
+    z: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Pulled:
+    """Residual and nulls (m, 1 + M), white, outside `basis` and of length 1, pulled back to the observations up to a common
+    factor; residual (m,): white, of length 1.
+    """
+
+    white: Whitener
+    basis: Array
+    residual: Array
+    rows: Array
+    _turned: dict[str, Array] = field(default_factory=dict)
+
+    def times(self, kernel: Kernel) -> Array:
+        """The rows times the kernel's factor; once per direction."""
+        if kernel.component or kernel.what:
+            return self.rows
+        if kernel.direction not in self._turned:
+            self._turned[kernel.direction] = self.rows * kernel.factor[:, None].astype(np.float32)
+        return self._turned[kernel.direction]
+
+    def columns(self, kernels: Sequence[Kernel]) -> Array:
+        """White columns (m, k) of kernels, outside the basis; (m, 0) where nothing of them is seen."""
+        columns = np.concatenate([k.bumps * k.factor[:, None] for k in kernels], axis=1)
+        x = without_span(self.white.apply(columns), self.basis)
+        before = float(np.linalg.norm((self.white.weight * columns.T).T))
+        return x if float(np.linalg.norm(x)) > VANISHED * before else x[:, :0]
+
+
+def pulled(white: Whitener, basis: Array, rows: Array) -> Pulled:
+    """rows (m, 1 + M): white residual and nulls."""
+    rows = without_span(rows, basis)
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), NOTHING)
+    back = white.adjoint(rows)
+    return Pulled(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
+
+
+def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[Kernel]]:
+    """Free shapes of component errors over their axes."""
+    alone = np.ones(problem.m)
+    for c in (c for c in components if np.ptp(problem.run.q(c[2])) > 0):
+        for moved in of_component(problem, c):
+            yield [Kernel((c[2],), "normal", moved, alone, c)]
+
+
+def everywhere(problem: Problem) -> Iterator[list[Kernel]]:
+    """Groups of kernels that differ by their direction only."""
+    for near in nearness(problem):
+        yield [Kernel(near.names, d, near.bumps, f) for d, f in modulators(problem).items()]
+    yield from of_time(problem)
+
+
+def of_time(problem: Problem) -> Iterator[list[Kernel]]:
+    """The smooth courses of time among them."""
+    for bumps in wandering(problem):
+        yield [Kernel(("time",), d, bumps, f) for d, f in modulators(problem).items()]
+    alone = np.ones(problem.m)
+    for course in stretching(problem):
+        yield [Kernel(course.names, "normal", course.columns, alone, what=course.what)]
+
+
+def questions(groups: Iterable[list[Kernel]], rows: Pulled) -> Iterator[Asked]:
+    """Every kernel by itself, and those of x, y and z together: a swirl turns."""
+    return itertools.chain.from_iterable(_of_group(group, rows) for group in groups)
+
+
+def _of_group(group: list[Kernel], rows: Pulled) -> Iterator[Asked]:
+    bumps = group[0].bumps.T.astype(np.float32)
+    alone = []
+    for k in group:
+        t = ((bumps @ rows.times(k)) ** 2).sum(axis=0).astype(float)
+        alone.append(Asked((k,), k, t, departed(t)))
+    yield from alone
+    turned = [a for a in alone if a.clearest.direction in tuple("xyz")]
+    if len(turned) > 1:
+        total = np.sum([a.t for a in turned], axis=0)
+        clearest = max(turned, key=lambda a: float(a.z[0])).clearest
+        yield Asked(tuple(a.clearest for a in turned), clearest, total, departed(total))
+
+
+def departed(t: Array, forgiven: float = 0.0) -> Array:
+    """z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, is what errors of templates may bring."""
+    own = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
+    logs = np.log(np.maximum(np.r_[own, t[1:]], NOTHING))
+    return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
+
+
+def reach(x: Array) -> float:
+    """Largest of |X' e|^2 over unit vectors e."""
+    small = x.T @ x if x.shape[1] < len(x) else x @ x.T
+    return float(np.linalg.eigvalsh(small)[-1])
+
+
+def principal(x: Array, count: int) -> Array:
+    """The first principal functions (m, count at most) of bumps x (m, k), the first of rms 1."""
+    turn = principal_turn(x, count)
+    return x[:, :0] if turn is None else np.asarray(x @ turn)
+
+
+def principal_turn(x: Array, count: int) -> Array | None:
+    """Coefficients (k, count at most) that make bumps x (m, k) their first principal functions; None where x is nothing."""
+    value, vector = np.linalg.eigh(x.T @ x)
+    first = np.argsort(-value)[:count]
+    if not x.shape[1] or value[first[0]] <= 0:
+        return None
+    return np.asarray(vector[:, first] * np.sqrt(len(x) / float(value[first[0]])))
+
+
+def components_of(terms: Sequence[Term]) -> tuple[str, ...]:
+    """The component errors in which terms move their axes: of their places, or the positioning errors of their axes."""
+    found = {c for t in terms for c in (t.family.where.get("component", ""), _positioning(t))}
+    return tuple(sorted(c for c in found if len(c) == 3 and c[0] == "E" and c[2] in "XYZ"))
+
+
+def _positioning(term: Term) -> str:
+    axis = term.family.where.get("axis", "")
+    return f"E{axis}{axis}"

@@ -1,0 +1,155 @@
+"""Mistakes of the log: two columns exchanged, a sign, a unit, directions the other way round. No free parameter.
+
+The machine file predicts the recording from what was logged. Logged rightly it would predict something else:
+
+    departure = prediction from the corrected columns - prediction from the columns as they stand
+
+Such a hypothesis is tested as a mistake of the table is (see mistakes): its number is 1, it pays its prior, and it must beat what
+the catalogue explains. Columns on which no prediction depends say nothing and are not asked.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array, Run, Series
+from vcmm.task.response.logs import sensor_of
+from vcmm.task.response.observe import Observer
+from vcmm.task.response.recording import Recording
+
+LOG = "log_mistake"  # the name of an answer
+EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
+ALIKE = ("temp_", "speed_", "accel_", "sense_")  # beginnings of columns that are taken for one another
+Corrected = Callable[[Run], Run]
+
+
+@dataclass(frozen=True, eq=False)
+class LogHypothesis:
+    """columns that are meant, one of the words above, departure (m,) mm or rad, ln prior within its kind."""
+
+    columns: str
+    what: str
+    departure: Array
+    prior: float
+
+
+def log_hypotheses(recording: Recording, predicted: Callable[[Recording], Array]) -> Iterator[LogHypothesis]:
+    """All mistakes of the log that change what the machine file predicts. predicted: recording -> observations (m,)."""
+    before = predicted(recording)
+    if not np.any(before):
+        return
+    for what, tried in _kinds(recording.run):
+        seen = []
+        for columns, corrected in tried:
+            try:
+                after = predicted(replace(recording, run=corrected(recording.run)))
+            except (ModelLimit, UsageError):
+                continue  # positions outside the travels, temperatures that cannot be
+            if np.isfinite(after).all() and np.any(after != before):
+                seen.append((columns, after - before))
+        for columns, departure in seen:
+            yield LogHypothesis(columns, what, departure, -float(np.log(len(seen))))
+
+
+def of_machine(machine: object) -> Callable[[Recording], Array]:
+    """Observations (m,) that a machine predicts for a recording."""
+    return lambda recording: Observer(recording, machine).baseline()  # type: ignore[arg-type]
+
+
+def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, Corrected]]]]:
+    names = sorted(n for n, v in run.columns.items() if np.ptp(v) > 0)
+    axes = sorted(a for a, q in run.position.items() if np.ptp(q) > 0)
+    alike = [[n for n in names if n.startswith(start) and _ending(n) == end] for start, end in _groups(names)]
+    exchanged = [
+        (f"{a} and {b}", _columns(a, b)) for group in alike for a, b in itertools.combinations(group, 2)
+    ]
+    linear = [a for a in axes if a in "XYZUVW"]
+    exchanged += [(f"{a} and {b}", _axes(a, b)) for a, b in itertools.combinations(linear, 2)]
+    yield EXCHANGED, exchanged
+    yield (
+        SIGN,
+        [
+            *((a, _mirrored(a)) for a in axes),
+            *((n, _times(n, -1.0, 0.0)) for n in names if n.startswith(("speed_", "accel_"))),
+        ],
+    )
+    yield (
+        UNIT,
+        [
+            (n, _times(n, factor, zero))
+            for n in names
+            for start, forms in _units_taken().items()
+            if n.startswith(start)
+            for factor, zero in forms
+        ],
+    )
+    senses = [n for n in names if n.startswith("sense_")]
+    yield (
+        DIRECTIONS,
+        [(n, _times(n, -1.0, 0.0)) for n in senses]
+        + ([(" and ".join(senses), _all_times(senses))] if len(senses) > 1 else []),
+    )
+
+
+def _units_taken() -> dict[str, tuple[tuple[float, float], ...]]:
+    """Beginning of a column: (factor, zero) of what is meant, factor (value - zero)."""
+    from scipy.constants import convert_temperature, degree_Fahrenheit, g, zero_Celsius
+
+    freezing = float(convert_temperature(0.0, "Celsius", "Fahrenheit"))
+    return {
+        "temp_": ((degree_Fahrenheit, freezing), (1.0, zero_Celsius)),  # degF and K for degC
+        "speed_": ((1.0 / 60.0, 0.0), (60.0, 0.0)),  # mm/min for mm/s, and the other way round
+        "load_": ((1.0 / g, 0.0), (g, 0.0)),  # N for kg, and the other way round
+    }
+
+
+def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
+    found = [(start, _ending(n)) for start in ALIKE for n in names if n.startswith(start)]
+    return list(dict.fromkeys(found))
+
+
+def _ending(name: str) -> str:
+    """The unit of a column, and nothing of its place: temp_air_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
+    return "_".join(name.split("_")[2:])
+
+
+def _columns(a: str, b: str) -> Corrected:
+    def corrected(run: Run) -> Run:
+        one, other = sensor_of(a), sensor_of(b)
+        series = dict(run.series)
+        for to, source in ((one, other), (other, one)):
+            series.pop(to, None)
+            if source in run.series:
+                series[to] = run.series[source]
+        return replace(run.with_columns({a: run.columns[b], b: run.columns[a]}), series=series)
+
+    return corrected
+
+
+def _axes(a: str, b: str) -> Corrected:
+    return lambda run: replace(run, position={**run.position, a: run.position[b], b: run.position[a]})
+
+
+def _mirrored(axis: str) -> Corrected:
+    return lambda run: replace(run, position={**run.position, axis: -run.position[axis]})
+
+
+def _times(name: str, factor: float, zero: float) -> Corrected:
+    def corrected(run: Run) -> Run:
+        series = dict(run.series)
+        sensor = sensor_of(name)
+        if sensor in series:
+            log = series[sensor]
+            series[sensor] = Series(log.time, factor * (log.value - zero))
+        return replace(run.with_columns({name: factor * (run.columns[name] - zero)}), series=series)
+
+    return corrected
+
+
+def _all_times(names: Sequence[str]) -> Corrected:
+    return lambda run: run.with_columns({n: -run.columns[n] for n in names})

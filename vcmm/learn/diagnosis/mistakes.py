@@ -1,0 +1,189 @@
+"""Mistakes of the stored error table: hypotheses with a fixed coefficient and no free parameter, tested first.
+
+the recording holds ...   sign: minus the table; missing: none of it; counted twice: twice; unit: the table times a
+unit factor; swapped: another component's table.   departure = (coefficient - 1) x observed effect of the table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import Whitener, without_span
+from vcmm.core.effect import Effect
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHED, VERY_STRONG
+from vcmm.learn.diagnosis.evidence import orthonormal
+from vcmm.learn.diagnosis.log_mistakes import LOG, log_hypotheses, of_machine
+from vcmm.learn.diagnosis.null import clipped, robust_scale
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.physics import of_role
+from vcmm.task.response.observe import baseline
+
+TAKEN_FOR = (
+    1e3,
+    10.0,
+    25.4,
+    4.848136811,
+    np.degrees(1.0),
+)  # mm for um, ppm for um in 100 mm, inches, arcsec for urad, deg
+UNIT_FACTORS = (*TAKEN_FOR, *(1.0 / k for k in TAKEN_FOR))
+MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
+HELD = ("error table", "angle between axes")  # roles of the effects whose numbers a table file holds
+TINY = 1e-7  # mm or rad: a table this small says nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Mistake:
+    """component (EYX, C0Y, or "all"), what, departure (m,) of the observation, score in nats."""
+
+    component: str
+    what: str
+    departure: Array
+    score: float = 0.0
+    prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
+    rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
+    effect: str = MISTAKE  # or the effect of a wrong Abbe arm, whose component is the axis
+    factor: float = (
+        1.0  # what the recording holds of the table: -1, 0, 2 or a unit factor; of the Abbe error -1 or 1
+    )
+    source: str = ""  # the component whose table it holds instead
+    both: bool = False  # and the other way round
+    lead: float = np.inf  # nats over the best explanation without a mistake
+    free: tuple[str, ...] = ()  # names of the terms that explain it instead
+
+
+def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
+    """The most probable mistake of the table if it beats nothing by VERY_STRONG nats, prior shared by all hypotheses.
+
+    raw (m,): white residual. Outliers count as `limit` robust standard deviations, the same number for all hypotheses.
+    """
+    candidates = list(hypotheses(problem))
+    if not candidates:
+        return None
+    departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
+    seen = np.linalg.norm(departures, axis=0) > VANISHED
+    left = raw[:, None] - departures
+    bound = limit * min(float(robust_scale(raw)), float(robust_scale(left).min()))
+    total = float(np.minimum(raw**2, bound**2).sum())
+    rest = np.minimum(left**2, bound**2).sum(axis=0)
+    prior = np.array([h.prior for h in candidates])
+    scores = -0.5 * white.dof * np.log(rest / total) + prior - np.logaddexp.reduce(prior)
+    scores[~seen] = -np.inf
+    best = int(np.argmax(scores))
+    if scores[best] <= VERY_STRONG:
+        return None
+    near = [candidates[i] for i in np.flatnonzero(scores > scores[best] - STRONG) if i != best]
+    rivals = tuple(
+        dict.fromkeys(
+            f"{h.component} {h.what}" for h in near if (h.component, h.what) != _name(candidates[best])
+        )
+    )
+    # the nats of all against nothing, outliers pulled in about the mistake as they are about fitted terms
+    own = clipped(left[:, best], white, limit)
+    with_it = departures[:, best] + own
+    nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (own @ own)))
+    score = nats + float(prior[best] - np.logaddexp.reduce(prior))
+    return replace(candidates[best], score=score, rivals=rivals)
+
+
+def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> bool:
+    """Is the mistake's own number, 1 times its departure, the one that fits?
+
+    A mistake of bookkeeping is exact; a calibration that is off in its direction is so by any amount. departure, rest
+    (m,): white departure of the mistake and what it and the chosen columns (m, k) leave; 1 + c is the best multiple,
+
+        c = d · rest / d · d with d the departure outside the chosen columns,    u(c) = sigma / |d|
+    """
+    d = without_span(departure, orthonormal(chosen))
+    size = float(np.linalg.norm(d))
+    if size <= VANISHED:
+        return True
+    c = float(d @ rest) / size**2
+    return abs(c) <= max(FAR * sigma / size, MISMATCH)
+
+
+def _name(mistake: Mistake) -> tuple[str, str]:
+    return mistake.component, mistake.what
+
+
+def hypotheses(problem: Problem) -> Iterator[Mistake]:
+    """All mistakes of all tables (and of all together)."""
+    tables = tables_of(problem)
+    nothing = _observed(problem, ())
+    own = {name: _observed(problem, (effect,)) - nothing for name, effect in tables.items()}
+    own = {name: e for name, e in own.items() if np.abs(e).max(initial=0.0) > TINY}
+    if len(own) > 1:
+        own["all"] = np.sum(list(own.values()), axis=0)
+    for name, e in own.items():
+        yield Mistake(name, "sign", -2.0 * e, factor=-1.0)
+        yield Mistake(name, "missing", -e, factor=0.0)
+        yield Mistake(name, "counted twice", e, factor=2.0)
+        for factor in UNIT_FACTORS:
+            prior = -float(np.log(len(UNIT_FACTORS)))
+            yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
+    yield from _swaps(problem, tables, own, nothing)
+    yield from _abbe(problem, nothing)
+    for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
+        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG)
+
+
+def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
+    """The arm of the reference line (measured_at) counted twice, or left out: rotation tables x arm."""
+    kind = of_role("Abbe arm")
+    for letter, axis in problem.machine.axes.items():
+        if kind is None or axis.rotary or axis.measured_at is None:
+            continue
+        try:
+            effect = kind.from_tables(letter, problem.machine.effects, axis.measured_at)
+            e = _observed(problem, (effect,)) - nothing
+        except (UsageError, ModelLimit):
+            continue  # no rotation tables, or a position outside them
+        if np.abs(e).max(initial=0.0) > TINY:
+            yield Mistake(letter, "Abbe error counted twice", e, effect=kind.name)
+            yield Mistake(letter, "Abbe error left out", -e, effect=kind.name, factor=-1.0)
+
+
+def tables_of(problem: Problem) -> dict[str, Effect]:
+    """Component tables and squareness errors of the machine by component name."""
+    out: dict[str, Effect] = {}
+    for effect in problem.machine.effects:
+        if effect.role in HELD:
+            out[effect.where] = effect
+    return out
+
+
+def _observed(problem: Problem, effects: tuple[Effect, ...]) -> Array:
+    return baseline(problem.recording, replace(problem.machine, effects=effects, inputs=()))
+
+
+def _swaps(
+    problem: Problem, tables: dict[str, Effect], own: dict[str, Array], nothing: Array
+) -> Iterator[Mistake]:
+    """One component in the place of another, and both exchanged."""
+    single = {k: cast(Any, t) for k, t in tables.items() if len(getattr(t, "arguments", ())) == 1}
+    moved: dict[tuple[str, str], Array] = {}
+    for a, table in single.items():
+        for b, source in single.items():
+            if a != b and (a[1] in "XYZ") == (b[1] in "XYZ"):
+                moved[a, b] = _observed(problem, (_holding(table, source),)) - nothing
+    zero = np.zeros(problem.m)
+    share = -float(np.log(max(2 * len(single), 1)))
+    for (a, b), instead in moved.items():
+        change = instead - own.get(a, zero)
+        yield Mistake(a, f"swapped with {b}", change, prior=share, source=b)
+        if a < b:
+            whole = change + moved[b, a] - own.get(b, zero)
+            yield Mistake(a, f"swapped with {b}", whole, prior=share, source=b, both=True)
+
+
+def _holding(table: Any, source: Any) -> Effect:
+    """The component of `table` with the numbers of `source`: node by node where the counts agree, else by position."""
+    grid, values = table.grids[0], np.asarray(source.values, dtype=float)
+    if len(values) != len(grid):
+        values = np.interp(grid, source.grids[0], values)
+    return cast(Effect, replace(table, values=values))

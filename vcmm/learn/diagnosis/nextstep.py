@@ -1,0 +1,374 @@
+"""Which measurement to take next: the feasible add-on that separates the tied answers best per minute.
+
+Each add-on repeats a sample of the recording's own rows with one thing changed (a second stylus length, another
+speed, the approach from the other side, the artefact turned, a temperature step, a longer log). The rows are simulated,
+not measured: only the columns of the rivals on old and new rows together decide. separability s as in `confusion`.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import RANK, Whitener, whitener
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array, Run, Series
+from vcmm.learn.diagnosis.candidates import Option
+from vcmm.learn.diagnosis.confusion import Standing
+from vcmm.learn.diagnosis.constants import NOTHING
+from vcmm.learn.diagnosis.discrepancy import values_of
+from vcmm.learn.diagnosis.problem import Problem, predecessors
+from vcmm.learn.diagnosis.result import NextStep, Unknown
+from vcmm.learn.diagnosis.select import Selection, Setting
+from vcmm.task.response.logs import RememberingRun
+from vcmm.task.response.observe import Observer, nuisance_columns
+from vcmm.task.response.recording import Recording
+
+PLACES = 60  # along the covariate of something unknown
+ROWS = 80  # of the recording repeated in an add-on
+PER_TOUCH = 10.0  # s
+WORTH = 0.08  # gain of separability below which an add-on is not proposed
+SHOWN = 3
+STANDS = 0.05  # component of the normal below which an axis has stopped before the touch
+ALONG, CONFIRMED = (
+    15.0,
+    30.0,
+)  # minutes to set an instrument up along an axis; for a measurement of another kind
+STRETCH = 2.0  # times the length of the log by which it is continued
+
+Change = Callable[[Run], Run | None]
+
+
+@dataclass(frozen=True)
+class AddOn:
+    """do: what to tell the operator; minutes: beyond the touches themselves; change: the rows as they would be."""
+
+    do: str
+    minutes: float
+    change: Change
+
+
+def next_steps(
+    problem: Problem, setting: Setting, selection: Selection, places: Sequence[Standing]
+) -> tuple[NextStep, ...]:
+    """Best add-ons for every answer that has rivals, at other places too; where none of them helps, what confirms the name."""
+    out: list[NextStep] = []
+    for i, place in enumerate(places):
+        rivals = [*place.twins[:1], *place.families[:1]]
+        found = [f for j in rivals for f in _for_rival(problem, setting, selection, i, j)]
+        if rivals and not found:
+            found = _confirming(selection, i, _pair(selection, i, setting, rivals[0]))
+        elif place.names and not found:  # a rival that these rows do not resolve is no candidate
+            found = _confirming(selection, i, (selection.terms[i].family.name, place.names[0]))
+        out += found
+    return tuple(out)
+
+
+def _for_rival(
+    problem: Problem, setting: Setting, selection: Selection, i: int, family: int
+) -> list[NextStep]:
+    """The add-ons that separate term i from one rival, the best per minute first."""
+    rival = _nearest(setting, selection, family, i)
+    pair = _pair(selection, i, setting, family)
+    columns = (selection.terms[i].option.columns, rival.columns)
+    now = separability(columns, problem.whitener(), selection, i)
+    found = [
+        _tried(problem, addon, selection, i, rival, pair, now) for addon in (*ADDONS, *along_axes(problem))
+    ]
+    return sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)[:SHOWN]
+
+
+def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
+    """What is told apart: two names, or one name at two places."""
+    one, other = selection.terms[i].family, setting.found.families[family]
+    return (one.id, other.id) if one.name == other.name else (one.name, other.name)
+
+
+def _confirming(selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
+    """What the catalogue says to do, where no repetition of these rows tells the two apart."""
+    effect = selection.terms[i].option.effect
+    if effect is None or effect.words is None:
+        return []
+    known = defaultdict(str, {k: str(v) for k, v in selection.terms[i].family.where.items()})
+    known["where"] = " ".join(selection.terms[i].family.where.values())
+    return [NextStep(pair, effect.words.confirm.format_map(known), CONFIRMED, 0.0)]
+
+
+def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
+    """How to see the law of what has no name: its first covariate varied finely, all else equal."""
+    if unknown is None or not unknown.covariates:
+        return ()
+    name = unknown.covariates[0]
+    values = values_of(problem, name)
+    if name.removeprefix("tip_").upper() in problem.run.position and values is not None:
+        low, high = float(values.min()), float(values.max())
+        step = (high - low) / PLACES
+        axis = name.removeprefix("tip_").upper()
+        do = f"measure {axis} from {low:.4g} to {high:.4g} in steps of {step:.2g}, both ways, all else equal"
+    elif name.startswith("temp_"):
+        do = f"repeat some touches at three values of {name}, at the same places"
+    elif name == "time":
+        do = "touch one place again and again, as fast as possible, for as long as the log was"
+    elif name == "speed" or name.startswith("speed_"):
+        do = "repeat some touches at three speeds, at the same places"
+    else:
+        return ()
+    pace = PER_TOUCH if problem.recording.kind == "probe" else 1.0
+    return (NextStep(("unknown", name), do, float(round(2 * PLACES * pace / 60)), 0.0),)
+
+
+def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Option:
+    """The rival's option that mimics the answer best."""
+    first = setting.found.first
+    stop = int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
+    signal = selection.signal(i)
+
+    def left(option: int) -> float:
+        x = setting.found.columns(option)
+        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
+
+    return setting.found.options[min(range(int(first[family]), stop), key=left)]
+
+
+def separability(columns: tuple[Array, Array], white: Whitener, selection: Selection, i: int) -> float:
+    """Length of the answer's signal that the rival cannot mimic, in units of the noise of this whitener."""
+    assert selection.fit is not None
+    signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
+    x = white.apply(columns[1])
+    rest = signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]
+    return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), NOTHING)
+
+
+def _tried(
+    problem: Problem,
+    addon: AddOn,
+    selection: Selection,
+    i: int,
+    rival: Option,
+    pair: tuple[str, str],
+    now: float,
+) -> NextStep | None:
+    try:
+        longer = extended(problem, addon)
+        if longer is None:
+            return None
+        recording, u = longer
+        observer = Observer(recording, problem.machine)
+        columns = tuple(_on(observer, o) for o in (selection.terms[i].option, rival))
+        nuisance, _ = nuisance_columns(recording, problem.machine)
+        known = [c for _, c in observer.calibration()]
+        calibration = np.concatenate([np.zeros((recording.m, 0)), *known], axis=1)
+        white = whitener(u, nuisance, calibration, predecessors(recording.row))
+        then = separability((columns[0], columns[1]), white, selection, i)
+    except (ModelLimit, UsageError):
+        return None
+    if then - now <= WORTH:
+        return None
+    return NextStep(pair, told(addon, problem), minutes_of(addon, problem), then - now)
+
+
+def told(addon: AddOn, problem: Problem) -> str:
+    """What to do, in the words of the kind of recording: only a probe touches."""
+    return addon.do if problem.recording.kind == "probe" else addon.do.replace("some touches", "some rows")
+
+
+def minutes_of(addon: AddOn, problem: Problem) -> float:
+    """What is set up, and the rows at the pace of the recording; a longer log takes its own time once more, twice."""
+    time = problem.run.columns.get("time_s")
+    steps = np.diff(np.unique(time)) if time is not None else np.zeros(0)
+    if addon.change is _longer_log and time is not None:
+        seconds = STRETCH * float(np.ptp(time))
+        return float(f"{seconds / 60:.2g}") if seconds < 6000 else float(round(seconds / 60))
+    pace = float(np.median(steps)) if len(steps) and problem.recording.kind != "probe" else PER_TOUCH
+    return float(round(addon.minutes + min(ROWS, problem.m) * pace / 60))
+
+
+def _on(observer: Observer, option: Option) -> Array:
+    """Columns of an option on another recording. Raises UsageError for random copies, whose number would differ."""
+    if option.effect is None or any("@" in label for label in option.labels):
+        raise UsageError("this effect has one copy per label; it cannot be carried to another recording")
+    names = dict.fromkeys(label.split("[")[0] for label in option.labels)
+    parts = [observer.of_parameter(option.effect, name) for name in names]
+    return np.concatenate(parts, axis=1) * option.unit
+
+
+def extended(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
+    """The recording with the rows of the add-on behind it, and u of all observations; None where it cannot be done."""
+    recording = problem.recording
+    if (recording.other >= 0).any():
+        return None
+    chosen = np.unique(np.linspace(0, recording.m - 1, min(ROWS, recording.m)).astype(np.intp))
+    rows = recording.row[chosen]
+    run = problem.recording.run
+    touches = recording.kind == "probe" and addon.change is _other_side
+    change = _other_side_of_touches if touches else addon.change
+    new = change(run.take(rows))
+    if new is None:
+        return None
+    both = joined(run, new)
+    added = np.arange(run.n, run.n + len(rows))
+    out = replace(
+        recording,
+        run=both,
+        value=np.concatenate([recording.value, np.zeros(len(rows))]),
+        row=np.concatenate([recording.row, added]),
+        direction=np.concatenate([recording.direction, new_direction(new, recording.direction[chosen])]),
+        other=np.concatenate([recording.other, np.full(len(rows), -1)]),
+        u=None if recording.u is None else np.concatenate([recording.u, recording.u[chosen]]),
+    )
+    return out, np.concatenate([problem.u, problem.u[chosen]])
+
+
+def new_direction(new: Run, old: Array) -> Array:
+    """Normals of the added rows where they were turned, else as they were."""
+    return new.normal if "turned" in new.labels and "nx" in new.columns else old
+
+
+def joined(a: Run, b: Run) -> Run:
+    """Rows of a, then those of b."""
+    series = {**a.series, **b.series}
+    return RememberingRun(
+        {k: np.concatenate([v, b.position[k]]) for k, v in a.position.items()},
+        np.concatenate([a.offset, b.offset]),
+        {k: np.concatenate([v, b.columns[k]]) for k, v in a.columns.items() if k in b.columns},
+        {k: np.concatenate([v, b.labels[k]]) for k, v in a.labels.items() if k in b.labels},
+        series,
+    )
+
+
+def _other_speed(run: Run) -> Run | None:
+    names = [c for c in run.columns if c.startswith("speed_")]
+    return run.with_columns({c: 2.5 * run.columns[c] for c in names}) if names else None
+
+
+def _other_side(run: Run) -> Run | None:
+    names = [c for c in run.columns if c.startswith("sense_")]
+    return run.with_columns({c: -run.columns[c] for c in names}) if names else None
+
+
+def _other_side_of_touches(run: Run) -> Run | None:
+    """A touch goes inwards whatever was before: the axes that move in it keep their sense. None where all do."""
+    turned = _other_side(run)
+    if turned is None or "nx" not in run.columns:
+        return None
+    stays = {f"sense_{a}": np.abs(run.normal[:, i]) > STANDS for i, a in enumerate("XYZ")}
+    kept = {
+        c: np.where(still, run.columns[c], turned.columns[c])
+        for c, still in stays.items()
+        if c in run.columns
+    }
+    return turned.with_columns(kept) if any(np.any(v != run.columns[c]) for c, v in kept.items()) else None
+
+
+def _longer_way(run: Run) -> Run | None:
+    names = [c for c in run.columns if c.startswith("since_reversal_")]
+    return run.with_columns({c: 0.1 * run.columns[c] for c in names}) if names else None
+
+
+def _longer_stylus(run: Run) -> Run | None:
+    if "stylus_length_mm" not in run.columns or "stylus" not in run.labels:
+        return None
+    out = run.with_columns({"stylus_length_mm": 2.0 * run.columns["stylus_length_mm"]})
+    labels = {**run.labels, "stylus": np.array([f"{s} long" for s in run.labels["stylus"]])}
+    return replace(out, labels=labels)
+
+
+def _turned(run: Run) -> Run | None:
+    """The artefact turned by 90 degrees about the vertical, about its own middle: a new pose."""
+    if not {"X", "Y", "Z"} <= set(run.position) or "pose" not in run.labels or "nx" not in run.columns:
+        return None
+    tip = np.stack([run.position[a] + run.offset[:, i] for i, a in enumerate("XYZ")], axis=1)
+    middle = tip.mean(axis=0)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    moved = (tip - middle) @ turn.T + middle - run.offset
+    columns = {**_rotated(run, turn, "n{}"), **_rotated(run, turn, "part_{}_mm")}
+    for name in ("speed_{}_mm_s", "accel_{}_mm_s2", "sense_{}"):  # the approach turns with the artefact
+        columns.update(_rotated(run, turn, name, "XYZ"))
+    if "probe_angle_rad" in run.columns:
+        columns["probe_angle_rad"] = run.columns["probe_angle_rad"] + np.pi / 2
+    labels = {
+        **run.labels,
+        "pose": np.array([f"{p} turned" for p in run.labels["pose"]]),
+        "turned": np.full(run.n, "yes"),
+    }
+    return replace(
+        run.with_columns(columns),
+        position={**run.position, **{a: moved[:, i] for i, a in enumerate("XYZ")}},
+        labels=labels,
+    )
+
+
+def _rotated(run: Run, turn: Array, name: str, letters: str = "xyz") -> dict[str, Array]:
+    """Three columns of a vector, turned; nothing where one of them is missing."""
+    names = [name.format(c) for c in letters]
+    if not set(names) <= set(run.columns):
+        return {}
+    return dict(zip(names, (run.vector(*names) @ turn.T).T))
+
+
+def _warmer(run: Run) -> Run | None:
+    """Two kelvin more for everything, steady long enough to soak: later, and with the logs continued."""
+    names = [c for c in run.columns if c.startswith("temp_")]
+    if not names or "time_s" not in run.columns:
+        return None
+    out = _later(run, 4 * 3600.0)
+    assert out is not None
+    warm = {c: run.columns[c] + 2.0 for c in names}
+    logs = {k: _continued(s, float(out.columns["time_s"].max()), 2.0) for k, s in run.series.items()}
+    return replace(out.with_columns(warm), series=logs)
+
+
+def _longer_log(run: Run) -> Run | None:
+    return _later(run, 0.0, STRETCH)
+
+
+def _later(run: Run, pause: float, stretch: float = 1.0) -> Run | None:
+    if "time_s" not in run.columns:
+        return None
+    time = run.columns["time_s"]
+    later = time.max() + pause + stretch * (time - time.min())
+    logs = {k: _continued(s, float(later.max()), 0.0) for k, s in run.series.items()}
+    return replace(run.with_columns({"time_s": later}), series=logs)
+
+
+def _continued(log: Series, until: float, rise: float) -> Series:
+    last, value = float(log.time[-1]), float(log.value[-1])
+    if until <= last:
+        return log
+    return Series(
+        np.append(log.time, [last + 1.0, until + 1.0]), np.append(log.value, [value + rise, value + rise])
+    )
+
+
+def along_axes(problem: Problem) -> tuple[AddOn, ...]:
+    """Runs of an instrument along one axis alone, where the recording moves several at once."""
+    moving = [a for a, q in problem.run.position.items() if a in "XYZ" and np.ptp(q) > 0]
+    if problem.recording.kind != "displacement" or len(moving) < 2:
+        return ()
+    return tuple(AddOn(f"run along {a} only", ALONG, partial(_along, a)) for a in moving)
+
+
+def _along(axis: str, run: Run) -> Run | None:
+    """The same rows with one axis alone moving, the instrument along it and set up anew."""
+    still = {a: np.full(run.n, float(np.mean(q))) for a, q in run.position.items() if a != axis}
+    columns = {f"n{c}": np.full(run.n, float(c.upper() == axis)) for c in "xyz"}
+    columns |= {f"sense_{a}": np.zeros(run.n) for a in still if f"sense_{a}" in run.columns}
+    known = {c: v for c, v in run.columns.items() if not c.startswith("counted_")}
+    labels = {k: np.array([f"{v} {axis}" for v in run.labels[k]]) for k in run.labels if k == "setup"}
+    labels = {**run.labels, **labels, "turned": np.full(run.n, "yes")}
+    return replace(run, position={**run.position, **still}, columns={**known, **columns}, labels=labels)
+
+
+ADDONS = (
+    AddOn("repeat some touches at 2.5 times the approach speed", 5.0, _other_speed),
+    AddOn("repeat some touches after moving up from the other side (reverse the preload)", 5.0, _other_side),
+    AddOn("repeat some touches right after a reversal, at a tenth of the distance", 5.0, _longer_way),
+    AddOn("repeat some touches with a stylus of twice the length", 15.0, _longer_stylus),
+    AddOn("turn the artefact by 90 degrees and repeat some touches", 20.0, _turned),
+    AddOn("repeat some touches two kelvin warmer, after soaking", 240.0, _warmer),
+    AddOn("continue the log for twice the time", 0.0, _longer_log),
+)

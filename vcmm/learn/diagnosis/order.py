@@ -1,0 +1,58 @@
+"""One order of the rows, whatever the order of the file: by time, else by what the rows hold.
+
+A diagnosis draws simulated recordings row by row and looks at neighbours; with an order of its own its answer does not depend on
+how a table was sorted. Neighbours in time are known where a column tells the time, and only there: rows of a table that
+somebody sorted by place are no series.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run, coded
+from vcmm.task.response.observe import Observer
+from vcmm.task.response.recording import Ints, Recording
+
+
+def in_order(recording: Recording, machine: Machine) -> Recording:
+    """The same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
+    recording = replace(recording, run=_with_counted(recording, machine))
+    run = recording.run
+    rows = rows_in_order(run, recording)
+    place = np.empty(run.n, dtype=np.intp)
+    place[rows] = np.arange(run.n)
+    row, other = place[recording.row], np.where(recording.other >= 0, place[recording.other], -1)
+    first = _lexical([row.astype(float), other.astype(float), *recording.direction.T, recording.value])
+    moved = replace(recording, row=row, other=other).take(first)
+    lines = None if recording.lines is None else recording.lines[rows]
+    return replace(moved, run=run.take(rows), lines=lines)
+
+
+def _with_counted(recording: Recording, machine: Machine) -> Run:
+    """The run with the lengths that an instrument counted from the first row of the file."""
+    if recording.kind != "displacement":
+        return recording.run
+    run = Observer(recording, machine).run
+    return recording.run.with_columns({c: v for c, v in run.columns.items() if c.startswith("counted_")})
+
+
+def rows_in_order(run: Run, recording: Recording) -> Ints:
+    """Run rows in their order; rows that agree in everything stand in the order of what was observed there."""
+    if "time_s" in run.columns and bool((np.diff(run.columns["time_s"]) > 0).all()):
+        return np.arange(run.n)
+    position = [run.position[a] for a in sorted(run.position)]
+    columns = [run.columns[c] for c in sorted(run.columns) if not c.startswith("counted_")]
+    labels = [coded(run.labels[k])[1].astype(float) for k in sorted(run.labels)]
+    seen = np.zeros(run.n)
+    np.add.at(seen, recording.row, recording.value)
+    time = [run.columns["time_s"]] if "time_s" in run.columns else []
+    return _lexical([*time, *position, *run.offset.T, *columns, *labels, seen])
+
+
+def _lexical(keys: Sequence[Array]) -> Ints:
+    """Order by the first key, then the second ..."""
+    return np.lexsort(list(reversed(keys))).astype(np.intp)

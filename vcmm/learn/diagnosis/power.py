@@ -1,0 +1,52 @@
+"""What this recording can show: the amplitude of every effect at which it would be seen, and what stays invisible."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import SCALES
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.candidates import Family, unseen_places
+from vcmm.learn.diagnosis.constants import NOTHING, SEEN
+from vcmm.learn.diagnosis.evidence import Dictionary
+
+LARGEST = SCALES[-1]
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """effect at its best place; amplitude: rms over the recording, mm or rad; typical: the same in typical amplitudes."""
+
+    effect: str
+    where: dict[str, str]
+    amplitude: float
+    typical: float
+
+
+def power(found: Dictionary, sigma: float) -> tuple[tuple[Detectable, ...], tuple[str, ...]]:
+    """Smallest amplitude seen of every effect name; names and places that even LARGEST typical amplitudes do not show.
+
+    sigma: noise in units of u. Of several shapes the median one counts, of several parameters the best seen.
+    """
+    best: dict[str, Detectable] = {}
+    small: list[Family] = []
+    large: list[Family] = []
+    for i, family in enumerate(found.families):
+        stop = found.first[i + 1] if i + 1 < len(found.first) else len(found.options)
+        sizes = [_largest(found.columns(o)) for o in range(int(found.first[i]), int(stop))]
+        middle = int(found.first[i]) + int(np.argsort(sizes)[len(sizes) // 2])
+        typical = SEEN * sigma / max(_largest(found.columns(middle)), NOTHING)
+        rms = typical * float(np.sqrt(np.mean(found.options[middle].columns ** 2, axis=0)).max())
+        (small if typical > LARGEST else large).append(family)
+        if family.name not in best or rms < best[family.name].amplitude:
+            best[family.name] = Detectable(family.name, dict(family.where), rms, typical)
+    shown = tuple(d for d in best.values() if d.typical <= LARGEST)
+    hidden = tuple(d.effect for d in best.values() if d.typical > LARGEST)
+    places = unseen_places([f for f in small if f.name not in hidden], large)
+    return tuple(sorted(shown, key=lambda d: d.effect)), (*hidden, *places)
+
+
+def _largest(x: Array) -> float:
+    return float(np.sqrt((x**2).sum(axis=0).max()))

@@ -1,0 +1,353 @@
+"""Diagnosis: the result as a frozen value, and as the document of `vcmm diagnose --json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vcmm.core.effect import Effect
+from vcmm.core.inputs import Input
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
+from vcmm.learn.diagnosis.discrepancy import Shape
+from vcmm.learn.diagnosis.estimates import Estimate, as_json
+from vcmm.learn.diagnosis.families import Kin
+from vcmm.learn.diagnosis.holdout import HeldOut
+from vcmm.learn.diagnosis.later import Failure
+from vcmm.learn.diagnosis.locate import Place
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.plain_words import plain_words
+from vcmm.learn.diagnosis.power import Detectable
+from vcmm.learn.diagnosis.pulls import Pull
+from vcmm.learn.diagnosis.thinning import loss
+from vcmm.show import charts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from vcmm.learn.diagnosis.renewed import Renewed
+
+NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
+VERDICTS = ("nothing missing", "explained", "partly explained", NOT_MODELLED, "unexplained")
+HALF = 0.5  # of a size: with a larger standard uncertainty its sign is not known with a coverage of 95 %
+NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
+UM = 1e3  # mm to um; observations of kind angle are shown in urad
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """One thing that was left out. share of the excess energy; evidence in nats; fitted, inputs: for improve.improved."""
+
+    effect: str
+    where: Mapping[str, str]
+    parameters: Mapping[str, Estimate]
+    probability: float
+    share: float
+    cannot_be_told_from: tuple[str, ...]
+    evidence: float
+    delta: float = 0.0
+    implausible: bool = False
+    fitted: Effect | None = None
+    inputs: tuple[Input, ...] = ()
+    remark: str = ""
+    contained_in: tuple[
+        str, ...
+    ] = ()  # freer names that hold the answer as a special case and are improbable beside it
+    rival_probability: float = (
+        0.0  # of the names in cannot_be_told_from, and of the same name at other places
+    )
+    alias_probability: float = 0.0  # of the name and of all that repeats it exactly in this recording
+    alias_of: str = ""  # the answer that this one repeats exactly, at another place
+    withheld: str = ""  # why it is not written although it is probable; "" where nothing speaks against it
+    share_of_rows: float = 0.0  # of the excess energy of the rows as they are
+    kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
+    scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
+    beyond: str = ""  # why physics does not have its size; "" where it may
+    mistake: str = ""  # of a log_mistake: columns_exchanged, sign, unit, directions_exchanged
+    renewed: Renewed | None = (
+        None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
+    )
+    of_instrument: tuple[
+        str, ...
+    ] = ()  # errors of the instrument that repeat it exactly, as probable as all of the machine
+
+    @property
+    def family(self) -> str:
+        return self.kin.name if self.kin else self.effect
+
+    @property
+    def family_probability(self) -> float:
+        """Of all members of the family together."""
+        return max(self.probability, self.kin.probability if self.kin else 0.0)
+
+    @property
+    def with_rivals(self) -> float:
+        """Probability of the name and of those it cannot be told from together."""
+        return min(self.probability + self.rival_probability, 1.0)
+
+    @property
+    def improbable(self) -> bool:
+        """Less probable than not, together with all that repeats it exactly, and its family is not secure."""
+        return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
+
+    @property
+    def undetermined(self) -> bool:
+        """May its size be anything: no size is known to better than half of itself, or next to nothing is explained by it and
+        the interval spans orders of magnitude?
+        """
+        sizes = [e for name, e in self.parameters.items() if name not in self.scanned and e.value]
+        if sizes and all(e.u > HALF * abs(e.value) for e in sizes):
+            return True
+        ends = [np.abs(e.interval95) for e in self.parameters.values() if np.prod(np.sign(e.interval95)) > 0]
+        return self.share < NOTHING and any(float(e.max()) > SPAN * float(e.min()) for e in ends)
+
+    @property
+    def doubtful(self) -> bool:
+        """A candidate and not a finding."""
+        return self.improbable or self.undetermined or bool(self.withheld or self.beyond)
+
+    @property
+    def id(self) -> str:
+        inner = ",".join(str(v) for v in self.where.values())
+        return f"{self.effect}[{inner}]" if inner else self.effect
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Physics outside the catalogue: a proposal of where and what shape, not a name. rms in mm or rad."""
+
+    covariates: tuple[str, ...]
+    description: str
+    rms: float
+    direction: str = "normal"
+    pair: bool = False  # the two first covariates act together
+    drawn: bool = True  # can its shape be shown over them?
+    shape: Shape | None = None
+    formula: str = ""
+    gain: float = 0.0  # nats of the formula on rows never fitted
+
+
+@dataclass(frozen=True)
+class NextStep:
+    """An add-on measurement that separates tied answers."""
+
+    separates: tuple[str, ...]
+    do: str
+    minutes: float
+    gain: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """rms (mm or rad) of all rows as they are, the nuisance refitted: with the machine as it was, and with the machine that
+    is written; candidates: with everything that was thought of. noise: scatter that was found. held_out: folds.
+    """
+
+    before: float
+    after: float
+    noise: float
+    held_out: tuple[HeldOut, ...]
+    candidates: float = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What `diagnose_recording` found; see contract section 5 for the meaning of every part."""
+
+    verdict: str
+    answer: tuple[Answer, ...]
+    unknown: Unknown | None
+    location: tuple[Place, ...]
+    mistake: Mistake | None
+    noise_scale: float
+    noise_findings: tuple[str, ...]
+    fit: Fit
+    not_testable: Mapping[str, tuple[str, ...]]
+    invisible: tuple[str, ...]
+    detectable: tuple[Detectable, ...]
+    next_measurement: tuple[NextStep, ...]
+    threshold: float
+    seed: int
+    angle: bool = False
+    warnings: tuple[str, ...] = ()
+    map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
+    chance: float = 0.0  # the largest score of 99 % of null recordings
+    reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
+    pulls: tuple[Pull, ...] = ()  # of what the machine file states of itself
+    searched: tuple[int, int] = (0, 0)  # observations in which names were searched, and all of them
+    recorded: int = (
+        0  # observations that the recording held, where `all of them` were chosen from more; else 0
+    )
+    failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+        """Names found and candidates, with their probability."""
+        names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.answer]
+        return charts.probabilities(names, [a.probability for a in self.answer], self.verdict, ax)
+
+    @property
+    def found(self) -> tuple[Answer, ...]:
+        """The answers that are more probable than not, their rivals included."""
+        return tuple(a for a in self.answer if not a.doubtful)
+
+    @property
+    def candidates(self) -> tuple[Answer, ...]:
+        """The other answers."""
+        return tuple(a for a in self.answer if a.doubtful)
+
+
+def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
+    """The body of vcmm.diagnosis/1 (contract section 5); numbers that are not finite become None."""
+    micro = 1e6 if d.angle else UM
+    body = {
+        "schema": "vcmm.diagnosis/1",
+        "verdict": d.verdict,
+        "verdict_reasons": list(d.reasons),
+        "searched": _searched(d),
+        "answer": [_answer(a) for a in d.answer],
+        "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
+        "location": [_place(p) for p in d.location],
+        "mistake": _mistake(d.mistake) if d.mistake and d.mistake.effect == MISTAKE else None,
+        "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
+        "fit": _fit(d.fit, micro),
+        "calibration_pulls": [{"input": p.input, "pull": p.pull} for p in d.pulls],
+        "not_testable": sorted(d.not_testable),
+        "invisible": sorted(d.invisible),
+        "detectable": [_detectable(x, micro) for x in d.detectable],
+        "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
+        "improved_machine": None,
+        "failed": failed_json(d.failed),
+    }  # fmt: skip
+    finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
+    return finite
+
+
+def failed_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
+    return [{"step": f.step, "text": f.text} for f in failed]
+
+
+def _searched(d: Diagnosis) -> dict[str, Any]:
+    """In how many observations names were searched, of how many that were fitted, of how many that were recorded, and how many
+    times larger than with all of these an effect must be for that.
+    """
+    searched, of = d.searched
+    recorded = d.recorded or of
+    return {
+        "observations": searched,
+        "of": of,
+        "recorded": recorded,
+        "loss": loss(searched, recorded) if searched else 1.0,
+    }
+
+
+def in_urad(body: dict[str, Any]) -> dict[str, Any]:
+    """The same with the unit said: beside every ..._um of the contract, which holds urad here, the key ..._urad."""
+
+    def told(value: Any) -> Any:
+        if isinstance(value, list):
+            return [told(v) for v in value]
+        if not isinstance(value, dict):
+            return value
+        own = {k: told(v) for k, v in value.items()}
+        angles = {f"{k[:-3]}_urad": v for k, v in own.items() if k.endswith("_um")}
+        return {**own, **angles, "unit": "urad"} if angles else own
+
+    return {**told(body), "unit": "urad"}
+
+
+def _answer(a: Answer) -> dict[str, Any]:
+    return {
+        "effect": a.effect,
+        "where": dict(a.where),
+        "parameters": as_json(a.parameters),
+        "probability": a.probability,
+        "family": a.family,
+        "family_probability": a.family_probability,
+        "members": _members(a),
+        "share": a.share,
+        "cannot_be_told_from": list(a.cannot_be_told_from),
+        "probability_with_rivals": a.with_rivals,
+        "contained_in": list(a.contained_in),
+        "evidence_nats": a.evidence,
+        "implausibly_large": a.implausible,
+        "remark": a.remark,
+        "doubtful": a.doubtful,
+        "share_of_rows": a.share_of_rows,
+        "alias_of": a.alias_of or None,
+        "not_written_because": a.withheld or a.beyond or None,
+        "text": plain_words(a.effect, a.where, a.parameters),
+    } | ({"mistake": a.mistake} if a.mistake else {})
+
+
+def _members(a: Answer) -> list[dict[str, Any]]:
+    """Names of the family that are open, the most probable first; the answer among them."""
+    if a.kin is None:
+        return [{"effect": a.effect, "where": dict(a.where), "probability": a.probability}]
+    return [{"effect": m.effect, "where": dict(m.where), "probability": m.probability} for m in a.kin.members]
+
+
+def _mistake(m: Mistake) -> dict[str, Any]:
+    return {"component": m.component, "what": m.what, "cannot_be_told_from": list(m.rivals)}
+
+
+def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
+    out: dict[str, Any] = {
+        "covariates": list(x.covariates),
+        "description": x.description,
+        "rms_um": x.rms * micro,
+        "direction": x.direction,
+        "formula": x.formula or None,
+        "formula_gain_nats": x.gain if x.formula else None,
+        "status": "proposal, not physics",
+        "shape": None if x.shape is None else _shape(x.shape, micro),
+    }
+    return out
+
+
+def _shape(s: Shape, micro: float) -> dict[str, Any]:
+    """The curve over one covariate, or the map over two: [i][j] at the i-th value of the first and the j-th of the second."""
+    grid = {"over": list(s.names), s.names[0]: s.x.tolist()}
+    if s.y is not None:
+        grid[s.names[1]] = s.y.tolist()
+    return {**grid, "value_um": (s.value.T * micro).tolist(), "u_um": (s.u.T * micro).tolist()}
+
+
+def _place(p: Place) -> dict[str, Any]:
+    return {"covariate": p.covariate, "direction": p.direction, "p": p.p, "text": p.text}
+
+
+def _detectable(x: Detectable, micro: float) -> dict[str, Any]:
+    return {"effect": x.effect, "where": x.where, "amplitude_um": x.amplitude * micro}
+
+
+def _fit(f: Fit, micro: float) -> dict[str, Any]:
+    held = [
+        {
+            "fold": h.fold,
+            "rms_before_um": h.rms_before * micro,
+            "rms_after_um": h.rms_after * micro,
+            "effect_energy_left": h.effect_energy_left,
+            "log_score_gain_nats": h.gain,
+        }
+        for h in f.held_out
+    ]
+    return {
+        "rms_before_um": f.before * micro,
+        "rms_after_um": f.after * micro,
+        "candidates_rms_um": f.candidates * micro,
+        "noise_um": f.noise * micro,
+        "held_out": held,
+    }
+
+
+def _finite(x: Any) -> Any:
+    if isinstance(x, dict):
+        return {k: _finite(v) for k, v in x.items()}
+    if isinstance(x, list):
+        return [_finite(v) for v in x]
+    if isinstance(x, float):  # numpy floats are floats
+        return float(x) if math.isfinite(x) else None
+    return x

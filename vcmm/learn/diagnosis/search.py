@@ -1,0 +1,246 @@
+"""One search: everything that depends on the noise preparation, the null, and what mistakes and effects explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import Whitener
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.candidates import Catalogue, Family
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, FEW, SIMPLER, STRONG
+from vcmm.learn.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
+from vcmm.learn.diagnosis.noise import Audit
+from vcmm.learn.diagnosis.null import clipped, draws, upper_quantile
+from vcmm.learn.diagnosis.outlying import excused, one_row_speaks, owed, worth_of_all_rows
+from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.refine import Refiner
+from vcmm.learn.diagnosis.select import (
+    Selection,
+    Setting,
+    Term,
+    among,
+    cleaned,
+    fitted_again,
+    joint,
+    numbers,
+    select,
+    worth,
+)
+from vcmm.learn.diagnosis.sharpen import sharpened
+from vcmm.learn.diagnosis.special_cases import generalises
+
+SIMULATED = 1000  # null recordings of a long one: ten beyond a false alarm of 1 %
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Everything that depends on the noise preparation."""
+
+    white: Whitener
+    u: Array
+    noise: Audit
+    found: Dictionary
+    generic: Dictionary
+    threshold: float
+    generic_threshold: float
+    chance: Array  # largest generic score of every null recording
+    sample: Array  # the null recordings themselves, white and prepared
+    screen: Stage | None = (
+        None  # of a long recording, that of the rows in which the whole catalogue was searched
+    )
+
+
+def staged(
+    problem: Problem,
+    known: Catalogue,
+    generics: Sequence[Family],
+    noise: Audit,
+    seed: int,
+    nulls: int,
+    screen: Stage | None = None,
+) -> Stage:
+    """Whitener, dictionaries and thresholds under the noise that the audit found.
+
+    What the largest of so many candidates reaches by chance hardly depends on the number of rows: a long recording takes the
+    thresholds of its screen.
+    """
+    u = noise.u(problem)
+    white = problem.whitener(u, noise.rho)
+    found, generic = dictionary(known.families, white), dictionary(generics, white)
+    sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, SIMULATED))
+    sample = clipped(sample, white, noise.noise.clip)
+    if screen is not None:
+        return replace(
+            screen, white=white, u=u, noise=noise, found=found, generic=generic, sample=sample, screen=screen
+        )
+    largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
+    return Stage(
+        white,
+        u,
+        noise,
+        found,
+        generic,
+        max(upper_quantile(largest, FALSE_ALARM), 1.0),
+        max(upper_quantile(chance, FALSE_ALARM), 1.0),
+        chance,
+        sample,
+    )
+
+
+def _largest(given: Scorer, sample: Array) -> Array:
+    if not given.found.families:
+        return np.zeros(sample.shape[1])
+    return given.largest(sample)
+
+
+def setting_of(problem: Problem, stage: Stage) -> Setting:
+    """What the selection works with."""
+    return setting_under(problem, stage, stage.white)
+
+
+def setting_under(problem: Problem, stage: Stage, white: Whitener) -> Setting:
+    """The same with another whitener, that of another calibration."""
+    raw = white.apply(problem.residual)
+    return Setting(stage.found, white, raw, stage.noise.noise.clip, stage.threshold, Refiner(problem, white))
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What the search settled on. problem: repaired; stage: with options at the best values of the competitors; tied: ids of terms that a mistake of the table may stand for."""
+
+    selection: Selection
+    mistake: Mistake | None
+    problem: Problem
+    stage: Stage
+    tied: tuple[str, ...] = ()
+
+
+def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> Chosen:
+    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more.
+
+    earlier: what was found under another preparation of the noise.
+    """
+    plain, found = named(setting_of(problem, stage), earlier)
+    stage = replace(stage, found=found)
+    raw = stage.white.apply(problem.residual)
+    mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
+    if mistake is None:
+        return Chosen(plain, None, problem, stage)
+    repaired = replace(problem, residual=problem.residual - mistake.departure)
+    beside = setting_of(repaired, stage)
+    with_it, found = settled(select(cleaned(beside)), beside, beside, None)
+    if not _exact(mistake, stage, with_it):
+        return Chosen(plain, None, problem, stage)
+    best, rival = _free(plain, stage)
+    lead = mistake.score + _evidence(with_it) - best - stage.threshold * further(with_it.terms, plain.terms)
+    kept = {t.family.id for t in with_it.terms}
+    instead = [t.family for t in plain.terms if t.family.id not in kept]
+    held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
+    if lead < (-STRONG if held and len(with_it.terms) < len(plain.terms) else 0.0):
+        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ())
+    free = tuple(dict.fromkeys(f.name for f in instead)) or rival
+    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=found))
+
+
+def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
+    """How many names an answer with a mistake has more than one without: each pays the threshold, and a mistake is a name. Where
+    nothing is named without it, the best name is what it is compared with.
+    """
+    return 1 + len(with_it) - max(len(plain), 1)
+
+
+def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
+    """The names, and the dictionary in which they were found.
+
+    Where rows were pulled in, the answer depends on what they were pulled in about: what a search finds that takes every row
+    as it is, nothing, or, where they owe more than heavy tails of the noise excuse, no row at all. Then the answers are worth
+    what they say of all rows as they are. An answer to rows none of which was pulled in must leave no more than is excused; one
+    that names what is not found with rows pulled in about nothing must be worth it without the row that speaks most for it.
+    """
+    found, rivals = _at_best_values(setting)
+    own = replace(setting, found=found)
+    return settled(max(rivals, key=lambda s: worth(s, own)), own, setting, earlier)
+
+
+def settled(
+    near: Selection, own: Setting, setting: Setting, earlier: Selection | None
+) -> tuple[Selection, Dictionary]:
+    """Names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""
+    debt = owed(near, own)
+    if max(debt, owed(joint((), setting), setting)) <= setting.threshold:
+        return near, own.found
+    plain = select(own)
+    if debt <= setting.threshold:
+        return (plain if _one_row_alone(near, own, plain, own) else near), own.found
+    answers = [(near, own)]
+    free = excused(setting)
+    if debt > free:
+        answers += [(s, w) for s, w in _of_every_row(setting, earlier) if owed(s, w) <= free]
+    held = [(s, w) for s, w in answers if not _one_row_alone(s, w, plain, own)]
+    best, used = max([*held, (plain, own)], key=lambda a: worth_of_all_rows(*a))
+    return best, used.found
+
+
+def _one_row_alone(state: Selection, setting: Setting, plain: Selection, own: Setting) -> bool:
+    """Does an answer name more than a plain one, and is it worth no more but for one row?"""
+    if not {t.family.id for t in plain.terms} < {t.family.id for t in state.terms}:
+        return False
+    lead = worth_of_all_rows(state, setting) - worth_of_all_rows(plain, own)
+    return lead <= one_row_speaks(state, setting, plain)
+
+
+def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Selection, Setting]]:
+    """Names with every row as it is, and what another preparation found asked again."""
+    wider, found = _at_best_values(replace(setting, clip=np.inf))
+    own = replace(setting, found=wider, start=setting.raw)
+    again = [fitted_again(s.terms, own) for s in found]
+    kept = {f.id for f in wider.families}
+    if earlier is not None and all(t.family.id in kept for t in earlier.terms):
+        again.append(among(earlier, own))
+    return [(s, own) for s in again]
+
+
+def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
+    """The dictionary with all competitors at their best lags, distances and periods; the names found with it and without.
+
+    A curve of many numbers that explains most at first hides the simple names that together explain more: where one is named,
+    the search is also made among names of at most FEW numbers. What is worth no more by SIMPLER nats says the same otherwise.
+    """
+    setting = cleaned(setting)
+    plain = select(setting)
+    sharp = sharpened(setting, plain)
+    found = [plain] if sharp is setting else [select(sharp), among(plain, sharp)]
+    if any(numbers(t.family) > FEW for s in found for t in s.terms):
+        few = select(replace(sharp, most=FEW))
+        found += [few] if worth(few, sharp) > max(worth(s, sharp) for s in found) + SIMPLER else []
+    return sharp.found, found
+
+
+def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
+    """Does the mistake's number fit, or only some multiple of its shape?"""
+    chosen = np.concatenate([with_it.y[:, None][:, :0], *(t.white for t in with_it.terms)], axis=1)
+    rest = with_it.rest
+    sigma = with_it.fit.sigma if with_it.fit else float(np.sqrt(rest @ rest / stage.white.dof))
+    return factor_fits(stage.white.apply(mistake.departure), rest, chosen, sigma)
+
+
+def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
+    """Nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
+    an amount too small to be named is still an alternative to a mistake.
+    """
+    if plain.terms or not stage.found.families:
+        return _evidence(plain), ()
+    scores = scorer(stage.found).scores(plain.y[:, None])[:, 0]
+    best = int(np.argmax(scores))
+    return max(float(scores[best]), 0.0), (stage.found.families[best].name,)
+
+
+def _evidence(selection: Selection) -> float:
+    """Nats of all chosen terms together, priors included."""
+    if selection.fit is None:
+        return 0.0
+    return selection.fit.log_evidence + sum(t.family.log_prior + t.option.log_prior for t in selection.terms)

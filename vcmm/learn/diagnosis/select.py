@@ -1,0 +1,394 @@
+"""Selection of terms: forward by evidence, joint refit, backward elimination, swaps, and the best subset at the end.
+
+Every term must pay the threshold of the null (nats). A strong effect's template is never exact: what it leaves,
+MISMATCH of its size, must not be taken for a second effect, so the threshold grows by (MISMATCH delta)^2 / 2.
+An error of a template points anywhere; that one or two names of one number each take all of it and leave the stated noise
+is no accident. Names that close the account pay the threshold of the null alone.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import (
+    RANK,
+    SCALES,
+    Posterior,
+    Whitener,
+    best_width,
+    posterior,
+    without_span,
+)
+from vcmm.core.effect import parameter_fields
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.candidates import Family, Option
+from vcmm.learn.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, SAME, SIMPLER
+from vcmm.learn.diagnosis.evidence import Dictionary, only, scorer
+from vcmm.learn.diagnosis.null import clipped, robust_scale
+from vcmm.learn.diagnosis.refine import Refiner
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One selected answer: family, option (scans refined), its white columns (m, k), prior width in typical units."""
+
+    family: Family
+    option: Option
+    white: Array
+    width: float = SCALES[2]
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it.
+
+    factor: of the covariance of `fit` over that of clean rows of known scale.
+    """
+
+    terms: tuple[Term, ...]
+    fit: Posterior | None
+    y: Array
+    rest: Array
+    factor: float = 1.0
+
+    def signal(self, i: int) -> Array:
+        """White signal (m,) of term i at the fitted coefficients."""
+        assert self.fit is not None
+        return self.terms[i].white @ self.fit.mean[self.span(i)]
+
+    def span(self, i: int) -> slice:
+        at = sum(t.white.shape[1] for t in self.terms[:i])
+        return slice(at, at + self.terms[i].white.shape[1])
+
+    def delta(self, i: int) -> float:
+        """Size of term i in units of the noise."""
+        assert self.fit is not None
+        return float(np.linalg.norm(self.signal(i))) / self.fit.sigma
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What the selection works with. raw (m,): white residual before clipping; start (m,): the same with outliers pulled
+    towards what was last found, for a strong signal is no outlier; refine: continuous search of scans; most: numbers that a
+    name may have.
+    """
+
+    found: Dictionary
+    white: Whitener
+    raw: Array
+    clip: float
+    threshold: float
+    refine: Refiner
+    start: Array | None = None  # None: raw, outliers pulled in about nothing
+    most: int | None = None
+
+
+def joint(terms: Sequence[Term], setting: Setting) -> Selection:
+    """Refit of all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
+    rows that it leaves alone)^2 of the covariance (Huber, Robust Statistics (1981), 7.6).
+    """
+    y = clipped(setting.raw, setting.white, setting.clip) if setting.start is None else setting.start
+    if not terms:
+        return Selection((), None, y, y)
+    x = np.concatenate([t.white for t in terms], axis=1)
+    width = np.concatenate([np.full(t.white.shape[1], t.width) for t in terms])
+    for _ in range(3):
+        fit = posterior(x, y, setting.found.dof, width)
+        signal = x @ fit.mean
+        y = signal + clipped(setting.raw - signal, setting.white, setting.clip)
+    fit = posterior(x, y, setting.found.dof, width)
+    rest = setting.raw - x @ fit.mean
+    kept = float(np.mean(np.abs(rest) <= setting.clip * robust_scale(rest)))
+    factor = _spread(fit, setting.found.dof, width) / kept**2
+    fit = replace(fit, covariance=factor * fit.covariance)
+    return Selection(tuple(terms), fit, y, y - x @ fit.mean, factor)
+
+
+def _spread(fit: Posterior, dof: int, width: Array) -> float:
+    """Factor on a covariance: sigma^2 is the sum of squares over the rows, less one for each number that the rows fix.
+
+    A number with prior width w and posterior standard deviation s is fixed by them in the share 1 - (s / (sigma w))^2.
+    """
+    fixed = float(np.sum(1.0 - np.diag(fit.covariance) / (fit.sigma * width) ** 2))
+    return dof / max(dof - fixed, 1.0)
+
+
+def fitted_again(terms: Sequence[Term], setting: Setting, rounds: int = 2) -> Selection:
+    """The same names under a setting of their own: scanned values and prior widths found again, one term given the others."""
+    now = joint([replace(t, white=setting.white.apply(t.option.columns)) for t in terms], setting)
+    for _ in range(rounds):
+        for i in range(len(terms)):
+            others = now.terms[:i] + now.terms[i + 1 :]
+            new = _adjusted(now.terms[i], others, now.y, setting)
+            now = joint((*now.terms[:i], new, *now.terms[i + 1 :]), setting)
+    return now
+
+
+def _adjusted(term: Term, others: Sequence[Term], y: Array, setting: Setting) -> Term:
+    """A term at its best scanned values and prior width, others projected out."""
+    basis = basis_of(others, len(y))
+    r = without_span(y, basis)
+    option = setting.refine(term.option, r, basis)
+    white = setting.white.apply(option.columns)
+    x = without_span(white, basis)
+    fits = [posterior(x, r, setting.found.dof, np.full(x.shape[1], s)) for s in SCALES]
+    return replace(
+        term, option=option, white=white, width=SCALES[int(np.argmax([f.log_evidence for f in fits]))]
+    )
+
+
+def among(state: Selection, setting: Setting) -> Selection:
+    """The same terms as families of another dictionary of the same names."""
+    known = {f.id: f for f in setting.found.families}
+    return fitted_again([replace(t, family=known[t.family.id]) for t in state.terms], setting)
+
+
+def mismatch(selection: Selection) -> float:
+    """Nats that template errors of the chosen terms may bring to any other candidate."""
+    return sum(0.5 * (MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
+
+
+def cleaned(setting: Setting) -> Setting:
+    """The setting with outliers pulled in about what a search finds that takes every row as it is; where that finds nothing,
+    about nothing.
+    """
+    first = select(replace(setting, start=setting.raw))
+    return replace(setting, start=first.y) if first.terms else setting
+
+
+def select(setting: Setting) -> Selection:
+    """The terms that the recording calls for."""
+    return _simpler_shapes(best_subset(_forward(joint((), setting), setting), setting), setting)
+
+
+def _simpler_shapes(state: Selection, setting: Setting) -> Selection:
+    """A name with a lag, distance or period in a shape of fewer numbers, where that is worth more beside the others: found alone
+    it took what they explain.
+    """
+    for i in range(len(state.terms)):
+        term, others = state.terms[i], state.terms[:i] + state.terms[i + 1 :]
+        own = only(setting.found, setting.found.families.index(term.family))
+        width = term.white.shape[1]
+        fewer = np.array([o.columns.shape[1] < width for o in own.options])
+        if not fewer.any() or not _has_scan(term.option):
+            continue
+        given = np.concatenate([t.white for t in others], axis=1) if others else None
+        nats = scorer(own, given).options(state.y[:, None])[:, 0] + own.weight
+        option = own.options[int(np.argmax(np.where(fewer, nats, -np.inf)))]
+        new, same = (
+            _adjusted(t, others, state.y, setting) for t in (Term(term.family, option, option.columns), term)
+        )
+        if _value((*others, new), state.y, setting) > _value((*others, same), state.y, setting):
+            state = joint((*state.terms[:i], new, *state.terms[i + 1 :]), setting)
+    return state
+
+
+def _nothing_free(family: Family) -> bool:
+    """One number, and no lag, moment or period to be chosen: a curve that bends where it likes takes any error of a template."""
+    return min(o.freedom for o in family.options) == 1
+
+
+def worth(state: Selection, setting: Setting) -> float:
+    """Nats of all terms together, each having paid the threshold."""
+    return _value(state.terms, state.y, setting)
+
+
+def _forward(state: Selection, setting: Setting) -> Selection:
+    """Terms added and pruned until the threshold stops it."""
+    seen: set[tuple[str, ...]] = set()
+    while len(state.terms) < MOST_TERMS and len(setting.found.families):
+        new = _best_addition(state, setting)
+        if new is None:
+            return _closed(state, setting) or state
+        state = _pruned(joint((*state.terms, new), setting), setting)
+        key = tuple(sorted(t.family.id for t in state.terms))
+        if key in seen:
+            break
+        seen.add(key)
+    return state
+
+
+def _closed(state: Selection, setting: Setting) -> Selection | None:
+    """`state` with the few names of one number that leave the stated noise and nothing beyond; None where none do."""
+    if not state.terms or _is_noise(state, setting):
+        return None
+    for _ in range(min(CLOSING, MOST_TERMS - len(state.terms))):
+        new = _best_addition(state, setting, _nothing_free, 0.0)
+        if new is None:
+            return None
+        state = joint((*state.terms, new), setting)
+        if _is_noise(state, setting):
+            return state
+    return None
+
+
+def _is_noise(state: Selection, setting: Setting) -> bool:
+    """Is what the terms leave within the 99 % point of the stated noise? Of dof squares the mean varies by sqrt(2 / dof)."""
+    dof = setting.found.dof
+    return float(state.rest @ state.rest) / dof <= 1.0 + DEVIATIONS * float(np.sqrt(2.0 / dof))
+
+
+def _best_addition(
+    state: Selection,
+    setting: Setting,
+    allowed: Callable[[Family], bool] | None = None,
+    allowance: float | None = None,
+) -> Term | None:
+    """The name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
+    options, scores = _competing(state.terms, state, setting)
+    for i, family in enumerate(setting.found.families):
+        if allowed is not None and not allowed(family):
+            scores[i] = -np.inf
+    best = int(np.argmax(scores))
+    if scores[best] <= setting.threshold + (mismatch(state) if allowance is None else allowance):
+        return None
+    best = _simplest(best, scores, options, state, setting)
+    return _term(best, options, state.terms, state, setting)
+
+
+def _competing(given: Sequence[Term], state: Selection, setting: Setting) -> tuple[Array, Array]:
+    """Nats of all options and of all families beside some terms; -inf for these themselves, and for names with too many numbers."""
+    options = conditional(given, state, setting)
+    scores = family_scores(setting.found, options)
+    taken = {t.family.id for t in given}
+    for i, family in enumerate(setting.found.families):
+        if family.id in taken or (setting.most is not None and numbers(family) > setting.most):
+            scores[i] = -np.inf
+    return options, scores
+
+
+def numbers(family: Family) -> int:
+    """Numbers of the simplest shape of a name."""
+    return min(o.columns.shape[1] for o in family.options)
+
+
+def conditional(given: Sequence[Term], state: Selection, setting: Setting) -> Array:
+    """ln BF (options,) of everything, given some terms."""
+    chosen = np.concatenate([t.white for t in given], axis=1) if given else None
+    return scorer(setting.found, chosen).options(state.y[:, None])[:, 0]
+
+
+def family_scores(found: Dictionary, options: Array) -> Array:
+    """Nats (families,), priors included, from those of the options."""
+    return np.asarray(np.logaddexp.reduceat(options + found.weight, found.first) + found.prior)
+
+
+def options_of(found: Dictionary, family: int) -> range:
+    """Numbers of the options of a family."""
+    stop = found.first[family + 1] if family + 1 < len(found.first) else len(found.options)
+    return range(int(found.first[family]), int(stop))
+
+
+def best_option(found: Dictionary, options: Array, family: int) -> int:
+    """Number of the option of highest evidence within a family."""
+    own = options_of(found, family)
+    return own[int(np.argmax((options + found.weight)[own.start : own.stop]))]
+
+
+def _term(family: int, options: Array, given: Sequence[Term], state: Selection, setting: Setting) -> Term:
+    """A term with its scans refined and its prior width chosen, given others; with one lag where a second does not pay.
+
+    A second lag is a second template over the same sensor: like a second name it must pay what the error of the first may
+    bring, else it takes what another sensor's lag explains.
+    """
+    found = setting.found
+    own = options_of(found, family)
+    best = best_option(found, options, family)
+    width = found.options[best].columns.shape[1]
+    fewer = [k for k in own if _has_scan(found.options[k]) and found.options[k].columns.shape[1] < width]
+    large = _adjusted(_at_option(found, family, best), given, state.y, setting)
+    if not fewer or not _has_scan(found.options[best]):
+        return large
+    simple = max(fewer, key=lambda k: float(options[k] + found.weight[k]))
+    small = _adjusted(_at_option(found, family, simple), given, state.y, setting)
+    alone = joint((*given, small), setting)
+    lead = _value((*given, large), alone.y, setting) - _value(alone.terms, alone.y, setting)
+    return large if lead > 0.5 * (MISMATCH * alone.delta(len(given))) ** 2 else small
+
+
+def _at_option(found: Dictionary, family: int, option: int) -> Term:
+    return Term(found.families[family], found.options[option], found.options[option].columns)
+
+
+def _has_scan(option: Option) -> bool:
+    """Is the shape one of a lag, a distance or a period?"""
+    return option.effect is not None and any(f.metadata["scan"] for f in parameter_fields(option.effect))
+
+
+def basis_of(given: Sequence[Term], m: int) -> Array:
+    """Orthonormal basis of the white columns of some terms (m, p)."""
+    from vcmm.learn.diagnosis.evidence import orthonormal
+
+    return orthonormal(np.concatenate([np.zeros((m, 0)), *(t.white for t in given)], axis=1))
+
+
+def _simplest(best: int, scores: Array, options: Array, state: Selection, setting: Setting) -> int:
+    """Of nested answers the one with fewest free numbers, scanned ones among them, that the data cannot refuse."""
+    found = setting.found
+    option = [best_option(found, options, j) for j in range(len(scores))]
+    freedom = np.array([found.options[k].freedom for k in option])
+    for i in np.argsort(freedom, kind="stable"):
+        if scores[i] < scores[best] - SIMPLER or freedom[i] >= freedom[best]:
+            continue
+        if _holds(found.columns(option[best]), found.columns(option[i]), state.y, setting):
+            return int(i)
+    return best
+
+
+def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
+    """Does the span of `large` hold the signal that `small` would explain?"""
+    fit = best_width(small, y, setting.found.dof)
+    signal = small @ fit.mean
+    solution = np.linalg.lstsq(large, signal, rcond=RANK)[0]
+    return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
+
+
+def _pruned(state: Selection, setting: Setting) -> Selection:
+    """Backward elimination and swaps until nothing changes: an early wrong pick does not survive."""
+    for _ in range(2 * MOST_TERMS):
+        change = _one_change(state, setting)
+        if change is None:
+            return state
+        state = joint(change, setting)
+    return state
+
+
+def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
+    if len(state.terms) < 2:
+        return None
+    for i in range(len(state.terms)):
+        others = state.terms[:i] + state.terms[i + 1 :]
+        options, scores = _competing(others, state, setting)
+        best = int(np.argmax(scores))
+        if scores[best] <= setting.threshold:
+            return others
+        own = setting.found.families.index(state.terms[i].family)
+        if scores[best] > scores[own] + SIMPLER and best != own:
+            return (*others, _term(best, options, others, state, setting))
+    return None
+
+
+def best_subset(state: Selection, setting: Setting) -> Selection:
+    """Among all subsets of the chosen terms the one of highest joint evidence, each term paying the threshold."""
+    if len(state.terms) < 2:
+        return state
+    best, best_value = state.terms, -np.inf
+    for size in range(len(state.terms) + 1):
+        for subset in itertools.combinations(state.terms, size):
+            value = _value(subset, state.y, setting)
+            if value > best_value:
+                best, best_value = subset, value
+    return state if len(best) == len(state.terms) else joint(best, setting)
+
+
+def _value(subset: Sequence[Term], y: Array, setting: Setting) -> float:
+    if not subset:
+        return 0.0
+    x = np.concatenate([t.white for t in subset], axis=1)
+    width = np.concatenate([np.full(t.white.shape[1], t.width) for t in subset])
+    prior = sum(t.family.log_prior + t.option.log_prior for t in subset)
+    return posterior(x, y, setting.found.dof, width).log_evidence + prior - setting.threshold * len(subset)

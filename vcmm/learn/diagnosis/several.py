@@ -1,0 +1,215 @@
+"""Several recordings of one machine: what is common is named from all rows together, what is one's own from its own.
+
+1. each recording is diagnosed by itself
+2. every name found is measured again in all of them, as a multiple of its size; where these contradict one another (chi-square,
+   the errors of templates forgiven) the name is no property of the machine: each recording loses its own share of it
+3. what is left is joined and diagnosed as one; a name that is found now and contradicts itself goes the same way
+
+A name with a lag, period or moment is never taken away so: found in one recording its shape may be wrong for the others, and
+then its sizes contradict one another although the physics is one. It is found from all rows, and its sizes are told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import whitener
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, MISMATCH
+from vcmm.learn.diagnosis.estimates import as_json
+from vcmm.learn.diagnosis.given_twice import refuse_copies
+from vcmm.learn.diagnosis.improve import departure
+from vcmm.learn.diagnosis.job import diagnose
+from vcmm.learn.diagnosis.problem import Problem, make_problem
+from vcmm.learn.diagnosis.result import Answer, Diagnosis, diagnosis_json
+from vcmm.learn.diagnosis.scans import is_change
+from vcmm.learn.diagnosis.very_long import few_together
+from vcmm.learn.diagnosis.written_fit import with_written_fit
+from vcmm.task.response.folds import Mask
+from vcmm.task.response.joining import joined
+from vcmm.task.response.recording import Ints, Recording
+
+ROUNDS = 3  # names that are each one's own may hide behind one another
+SEEN = (
+    1.0  # size of a name in a recording, in units of its noise, below which the recording does not measure it
+)
+
+
+@dataclass(frozen=True)
+class Size:
+    """A name in one recording alone: its size as a multiple of the common one; None where the recording does not show it."""
+
+    recording: str
+    times: float | None
+    u: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """A name and its sizes. common: they agree; p of their chi-square."""
+
+    answer: Answer
+    sizes: tuple[Size, ...]
+    p: float
+
+    @property
+    def common(self) -> bool:
+        return self.p >= FALSE_ALARM
+
+
+@dataclass(frozen=True, eq=False)
+class Several:
+    """together: the diagnosis of all rows, less what is each one's own; shared: the names of it with their sizes in each, and
+    those that are each one's own; alone: the diagnosis of each by itself; left_out: column -> recordings that lack it.
+    """
+
+    together: Diagnosis
+    shared: tuple[Shared, ...]
+    alone: tuple[tuple[str, Diagnosis], ...]
+    recording: Recording
+    left_out: dict[str, tuple[str, ...]]
+
+
+def diagnose_several(
+    recordings: Sequence[Recording],
+    machine: Machine,
+    *,
+    seed: int = 0,
+    extra_effects: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+) -> Several:
+    """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`), or where one is
+    given twice.
+    """
+    recordings = few_together(recordings)
+    refuse_copies(recordings, machine)
+    whole = joined(recordings, machine)
+
+    def asked(recording: Recording) -> Diagnosis:
+        return diagnose(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+
+    names, rest = [r.name for r in recordings], whole.recording
+    own: tuple[Shared, ...] = ()
+    alone = tuple((r.name, asked(r)) for r in recordings)
+    found: Sequence[Answer] = once([a for _, d in alone for a in d.found if not has_scan(a)])
+    for turn in range(ROUNDS + 1):
+        problem = make_problem(rest, machine)
+        shared = measured(found, problem, whole.part, names)
+        differing = tuple(s for s in shared if not s.common and not has_scan(s.answer))
+        rest, own = without(problem, whole.part, differing), (*own, *differing)
+        if turn and not differing:
+            break
+        together = asked(rest)
+        found = together.found
+    told = tuple(s for s in shared if s not in differing)
+    together = with_written_fit(together, recordings, machine)  # of the rows as they were given
+    return Several(together, (*told, *own), alone, rest, whole.left_out)
+
+
+def has_scan(a: Answer) -> bool:
+    """Has the name a parameter that acts non-linearly: a lag, a period, a moment?"""
+    return a.fitted is not None and any(
+        len(f.metadata["scan"]) > 1 or is_change(f) for f in parameter_fields(a.fitted)
+    )
+
+
+def once(found: Sequence[Answer]) -> list[Answer]:
+    """Of every name and place the answer of highest evidence."""
+    best: dict[tuple[str, tuple[tuple[str, str], ...]], Answer] = {}
+    for a in sorted(found, key=lambda a: -a.evidence):
+        best.setdefault((a.effect, tuple(a.where.items())), a)
+    return list(best.values())
+
+
+def measured(
+    found: Sequence[Answer], problem: Problem, part: Ints, names: Sequence[str]
+) -> tuple[Shared, ...]:
+    """The names that have a crisp number, with their sizes in every recording alone; part (m,): number of the recording."""
+    named = [a for a in found if a.fitted is not None]
+    if not named:
+        return ()
+    templates = np.stack([template(a, problem) for a in named], axis=1)
+    sizes = [_sizes(templates, problem, part == k, name) for k, name in enumerate(names)]
+    return tuple(Shared(a, one := tuple(s[i] for s in sizes), agreement(one)) for i, a in enumerate(named))
+
+
+def agreement(sizes: Sequence[Size]) -> float:
+    """p of the chi-square of sizes about their weighted mean; 1 for fewer than two.
+
+    No template is exact: MISMATCH of each size is forgiven.
+    """
+    from scipy.stats import chi2
+
+    known = [(s.times, s.u) for s in sizes if s.times is not None and s.u is not None]
+    if len(known) < 2:
+        return 1.0
+    value, u = np.array([v for v, _ in known]), np.array([v for _, v in known])
+    variance = u**2 + (MISMATCH * value) ** 2
+    mean = float((value / variance).sum() / (1.0 / variance).sum())
+    return float(chi2.sf(float(((value - mean) ** 2 / variance).sum()), len(known) - 1))
+
+
+def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Size]:
+    """Least squares of all templates (m, k) together in the rows of one recording: a factor for each."""
+    apart = np.full(int(rows.sum()), -1, dtype=np.intp)
+    white = whitener(problem.u[rows], problem.nuisance[rows], problem.calibration[rows], apart, 0.0)
+    x, y = white.apply(templates[rows]), white.apply(problem.residual[rows])
+    seen = np.linalg.norm(x, axis=0) > SEEN
+    gram = np.linalg.pinv(x[:, seen].T @ x[:, seen])
+    times = gram @ (x[:, seen].T @ y)
+    rest = y - x[:, seen] @ times
+    spread = max(float(rest @ rest) / max(white.dof - int(seen.sum()), 1), 1.0)
+    u, number = np.sqrt(spread * np.diag(gram)), np.cumsum(seen) - 1
+    return [
+        Size(name, float(times[number[i]]), float(u[number[i]])) if seen[i] else Size(name, None, None)
+        for i in range(len(seen))
+    ]
+
+
+def template(a: Answer, problem: Problem) -> Array:
+    """What the common size of a name does to the observations (m,)."""
+    assert a.fitted is not None
+    effect = departure(a.fitted, problem.machine)
+    return problem.observer.through(effect, effect.error_motion(problem.run))
+
+
+def without(problem: Problem, part: Ints, own: Sequence[Shared]) -> Recording:
+    """The recording less, in the rows of each, its own share of names that are not common."""
+    value = problem.recording.value
+    for shared in own:
+        times = np.array([s.times or 0.0 for s in shared.sizes])
+        value = value - times[part] * template(shared.answer, problem)
+    return replace(problem.recording, value=value)
+
+
+def several_json(found: Several) -> dict[str, Any]:
+    """What the document of several recordings has beside that of one: `shared` and `recordings`."""
+    return {
+        "shared": [
+            {
+                "effect": s.answer.effect,
+                "where": dict(s.answer.where),
+                "common": s.common,
+                "p": s.p,
+                "parameters": as_json(s.answer.parameters),
+                "sizes": [{"recording": z.recording, "times": z.times, "u": z.u} for z in s.sizes],
+            }
+            for s in found.shared
+        ],
+        "recordings": [
+            {
+                "recording": name,
+                **{
+                    k: v for k, v in diagnosis_json(d).items() if k in ("verdict", "answer", "unknown", "fit")
+                },
+            }
+            for name, d in found.alone
+        ],
+    }

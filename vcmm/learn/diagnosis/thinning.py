@@ -1,0 +1,132 @@
+"""Long recordings: names are searched in some of the rows, chosen evenly, and fitted to all of them.
+
+Time and memory of a search grow with the rows, what it can find only with their root. So rows beyond LARGEST observations are
+thinned for the search: one row at random of each stretch of successive rows (random, so that no wave is as long as the
+step), of every pose, stylus and label and of every sense of the motion by itself. Rows that are few stay: of every label and
+sense, and of every doubling of the distance from a reversal, FEWEST rows where there are so many. Every row keeps what it knew of
+its past (senses, distances, logs of temperatures), and rows further apart agree less: the correlation of neighbours that the
+search meets is theirs.
+
+The choice follows the order of the rows in time (see order) and nothing else: neither the order of the file, nor units, nor the
+words of labels. What is lost is said: an effect must be sqrt(all / searched) times as large to be found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.answer.evaluation.gaussian import Ints
+from vcmm.core.run import Array, Run, coded
+from vcmm.learn.diagnosis.constants import FEWEST, NOTHING
+from vcmm.learn.diagnosis.problem import Problem, generator, make_problem
+from vcmm.task.response.recording import Recording
+
+Mask = npt.NDArray[np.bool_]
+SCREENED = 2500  # observations in which the whole catalogue is searched
+LARGEST = 10_000  # observations of any search
+
+
+def thinned(problem: Problem, largest: int) -> Problem:
+    """The problem with no more than about `largest` of its observations; the same one where it has no more.
+
+    Nuisance parameters need rows too: ten for each, however many that are.
+    """
+    wanted = max(largest, 10 * problem.nuisance.shape[1])
+    if problem.m <= wanted:
+        return problem
+    own = np.unique(problem.recording.row)
+    kept = np.zeros(problem.run.n, dtype=bool)
+    kept[own[chosen(problem.run.take(own), wanted / problem.m)]] = True
+    return make_problem(of_rows(problem.recording, kept), problem.machine)
+
+
+def chosen(run: Run, share: float) -> Mask:
+    """Which rows (n,) of a run, in their order, make up about that share of it."""
+    factors = list(_factors(run))
+    group = np.zeros(run.n, dtype=np.intp)
+    for codes in factors:
+        finer = by_first_row(group * (codes.max() + 1) + codes)
+        group = finer if share * run.n >= FEWEST * (finer.max() + 1) else group
+    out = np.zeros(run.n, dtype=bool)
+    order = np.argsort(group, kind="stable")
+    out[order[stretches(run.n, round(share * run.n))]] = True
+    for codes in [*factors, *_distances(run)]:
+        _topped_up(out, codes, share)
+    return out
+
+
+def _factors(run: Run) -> Iterator[Ints]:
+    """Codes (n,) of every label, and of the sense of every axis."""
+    for name in sorted(run.labels):
+        yield by_first_row(coded(run.labels[name])[1])
+    for name in sorted(c for c in run.columns if c.startswith("sense_")):
+        yield by_first_row(run.columns[name].astype(np.intp) + 1)
+
+
+def _distances(run: Run) -> Iterator[Ints]:
+    """Codes (n,) of the distance from the last reversal of every axis: how often it doubles up to the longest."""
+    for name in sorted(c for c in run.columns if c.startswith("since_reversal_")):
+        way = run.columns[name]
+        halves = np.log2(max(float(way.max()), NOTHING) / np.maximum(way, NOTHING))
+        yield by_first_row(np.minimum(halves, FEWEST).astype(np.intp))
+
+
+def by_first_row(codes: Ints) -> Ints:
+    """Codes (n,) counted in the order in which they first appear, so that names of labels do not matter."""
+    _, first, number = np.unique(codes, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.intp)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[np.ravel(number)]
+
+
+def stretches(n: int, count: int) -> Ints:
+    """One number at random of each of `count` stretches of 0 ... n - 1, as equal as they can be."""
+    edges = np.linspace(0, n, count + 1).astype(np.intp)
+    draw: Array = generator(0, "rows that are searched").random(count)
+    return np.asarray(edges[:-1] + (draw * np.diff(edges)).astype(np.intp), dtype=np.intp)
+
+
+def _topped_up(out: Mask, codes: Ints, share: float) -> None:
+    """Sets further rows so that every code has FEWEST of its rows, or all; unless that would be as many rows again."""
+    if FEWEST * (codes.max() + 1) > share * len(codes):
+        return
+    have, of = np.bincount(codes[out], minlength=codes.max() + 1), np.bincount(codes)
+    for code in np.flatnonzero((have < FEWEST) & (have < of)):
+        left = np.flatnonzero((codes == code) & ~out)
+        out[left[stretches(len(left), min(FEWEST - int(have[code]), len(left)))]] = True
+
+
+def of_rows(recording: Recording, kept: Mask) -> Recording:
+    """The observations at some of the run rows, the others gone; second ends stay."""
+    some = recording.take(kept[recording.row])
+    needed = kept.copy()
+    needed[some.other[some.other >= 0]] = True
+    place = np.cumsum(needed) - 1
+    other = np.where(some.other >= 0, place[np.maximum(some.other, 0)], -1)
+    lines = None if some.lines is None else some.lines[needed]
+    return replace(
+        some, run=some.run.take(np.flatnonzero(needed)), row=place[some.row], other=other, lines=lines
+    )
+
+
+def loss(searched: int, of: int) -> float:
+    """How many times larger an effect must be to be found in some of the observations as in all, for white noise."""
+    return float(np.sqrt(of / searched))
+
+
+def said(searched: int, of: int, sizes_too: bool) -> str:
+    """What is lost, in words."""
+    sizes = (
+        "sizes with their intervals are of these rows too, for a field without a name stands beside the names; rms of what is"
+        " written is of all rows"
+        if sizes_too
+        else "sizes, intervals, held-out rows and rms are of all rows"
+    )
+    return (
+        f"names were searched in {searched} of {of} observations, chosen evenly: an effect has to be {loss(searched, of):.1f} times"
+        f" as large as with all of them to be found; {sizes}"
+    )

@@ -1,0 +1,115 @@
+"""The verdict, and in words why it is not "explained".
+
+A name explains a recording only if what it leaves is the scatter that was stated. Two things in the noise speak against
+that however well the name fits: a scatter several times what was stated (the audit had to inflate the noise, so the test
+of what is left is blunt), and neighbours so alike that the rest is a movement and no scatter (an AR(1) filter whitens a
+slow shape as readily as noise).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vcmm.learn.diagnosis.constants import APART, FALSE_ALARM, LEAST_TOLD, STRUCTURED, UNSTATED
+from vcmm.learn.diagnosis.holdout import is_free_curve
+from vcmm.learn.diagnosis.locate import Place
+from vcmm.learn.diagnosis.noise import Audit
+from vcmm.learn.diagnosis.result import Answer, Unknown
+
+
+def reasons(
+    named: bool, rest: Unknown | None, refused: bool, excess: str, noise: Audit, left: float
+) -> tuple[str, ...]:
+    """Why the names are not the whole story; empty where they are.
+
+    left: noise after over noise stated; refused: a name did not hold; excess: the finding about the scatter, or "".
+    """
+    out = []
+    if rest is not None:
+        out.append(f"something without a name is left: {rest.description}")
+    if refused:
+        out.append(
+            "a name was taken back: it does not predict rows that were not fitted, or a shape without physics explains more"
+        )
+    if excess:
+        out.append(excess)
+    scatter = max(left, noise.scale)
+    if named and scatter > UNSTATED:
+        out.append(
+            f"the names leave {scatter:.2g} times the noise that was stated: either the noise is stated wrongly, or physics"
+            " is hidden in it"
+        )
+    if named and noise.rho >= STRUCTURED:
+        out.append(
+            f"what the names leave is no scatter: each observation tells {noise.rho**2:.0%} of the next one"
+            f" (correlation {noise.rho:.2f})"
+        )
+    return tuple(out)
+
+
+def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
+    """The scatter is not the stated one, whatever was found about its tails and correlation; "" where it may be.
+
+    left: the same by rms, which outliers raise and a filter for correlation blurs; forgiven: what the errors of strong
+    templates may add, as (scale over stated)^2.
+    """
+    if noise.scale <= float(np.hypot(noise.limit, np.sqrt(forgiven))):
+        return ""
+    rms = f" ({left:.2g} times by rms)" if noise.rho == 0 and left > APART * noise.scale else ""
+    return (
+        f"the noise is {noise.scale:.2g} times what was stated{rms}: either the statement is too small or something is"
+        " missing that no column shows"
+    )
+
+
+def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
+    """Components that two free curves share: together they are a shape, and neither says why it is so."""
+    places = [a.where.get("component", "") for a in answers if is_free_curve(a.effect)]
+    shared = dict.fromkeys(p for p in places if places.count(p) > 1)
+    return tuple(
+        f"two free curves over {p} follow a shape that neither of them has: it is placed and measured, and not explained"
+        for p in shared
+    )
+
+
+def told(probability: float) -> str:
+    """A probability in words: below one in a thousand no template is known well enough for digits."""
+    return f"{probability:.2g}" if probability >= LEAST_TOLD else f"below {LEAST_TOLD:g}"
+
+
+def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
+    """Why answers are no findings and not written: names less probable than not, sizes that may be anything, rows that they
+    predict worse than nothing does.
+    """
+    out = []
+    for a in answers:
+        name = " ".join((a.effect.replace("_", " "), *a.where.values()))
+        if a.withheld:
+            out.append(f"{name} is not written: {a.withheld}")
+        elif a.beyond:
+            out.append(f"{name} is a candidate and no finding: {a.beyond}")
+        elif a.undetermined:
+            out.append(
+                f"{name} is a candidate and no finding: its size is not known to better than half of itself, or spans orders of"
+                " magnitude"
+            )
+        elif a.improbable:
+            out.append(f"{name} is a candidate and no finding: its probability is {told(a.probability)}")
+    return tuple(out)
+
+
+def seen(places: Sequence[Place], named: bool) -> tuple[tuple[Place, ...], tuple[str, ...]]:
+    """Where nothing has a name: the places that are surer than the false alarms allow, and what they speak against."""
+    if named:
+        return tuple(places), ()
+    sure = tuple(p for p in places if p.p <= FALSE_ALARM)
+    return sure, (f"{sure[0].text}, and nothing in the catalogue does so",) if sure else ()
+
+
+def verdict(named: bool, against: tuple[str, ...]) -> str:
+    """One of VERDICTS; `against`: the reasons why the names are not the whole story."""
+    if not against:
+        return "explained" if named else "nothing missing"
+    return "partly explained" if named else "unexplained"

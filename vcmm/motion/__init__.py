@@ -1,4 +1,0 @@
-"""How a program moves the machine in time: curves, blends, servo, time law, toolpath.
-
-Imports core, nc.
-"""

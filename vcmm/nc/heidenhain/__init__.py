@@ -1,4 +1,0 @@
-"""HEIDENHAIN Klartext programs.
-
-Imports core, nc.
-"""

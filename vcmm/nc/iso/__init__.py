@@ -1,4 +1,0 @@
-"""The G-code family: Fanuc mills and lathes, LinuxCNC.
-
-Imports core, nc.
-"""

@@ -1,4 +1,0 @@
-"""Okuma OSP programs.
-
-Imports nc, nc.iso.
-"""

@@ -1,4 +1,0 @@
-"""Sinumerik programs.
-
-Imports core, nc.
-"""

@@ -1,0 +1,278 @@
+"""Elements that touch: minimax, circumscribed, inscribed and tangent elements of a whole batch.
+
+Each round solves the problem with distances replaced by their tangents (the Jacobian that the Gauss fit uses); the
+solution names the points of contact, the next round starts from there. Where the contacts determine the element
+that is Newton's method on their equations; where they do not (a circumscribed circle that touches at two points)
+the curvature of the touching distances completes it. A step that would make the result worse is bent once along the
+curved distances, else shortened. Sequential programming for minimax problems: Madsen, J. Inst. Maths Applics 16
+(1975) 321; the bend ("second-order correction"): Fletcher, Practical Methods of Optimization, 14.4; elements:
+Anthony et al., Reference software for finding Chebyshev best-fit geometric elements, Precision Eng. 19 (1996) 28.
+
+In coordinates scaled by the extent of the data, as in vcmm.part.fit.newton.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vcmm.part.fit.elements import Array, Element, Mask, jacobian
+from vcmm.part.fit.newton import State, magnitude, moved, seated, to_local
+
+MOST_ROUNDS = 100
+PATIENCE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
+FAR = (
+    10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
+)
+TOUCH = 1e-11  # of the extent: a point so near to the level touches
+FLAT = 1e-8  # what a motion costs beside the largest departure, of 1: with it the answer is one, and no longer by more than 1e-7
+NUMBERS = 2_000_000  # in a block of rows, 16 MB
+Ints = NDArray[np.intp]
+_EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class ContactGoal:
+    """What is wanted of the signed distances d of the points.
+
+    two_sided   the largest |d| becomes smallest; else the largest d
+    sized       sizes take part; else they stand still and the level is the change of the radius
+    tangent     the sum of d^2 becomes smallest while no d is positive; no level
+    sign        -1 turns the distances round (inscribed; material on the other side)
+    """
+
+    two_sided: bool = False
+    sized: bool = False
+    tangent: bool = False
+    sign: float = 1.0
+
+    @property
+    def convex(self) -> bool:
+        """Circumscribed: distances from a centre or axis curve upwards, which holds where contacts leave room."""
+        return self.sign > 0.0 and not self.sized
+
+
+class Local(NamedTuple):
+    """Distances d (B, n) as the goal counts them, their Jacobian (B, p, n), local points (B, 3, n), frames."""
+
+    d: Array
+    jac: Array
+    local: Array
+    frame: Array
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """An element, its free motions (vcmm.part.fit.elements.free_pose) and the goal."""
+
+    element: Element
+    free: tuple[int, ...]
+    goal: ContactGoal
+
+    def at(self, data: Array, state: State) -> Local:
+        """Distances of data (B, 3, n) and how they answer to the motions, and to the sizes where these are free."""
+        local, frame = to_local(data, state)
+        d, jac, _ = jacobian(self.element, self.free, local, state.sizes)
+        if not self.goal.sized:
+            jac = jac[:, : len(self.free)]
+        return Local(self.goal.sign * d, self.goal.sign * jac, local, frame)
+
+    def moved(self, state: State, frame: Array, step: Array) -> State:
+        """State after a step (B, p), sizes kept where they are not free."""
+        missing = len(self.free) + len(self.element.sizes) - step.shape[1]
+        padded = np.concatenate([step, np.zeros((len(step), missing))], axis=1)
+        return moved(self.element, self.free, state, frame, padded)
+
+    def top(self, d: Array) -> Array:
+        """What is to become smallest (B,): the largest distance, or the sum of squares of a tangent element."""
+        if self.goal.tangent:
+            return np.sum(d * d, axis=-1)
+        return np.max(np.abs(d) if self.goal.two_sided else d, axis=-1)
+
+
+class Settled(NamedTuple):
+    """State; level (B,), 0 for a tangent element; masks of contacts (B, n), lost and done (B,).
+
+    lost: the first step ran away, the points do not surround the element.
+    """
+
+    state: State
+    level: Array
+    contacts: Mask
+    lost: Mask
+    done: Mask
+
+
+class _Step(NamedTuple):
+    """Step (B, p), the level (B,) that the tangents promise, multipliers (B, n) with the sign of their side."""
+
+    step: Array
+    level: Array
+    weight: Array
+
+
+def settle(problem: ContactProblem, data: Array, start: State) -> Settled:
+    """Element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
+    state = seated(problem.element, start)
+    damping = 1.0 / _radius(problem, problem.at(data, state), state)
+    least, weight = 1e-4 * damping, np.zeros((len(data), data.shape[2]))
+    lost, done = np.zeros(len(data), dtype=bool), np.zeros(len(data), dtype=bool)
+    for round_ in range(MOST_ROUNDS):
+        on = np.flatnonzero(~done & ~lost)
+        if len(on) == 0:
+            break
+        here, points = _rows(state, on), data[on]
+        at = problem.at(points, here)
+        metric = _metric(problem, points, here, at, weight=weight[on], damping=damping[on], round_=round_)
+        found = _solved(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
+        trial, gained = _tried(problem, points, here, at, metric, found)
+        shift = np.abs(np.einsum("bp,bpn->bn", found.step, at.jac)).max(axis=-1)
+        if round_ == 0 and not problem.goal.sized:
+            lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
+        done[on] = _is_done(problem, here, at, found, shift, round_)
+        state = _replaced(state, on[gained], _rows(trial, gained))
+        weight[on] = found.weight
+        damping[on] = np.where(gained, np.maximum(damping[on] / 8.0, least[on]), 8.0 * damping[on])
+    return _settled(problem, data, state, lost, done)
+
+
+def least_largest(left: Array, basis: Array) -> Array:
+    """(...): smallest largest |departure| over motions along `basis` (k, f), whose columns are of length 1 and square to each other.
+
+    left (..., k): what least squares leave, so that their largest is at most sqrt(k) times too large and scales them.
+    """
+    from vcmm.part.fit._nearest_kernels import minimax_steps
+
+    k, f = basis.shape
+    flat, many = left.reshape(-1, k), max(NUMBERS // (k * f), 1)
+    scale = np.maximum(np.abs(flat).max(axis=-1, keepdims=True), 1e-300)
+    step = np.zeros((len(flat), f))
+    for at in range(0, len(flat), many):
+        d = flat[at : at + many] / scale[at : at + many]
+        n = len(d)
+        jac, metric = (np.tile(a, (n, 1, 1)) for a in (basis.T, FLAT * np.eye(f)))
+        found, level, weight = np.zeros((n, f)), np.zeros(n), np.zeros((n, k))
+        minimax_steps(jac, d, True, metric, np.full(n, 1e-12), found, level, weight)
+        step[at : at + many] = found
+    moved = flat + scale * (step @ basis.T)
+    return np.asarray(np.abs(moved).max(axis=-1).reshape(left.shape[:-1]))
+
+
+def _radius(problem: ContactProblem, at: Local, state: State) -> Array:
+    """Radius of curvature (B,) of the distances; 1, the extent of the data, where it is no smaller."""
+    if not problem.goal.convex:
+        return np.ones(len(at.d))
+    return np.clip(problem.top(at.d) + state.sizes[:, 0], 1e-12, 1.0)
+
+
+def _metric(
+    problem: ContactProblem, data: Array, state: State, at: Local, weight: Array, damping: Array, round_: int
+) -> Array:
+    """What a step (B, p, p) costs: mean square of the distances moved, times the damping, and curvature where the
+    first rounds have not settled it. A tangent element wants that mean square itself.
+    """
+    mean = at.jac @ at.jac.swapaxes(-1, -2) / at.jac.shape[-1]
+    if problem.goal.tangent:
+        return mean
+    lift = 1e-9 * np.einsum("bii->b", mean)[:, None, None] * np.eye(mean.shape[1])
+    metric = damping[:, None, None] * (mean + lift)
+    line = problem.goal.convex and problem.element.slides
+    if round_ >= (1 if line else 3):
+        metric = metric + _curvature(problem, data, state, at, weight)
+    return np.asarray(metric)
+
+
+def _curvature(problem: ContactProblem, data: Array, state: State, at: Local, weight: Array) -> Array:
+    """Second derivative (B, p, p) of the distances, weighted (B, n) by the multipliers; made positive.
+
+    From differences of the weighted Jacobian: where the weights are those of contact its sum vanishes, and the
+    derivative does not depend on how motions are written. What matters is the motion that the contacts leave free;
+    across it the curvature is raised, which changes nothing where they hold.
+    """
+    p = at.jac.shape[1]
+    small = 1e-4 * _radius(problem, at, state)
+    columns = []
+    for j in range(p):
+        step = np.zeros((len(weight), p))
+        step[:, j] = small
+        jacs = [problem.at(data, problem.moved(state, at.frame, way * step)).jac for way in (1.0, -1.0)]
+        columns.append(np.einsum("bn,bpn->bp", weight, jacs[0] - jacs[1]) / (2.0 * small[:, None]))
+    second = np.stack(columns, axis=-1)
+    second = 0.5 * (second + second.swapaxes(-1, -2))
+    touching = at.jac * (weight != 0.0)[:, None]
+    second = second + np.abs(second).max(axis=(-1, -2), keepdims=True) * (
+        touching @ touching.swapaxes(-1, -2)
+    )
+    values, vectors = np.linalg.eigh(second)
+    return np.asarray((vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(-1, -2))
+
+
+def _solved(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
+    """The step of the problem with straight distances. likely (B, n): not 0 where contact is expected."""
+    from vcmm.part.fit._nearest_kernels import minimax_steps, tangent_steps
+
+    step, level, weight = np.zeros(at.jac.shape[:2]), np.zeros(len(at.d)), likely.copy()
+    jac, d = np.ascontiguousarray(at.jac), np.ascontiguousarray(at.d)
+    if goal.tangent:
+        tangent_steps(jac, d, metric, rounding, step, weight)
+    else:
+        minimax_steps(jac, d, goal.two_sided, metric, rounding, step, level, weight)
+    return _Step(step, level, weight)
+
+
+def _tried(
+    problem: ContactProblem, data: Array, state: State, at: Local, metric: Array, found: _Step
+) -> tuple[State, Mask]:
+    """State after the step, bent where the straight one loses, and the mask (B,) of those that lose nothing."""
+    trial = problem.moved(state, at.frame, found.step)
+    if problem.goal.tangent:
+        return trial, np.ones(len(data), dtype=bool)
+    rounding = 4.0 * _EPS * magnitude(state)
+    limit = problem.top(at.d) + rounding
+    d = problem.at(data, trial).d
+    gained = problem.top(d) <= limit
+    again = np.flatnonzero(~gained)
+    if len(again) == 0:
+        return trial, gained
+    jac = at.jac[again]
+    straight = at._replace(d=d[again] - np.einsum("bp,bpn->bn", found.step[again], jac), jac=jac)
+    bent = _solved(problem.goal, straight, metric[again], found.weight[again], rounding[again])
+    second = problem.moved(_rows(state, again), at.frame[again], bent.step)
+    gained[again] = problem.top(problem.at(data[again], second).d) <= limit[again]
+    return _replaced(trial, again, second), gained
+
+
+def _is_done(
+    problem: ContactProblem, state: State, at: Local, found: _Step, shift: Array, round_: int
+) -> Mask:
+    """The step moves no distance, or it promises nothing more and hardly moves; after many rounds the promise
+    decides alone: the place is then not held to the last digit.
+    """
+    size = magnitude(state)
+    still = shift <= 1e-13 * size
+    if problem.goal.tangent:
+        return np.asarray(still)
+    promise, moves = (8.0 * _EPS, 1e-8) if round_ < PATIENCE else (1e-13, 1e-4)
+    return np.asarray(still | ((problem.top(at.d) - found.level <= promise * size) & (shift <= moves)))
+
+
+def _rows(state: State, which: Ints | Mask) -> State:
+    return State(*(a[which] for a in state))
+
+
+def _replaced(state: State, which: Ints, by: State) -> State:
+    parts = [a.copy() for a in state]
+    for part, new in zip(parts, by):
+        part[which] = new
+    return State(*parts)
+
+
+def _settled(problem: ContactProblem, data: Array, state: State, lost: Mask, done: Mask) -> Settled:
+    d = problem.at(data, state).d
+    level = np.zeros(len(d)) if problem.goal.tangent else problem.top(d)
+    reached = np.abs(d) if problem.goal.two_sided else d
+    near = TOUCH * (1.0 + magnitude(state))[:, None]
+    return Settled(state, level, np.abs(reached - level[:, None]) <= near, lost, done)

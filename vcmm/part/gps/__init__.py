@@ -1,0 +1,1 @@
+"""Characteristics of a drawing, and the decisions about them."""

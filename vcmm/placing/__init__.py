@@ -1,4 +1,0 @@
-"""The best pose of a part and the best points of a plan, and by how much any other could be better.
-
-Imports core, fit, part, gps, effects, charts, measuring, response, evaluation.
-"""

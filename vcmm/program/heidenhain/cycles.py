@@ -1,0 +1,324 @@
+"""CYCL DEF and CYCL CALL of Klartext: which cycle is defined, and when it acts.
+
+Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "Working with cycles". Cycles that define something act where they
+stand; machining cycles act at CYCL CALL, M99 and M89. What is not modelled is told by its number and leaves a hole in the path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from vcmm.program.drilling import counted
+from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
+from vcmm.program.heidenhain.machining import Action, MachiningCycle
+from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
+from vcmm.program.heidenhain.planes import working_plane
+from vcmm.program.heidenhain.text import KlartextReader
+from vcmm.program.heidenhain.threads import thread_milling
+from vcmm.program.heidenhain.traces import words_of
+from vcmm.program.heidenhain.transforms import KlartextFrames
+from vcmm.program.moves import PLANES
+from vcmm.program.recorder import Recorder
+from vcmm.program.trace import WordAt
+
+MACHINING = {**HOLES, **POCKETS, "262": (("Q335", "Q239", "Q201", "Q200", "Q203", "Q207"), thread_milling)}
+OLD: Mapping[str, Action] = {**OLD_HOLES, **OLD_POCKETS}
+_DRILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG",), 4: ("DWELL",), 5: ("F",)}
+_MILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG", "PLUNGE")}
+PARTS: Mapping[str, Mapping[int, tuple[str, ...]]] = {  # what the blocks n.1, n.2 ... hold; their words change with the language
+    "1": _DRILL, "2": {1: ("DIST",), 2: ("DEPTH",), 3: ("DWELL",), 4: ("F",)}, "3": {**_MILL, 4: ("X",), 5: ("Y",), 6: ("F",)},
+    "4": {**_MILL, 4: ("X",), 5: ("Y",), 6: ("F", "RADIUS")}, "5": {**_MILL, 4: ("RADIUS",), 5: ("F",)},
+    "17": {1: ("DIST",), 2: ("DEPTH",), 3: ("PITCH",)}, "18": {1: ("DEPTH",), 2: ("PITCH",)},
+}  # fmt: skip
+STRANGE = {  # old cycles that leave a hole in the path, and whether they act where they stand
+    "6": ("cycle 6, rough-out", False), "12": ("cycle 12, program call", False), "14": ("cycle 14, contour", True), "15": ("cycle 15, pilot drilling", False),
+    "16": ("cycle 16, contour milling", False), "20": ("cycle 20, contour data", True), "21": ("cycle 21, pilot drilling", False),
+    "22": ("cycle 22, rough-out", False), "23": ("cycle 23, floor finishing", False), "24": ("cycle 24, side finishing", False),
+    "25": ("cycle 25, contour train", False), "27": ("cycle 27, cylinder surface", False), "28": ("cycle 28, cylinder surface slot", False),
+    "29": ("cycle 29, cylinder surface ridge", False), "30": ("cycle 30, 3-D data", False), "31": ("cycle 31, line of 3-D data", False),
+    "39": ("cycle 39, cylinder surface contour", False),
+}  # fmt: skip
+DATA = range(270, 275)  # contour data: they machine nothing themselves
+MISSING = "a hole in the path: its moves are missing"
+
+
+@dataclass(eq=False)
+class KlartextCycles:
+    """Transformations and the machining cycle that are defined. call_program: what cycle 12 calls."""
+
+    recorder: Recorder
+    frames: KlartextFrames = field(init=False)
+    active: MachiningCycle | None = None
+    auto_feed: float | None = None
+    words: Mapping[str, WordAt] = field(default_factory=dict)  # of the definition, where traces are kept
+    program: Callable[[str], None] = lambda name: None
+    named: str = ""  # the program of cycle 12
+
+    def __post_init__(self) -> None:
+        self.frames = KlartextFrames(self.recorder)
+
+    def define(self, reader: KlartextReader, parameters: dict[str, float]) -> None:
+        """One CYCL DEF block."""
+        token = reader.peek()
+        if token is None or token.kind != "number":
+            raise reader.fault("CYCL DEF takes the number of a cycle, as in CYCL DEF 7.0 or CYCL DEF 200")
+        reader.at += 1
+        number, dot, part = token.text.replace(",", ".").partition(".")
+        number = str(int(number)) if number else "0"
+        if not dot and int(number) >= 200:
+            self.with_parameters(number, reader, parameters, token.column)
+            return
+        self.classic(number, int(part or 0), reader, token.column)
+
+    # -- 200 and above --
+    def with_parameters(
+        self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
+    ) -> None:
+        """A cycle whose data are Q parameters."""
+        values = self.q_values(reader, parameters)
+        if number == "247":
+            self.frames.preset(round(values.get("Q339", 0.0)))
+        elif number in ("220", "221"):
+            self.pattern(number, values)
+        elif number in MACHINING:
+            needed, action = MACHINING[number]
+            self.check(number, needed, values, column)
+            self.active = MachiningCycle(self.recorder, number, values, action, self.auto_feed)
+            if self.recorder.tracer is not None:
+                self.words = words_of(reader, self.recorder.tracer)
+        elif int(number) in DATA:
+            self.strange(f"cycle {number}", "passed over: its data belong to cycles of contours", column)
+        else:
+            self.active = MachiningCycle(self.recorder, number, values, _missing, self.auto_feed)
+            if int(number) >= 400 or self.recorder.setup.strict:  # touch probe cycles act where they stand
+                self.strange(f"cycle {number}", MISSING, column)
+
+    def strange(self, what: str, value: str, column: int = 0) -> None:
+        """A cycle that is not modelled."""
+        self.recorder.assume(
+            what, value, column=column or None,
+            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 17 to 19, 26, 32, 220, 221, 247 and "
+            f"{', '.join(MACHINING)}; write the motion with L, C, CR",
+        )  # fmt: skip
+
+    def q_values(self, reader: KlartextReader, parameters: dict[str, float]) -> dict[str, float]:
+        """The Q200=... of a cycle; they are parameters like any other. MAX is infinite, AUTO is not a number."""
+        given: dict[str, float] = {}
+        while not reader.done:
+            if not reader.is_parameter() or reader.upper(2) != "=":
+                reader.at += 1  # the name of the cycle, QS500="text"
+                continue
+            name = reader.parameter()
+            reader.expect("=", f"after {name}")
+            begin = reader.at
+            given[name] = _feed_word(reader)
+            if math.isfinite(given[name]):
+                parameters[name] = given[name]
+            reader.spans[name] = (begin - 3, begin, reader.at)
+        return given
+
+    def check(self, number: str, needed: tuple[str, ...], values: Mapping[str, float], column: int) -> None:
+        """What a machining cycle cannot do without."""
+        for name in needed:
+            if name not in values:
+                self.recorder.fault(f"cycle {number} has no {name}; add it", column)
+        if number == "200" and values["Q202"] <= 0:
+            self.recorder.fault(
+                "cycle 200 needs a negative depth Q201 and a positive plunging depth Q202", column
+            )
+        depth = values.get("Q201", -1.0)
+        if depth > 0 or (depth == 0 and number == "200"):
+            what = f"cycle {number} needs a negative depth Q201"
+            self.recorder.fault(
+                f"{what} and a positive plunging depth Q202" if number == "200" else what, column
+            )
+
+    def pattern(self, number: str, values: Mapping[str, float]) -> None:
+        """220 and 221: the machining cycle in force at the points of a circle or of rows, at once."""
+        c = self.active
+        if c is None:
+            self.recorder.fault(f"cycle {number} repeats a machining cycle, but none is defined")
+        heights = {k: values[k] for k in ("Q200", "Q203", "Q204") if k in values}
+        c = replace(c, values={**c.values, **heights})
+        data = MachiningCycle(self.recorder, number, values, _missing)
+        over = c.second if round(values.get("Q301", 1.0)) == 1 else c.clearance
+        c.to(None, None, c.second, True)
+        for a, b in circle_points(data) if number == "220" else row_points(data):
+            c.to(a, b, None, True)
+            self.run(c)
+            c.to(None, None, over, True)
+        c.to(None, None, c.second, True)
+
+    # -- below 200 --
+    def classic(self, number: str, part: int, reader: KlartextReader, column: int) -> None:
+        """A block n.0, n.1 ... of an old cycle."""
+        if number in OLD:
+            self.old(number, part, reader)
+        elif number in STRANGE:
+            self.unmodelled(number, part, reader, column)
+        elif number not in _CLASSIC:
+            name = reader.rest()
+            raise reader.fault(
+                f"CYCL DEF {number} {name.strip()} is not a cycle; known are {', '.join([*OLD, *_CLASSIC])}, 200 and above",
+                column,
+            )
+        elif part == 0:
+            reader.rest()  # its name
+            if number == "32":
+                self.recorder.tolerance = None
+        else:
+            _CLASSIC[number](self, reader)
+
+    def unmodelled(self, number: str, part: int, reader: KlartextReader, column: int) -> None:
+        """A cycle of contours, of cylinders, a program called as a cycle."""
+        what, at_once = STRANGE[number]
+        if number == "12" and part == 1:
+            for word in ("PGM", "PROG"):
+                reader.accept(word)
+            self.named = reader.rest()
+        reader.rest()
+        if part:
+            return
+        if at_once or self.recorder.setup.strict:
+            self.strange(
+                what, "passed over: its data belong to cycles of contours" if at_once else MISSING, column
+            )
+        if not at_once:
+            action = (lambda c: self.program(self.named)) if number == "12" else _missing
+            self.active = MachiningCycle(self.recorder, number, {}, action)
+
+    def old(self, number: str, part: int, reader: KlartextReader) -> None:
+        """1 to 5, 17, 18: each block holds one or two numbers, named in the language of the control."""
+        if part == 0:
+            reader.rest()
+            self.active = MachiningCycle(self.recorder, number, {}, OLD[number], self.auto_feed)
+            self.words = {}
+            return
+        if self.active is None or self.active.number != number:
+            raise reader.fault(f"CYCL DEF {number}.{part} has no CYCL DEF {number}.0 before it")
+        found = _numbers(reader)
+        names = PARTS[number].get(part, ())
+        values = {**self.active.values, **dict(zip(names, (v for k, v in found if k != "DR")))}
+        values.update({k: v for k, v in found if k in ("X", "Y", "DR")})
+        self.active = replace(self.active, values=values)
+
+    def wait(self, reader: KlartextReader) -> None:
+        """9: DWELL in seconds; acts at once."""
+        for word in ("DWELL", "V", ".", "ZEIT", "TIME"):
+            reader.accept(word)
+        self.recorder.dwell(reader.value("DWELL"))
+
+    def tolerance(self, reader: KlartextReader) -> None:
+        """32: T in mm; HSC mode and TA are passed over."""
+        if reader.accept("T") and not reader.done:
+            self.recorder.tolerance = reader.value("T") * self.recorder.unit
+        reader.rest()
+
+    def nothing(self, reader: KlartextReader) -> None:
+        reader.rest()
+
+    # -- calls --
+    def call(self, surface: float = 0.0) -> None:
+        """CYCL CALL, M99: the machining cycle at the point reached. surface: mm by which its surface lies higher."""
+        if self.active is None:
+            self.recorder.fault("a cycle is called, but none is defined; add CYCL DEF 200 before")
+        c = self.active
+        if surface:
+            c = replace(c, values={**c.values, "Q203": c.plain("Q203") + surface / self.recorder.unit})
+        self.run(c)
+
+    def call_at(self, a: float, b: float, height: float, rapid: bool) -> None:
+        """CYCL CALL POS and PAT: at a point of the plane; its height counts on top of the surface of the cycle, mm."""
+        if self.active is None:
+            self.recorder.fault("a cycle is called, but none is defined; add CYCL DEF 200 before")
+        c, (_, _, normal) = self.active, PLANES[self.recorder.plane]
+        over = height + c.clearance
+        if self.recorder.p[normal] < over:
+            c.to(None, None, over, True)
+        c.to(a, b, None, rapid)
+        self.call(height)
+
+    def run(self, c: MachiningCycle) -> None:
+        """A machining cycle where the tool stands, its moves marked."""
+        r = self.recorder
+        r.marker = c.name if c.action is not _missing and c.number != "12" else ""
+        if r.tracer is not None:
+            r.tracer.cycle = self.words
+        c.action(c)
+        r.marker = ""
+
+
+def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
+    """220: Q241 points on a circle of diameter Q244 about Q216, Q217, from Q245 by Q247, or evenly to Q246."""
+    count, first, span = counted(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
+    closed = abs(abs(span) - 360.0) < 1e-9
+    step = c.plain("Q247") or span / max(count if closed else count - 1, 1)
+    angles = [math.radians(first + k * step) for k in range(count)]
+    a, b, radius = c.mm("Q216"), c.mm("Q217"), c.mm("Q244") / 2.0
+    return [(a + radius * math.cos(w), b + radius * math.sin(w)) for w in angles]
+
+
+def row_points(c: MachiningCycle) -> list[tuple[float, float]]:
+    """221: Q243 rows of Q242 points, Q238 and Q237 apart, from Q225, Q226, turned about it by Q224; to and fro."""
+    out, w = [], math.radians(c.plain("Q224"))
+    columns, lines = counted(c.plain("Q242")), counted(c.plain("Q243", 1.0))
+    for line in range(lines):
+        for k in range(columns) if line % 2 == 0 else reversed(range(columns)):
+            x, y = k * c.mm("Q237"), line * c.mm("Q238")
+            out.append(
+                (
+                    c.mm("Q225") + x * math.cos(w) - y * math.sin(w),
+                    c.mm("Q226") + x * math.sin(w) + y * math.cos(w),
+                )
+            )
+    return out
+
+
+def _feed_word(reader: KlartextReader) -> float:
+    """A value of a cycle: a number, MAX or AUTO."""
+    for word in ("F", "FU", "FZ"):
+        reader.accept(word)
+    if reader.accept("MAX") or reader.accept("FMAX"):
+        return math.inf
+    if reader.accept("AUTO") or reader.accept("FAUTO"):
+        return math.nan
+    return reader.value("a cycle")
+
+
+def _numbers(reader: KlartextReader) -> list[tuple[str, float]]:
+    """The values of a block and the words before them, in order."""
+    out: list[tuple[str, float]] = []
+    word = ""
+    while not reader.done:
+        token = reader.peek()
+        assert token is not None
+        if token.kind == "name" and not reader.is_parameter():
+            word = token.text.upper()
+            reader.at += 1
+            if word in ("FMAX", "FAUTO"):
+                out.append(("F", math.inf if word == "FMAX" else math.nan))
+            elif word == "DR" and reader.upper() in ("+", "-"):
+                out.append(("DR", 1.0 if reader.upper() == "+" else -1.0))
+                reader.at += 1
+        elif token.kind == "symbol" and token.text not in "+-":
+            reader.at += 1  # the point of V.ZEIT
+        else:
+            out.append(
+                (word.lstrip("I") if word in ("IX", "IY") else word, reader.value(word or "the cycle"))
+            )
+    return out
+
+
+def _missing(c: MachiningCycle) -> None:
+    """A machining cycle that is not modelled, where it is called."""
+    what = STRANGE.get(c.number, (f"cycle {c.number}", False))[0]
+    c.recorder.assume(what, MISSING, f"{what} is not understood; write its motion with L, C, CR")
+
+
+_CLASSIC: dict[str, Callable[[KlartextCycles, KlartextReader], None]] = {
+    "7": lambda c, r: c.frames.datum(r), "8": lambda c, r: c.frames.mirror(r), "9": KlartextCycles.wait,
+    "10": lambda c, r: c.frames.rotate(r), "11": lambda c, r: c.frames.enlarge(r), "13": KlartextCycles.nothing,
+    "19": lambda c, r: working_plane(c.frames, r), "26": lambda c, r: c.frames.stretch(r), "32": KlartextCycles.tolerance,
+}  # fmt: skip

@@ -1,0 +1,64 @@
+"""Thread milling of Klartext: cycle 262.
+
+Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "Thread milling (cycle 262)": pre-positioning at Q253 to the starting plane, a
+tangential way to the nominal diameter, one helix (Q355 = 0), one along the whole thread (1) or several (Q355 pitches apart), and
+back to the middle. That the way in and out is half a circle at one height is told.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vcmm.program.chords import arc_or_chords
+from vcmm.program.drilling import counted
+from vcmm.program.heidenhain.machining import MachiningCycle
+
+
+def thread_milling(c: MachiningCycle) -> None:
+    """262: diameter Q335, pitch Q239 (negative: left-hand), depth Q201. Climb (Q351 = 1) inside is counter-clockwise: a right-hand
+    thread rises then, and goes down in up-cut."""
+    r, pitch = c.recorder, c.mm("Q239")
+    if not pitch:
+        r.fault(f"cycle {c.number} has no pitch Q239; add it")
+    radius = max(c.mm("Q335") / 2.0 - c.radius(), 0.0)
+    floor, counter = c.surface + c.mm("Q201"), round(c.plain("Q351", 1.0)) != -1
+    rises = counter == (pitch > 0)
+    r.assume(
+        f"how cycle {c.number} leads in and out", "in half a circle at one height",
+        f"how cycle {c.number} leads in is the control's own affair and not known; write its helix with CP", matters=True,
+    )  # fmt: skip
+    levels, turns = _levels(c, floor, abs(pitch))
+    middle = c.here()
+    c.to(None, None, c.clearance, True)
+    for low in levels:
+        first, last = (low, low + turns * abs(pitch)) if rises else (low + turns * abs(pitch), low)
+        with c.fed(c.feed("Q253", "Q207")) as rapid:
+            c.to(*middle, first, rapid)
+        with c.fed(c.feed("Q207")):
+            _helix(c, middle, radius, (first, last), turns, not counter)
+    c.to(None, None, c.second, True)
+
+
+def _levels(c: MachiningCycle, floor: float, pitch: float) -> tuple[list[float], int]:
+    """Where the helices end below, and their turns."""
+    steps = round(c.plain("Q355"))
+    if steps == 0:
+        return [floor], 1
+    length = c.surface - floor
+    if steps == 1:
+        return [floor], max(1, counted(math.ceil(length / pitch - 1e-9)))
+    count = max(1, counted(math.ceil(length / (steps * pitch) - 1e-9)))
+    return [floor + k * steps * pitch for k in range(count)], 1
+
+
+def _helix(
+    c: MachiningCycle, middle: tuple[float, float], radius: float, heights: tuple[float, float], turns: int, clockwise: bool
+) -> None:  # fmt: skip
+    """Half a circle out, the helix, half a circle back."""
+    r, (a, b), (first, last) = c.recorder, middle, heights
+    if not radius:
+        c.to(a, b, last, False)
+        return
+    arc_or_chords(r, c.at(a + radius, b, first), c.at(a + radius / 2.0, b, first), clockwise)
+    arc_or_chords(r, c.at(a + radius, b, last), c.at(a, b, first), clockwise, turns)
+    arc_or_chords(r, c.at(a, b, last), c.at(a + radius / 2.0, b, last), clockwise)

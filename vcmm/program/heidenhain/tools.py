@@ -1,0 +1,81 @@
+"""TOOL CALL and TOOL DEF of Klartext."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from vcmm.program.heidenhain.paths import KlartextPaths
+from vcmm.program.heidenhain.text import KlartextReader
+from vcmm.program.heidenhain.words import read_words
+from vcmm.program.levels import unknown_tool
+from vcmm.program.setup import Tool
+
+PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
+
+
+def call_tool(p: KlartextPaths, reader: KlartextReader) -> None:
+    """TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
+    token, tool, called = reader.peek(), p.r.tool_data, p.r.called.get(p.r.tool, "")
+    new = token is not None and (token.kind in ("number", "string") or reader.is_parameter())
+    if new:
+        tool, called = _find(p, reader)
+    if reader.upper() in PLANE_OF_AXIS:
+        p.r.free("the tool axis is chosen")
+        p.r.plane, p.r.tool_axis = PLANE_OF_AXIS[reader.upper()], "XYZ".index(reader.upper())
+        reader.at += 1
+    words = read_words(reader, ("S", "DL", "DR", "DR2"))
+    speed, dl, dr = words.take("S"), words.take("DL"), words.take("DR")
+    words.take("DR2")
+    if speed is not None:
+        p.r.speed = speed
+    if words.feed is not None:
+        p.auto_feed = p.r.feed = p.feed_of(words.feed, words.feed_kind)
+        p.r.feed_mode = "G94"
+    if new or dl is not None or dr is not None:
+        p.extra_radius = (dr or 0.0) * p.r.unit
+        p.r.change_tool(replace(tool, length=tool.length + (dl or 0.0) * p.r.unit), called)
+
+
+def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
+    token = reader.peek()
+    assert token is not None
+    tools = p.r.setup.tools
+    if token.kind != "string":
+        number = round(reader.value("TOOL CALL"))
+        known = p.defined.get(number) or tools.get(number)
+        if known is None and number:
+            unknown_tool(p.r, number, f"TOOL CALL {number}")
+        return known or Tool(number), f"TOOL CALL {number}"
+    reader.at += 1
+    name = token.text[1:-1]
+    named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
+    if named is not None:
+        return named, name
+    again = {n: k for k, n in p.r.called.items()}
+    number = again.get(name, max([*tools, *p.r.called, 0]) + 1)
+    unknown_tool(p.r, 0, name, free=number)
+    return Tool(number, name=name), name
+
+
+def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
+    """TOOL DEF number L R."""
+    number = round(reader.value("TOOL DEF"))
+    words = read_words(reader, ("L", "R"))
+    length, radius = words.take("L"), words.take("R")
+    if words.sided and radius is None:  # R0 reads as "no compensation"
+        radius = 0.0
+    if length is None and radius is None:
+        return  # preparation of a tool from the table
+    base = p.r.setup.tools.get(number, Tool(number))
+    for what, given, stated in (
+        ("length", length, base.length if number in p.r.setup.tools and base.length_stated else None),
+        ("radius", radius, base.radius),
+    ):
+        if given is not None and stated is not None and abs(given * p.r.unit - stated) > 1e-9:
+            p.r.remark(
+                f"TOOL DEF {number}: the {what} {given * p.r.unit:g} mm of the program counts, not the {stated:g} mm of the set-up"
+            )
+    p.defined[number] = replace(
+        base, length=base.length if length is None else length * p.r.unit,
+        diameter=base.diameter if radius is None else 2 * radius * p.r.unit,
+    )  # fmt: skip

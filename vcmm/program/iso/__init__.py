@@ -1,0 +1,1 @@
+"""The G-code family: Fanuc mills and lathes, LinuxCNC."""

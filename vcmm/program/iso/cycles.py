@@ -1,0 +1,367 @@
+"""Drilling, tapping and boring cycles G73, G74, G76, G81 to G89, in the three planes, expanded into single moves.
+
+A series: R and the depth stay in force until another motion code; each block with an axis word makes L (K) holes. The
+initial level is the height at which the series began; G98 goes back to it (or to R where that is higher), G99 to R. With
+G91 R counts from the initial level and the depth from R: Fanuc and its kin take the mode in which the word was given, so that
+heights stay where they are under a later G90 or G91; LinuxCNC takes the mode of each block (RS274/NGC, 3.5.20).
+"""
+
+from __future__ import annotations
+
+from vcmm.program.drilling import Hole
+from vcmm.program.faults import BlockFault
+from vcmm.program.iso.codes import IsoWords
+from vcmm.program.iso.control import AXES, IsoControl
+from vcmm.program.iso.lengths import length, turned, waiting
+from vcmm.program.iso.motion import CENTRE_WORDS, target, thread_to
+from vcmm.program.levels import pass_over
+from vcmm.program.moves import PLANES
+
+CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
+_STICKY = {"G73": "Q", "G83": "Q", "G82": "P", "G89": "P", "G86": "P", "G88": "P", "G76": "Q"}
+USES = {  # of Q, P and I J K: what changes a hole (Fanuc and its kin; Haas: I J K of the pecks)
+    "G73": "QPIJK", "G83": "QPIJK", "G74": "QP", "G84": "QP", "G76": "QPIJK", "G81": "", "G82": "P", "G85": "", "G86": "P", "G87": "QPIJK",
+    "G88": "P", "G89": "P",
+}  # fmt: skip
+_MOST_PECKS = 20_000
+SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
+
+
+def drill(c: IsoControl, w: IsoWords, code: str) -> None:
+    """A block in which a cycle is in force."""
+    if c.compensation is not None:
+        c.fault(f"{code} while cutter radius compensation is on; cancel it with G40 before")
+    if c.feed_mode == "G93":
+        c.fault(f"{code} with inverse time feed (G93); write G94 before")
+    if any(w.has(a) for a in "ABC") and c.language.words == "o":
+        c.fault(f"rotary axes cannot move in the block of the cycle {code}; move them before")
+    normal = PLANES[c.plane][2]
+    if c.cycle_level is None:
+        c.cycle_level = c.p[normal]
+    _heights(c, w, code, normal)
+    _words(c, w, code)
+    repeats = _repeats(c, w, c.column)
+    point, step = _hole_point(c, w)
+    rotary = turned(c, w)
+    if rotary != c.rotary:
+        c.straight(c.p, True, rotary)
+    if code in ("G73", "G74", "G83", "G84") and c.cycle.get("Q"):
+        r, bottom = heights(c)
+        if (r - bottom) / c.cycle["Q"] > _MOST_PECKS:
+            raise BlockFault(w.column("Q"), f"Q gives more than {_MOST_PECKS} pecks; correct it")
+    for _ in range(repeats):
+        point = [point[0] + step[0], point[1] + step[1]]
+        drill_at(c, point[0], point[1], code)
+
+
+def lathe_cycle(c: IsoControl, mode: str) -> tuple[str, str]:
+    """What a drilling cycle of a lathe does and its plane: along Z; on Fanuc G87, G88, G89 do along X what G83, G84, G85 do along Z.
+
+    Source: FANUC B-64304EN-1, "canned cycle for drilling": face (Z) and side (X) drilling, tapping and boring.
+    """
+    if mode in SIDE and not c.language.everything_home:
+        return SIDE[mode], "YZ"
+    return mode, "XY"
+
+
+def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
+    """Where the holes are in the plane, and the increment from one to the next (G91)."""
+    first, second, _ = PLANES[c.plane]
+    if c.polar is not None or c.language.lathe:
+        p, _ = target(c, w)
+        return [p[first], p[second]], [0.0, 0.0]
+    step, point = [0.0, 0.0], [c.p[first], c.p[second]]
+    for k, i in enumerate((first, second)):
+        number = w.take(AXES[i])
+        if number is not None:
+            value = length(c, w, AXES[i], number) * (0.5 if i == 0 and c.diametral() else 1.0)
+            if c.absolute:
+                point[k] = value
+            else:
+                step[k] = value
+    return point, step
+
+
+def heights(c: IsoControl) -> tuple[float, float]:
+    """Clearance and bottom of the cycle in force, mm."""
+    level = c.cycle_level or 0.0
+    r = c.cycle["R"] + (level if _counts_on(c, "R") else 0.0)
+    return r, c.cycle["Z"] + (r if _counts_on(c, "Z") else 0.0)
+
+
+def _counts_on(c: IsoControl, letter: str) -> bool:
+    """Whether R counts from the initial level, the depth from R."""
+    if letter == "R" and c.language.lathe and not c.language.everything_home:
+        return True  # Fanuc lathes: from where it starts
+    return not c.absolute if c.language.words == "o" else letter in c.counted_on
+
+
+def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
+    """One hole of the cycle in force, at (a, b) mm of the plane."""
+    code, normal = code or str(c.motion), PLANES[c.plane][2]
+    r, bottom = heights(c)
+    level = r if c.cycle_level is None else c.cycle_level
+    hole = Hole(c, r, bottom, r if c.retract == "G99" else max(level, r))
+    if c.language.words == "o" and level < r:  # even where it stands higher now
+        hole.to(r, True)
+    elif c.p[normal] < r and code != "G87":
+        c.assume(
+            f"where {code} ends whose R lies above the level at which it begins",
+            "at R: it goes across at the level where it stands and up to R then (FANUC B-64304EN, operations 1 and 2); the way back is not described",
+            column=c.column,
+        )  # fmt: skip
+    hole.across(a, b)
+    if code != "G87":
+        hole.to(r, True)
+    _MACHINING[code](c, hole)
+
+
+def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
+    """R and depth: the words as given stay in force, and are checked."""
+    letter = AXES[normal]
+    half = 0.5 if letter == "X" and c.diametral() else 1.0
+    for kept, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
+        number = w.take(word)
+        if number is not None:
+            c.cycle[kept] = length(c, w, word, number) * factor
+            c.counted_on = c.counted_on - {kept} if c.absolute else c.counted_on | {kept}
+    number = w.take("UVW"[normal]) if c.language.lathe else None
+    if number is not None:  # from R to the bottom
+        c.cycle["Z"], c.counted_on = length(c, w, "UVW"[normal], number) * half, c.counted_on | {"Z"}
+    if "Z" not in c.cycle:
+        c.fault(f"{code} has no depth yet; add {letter}, as in {code} {letter}-10.0 R2.0")
+    if "R" not in c.cycle and (c.language.lathe or c.language.survey):
+        c.cycle["R"] = 0.0 if c.language.lathe and not c.language.everything_home else c.cycle_level or 0.0
+        c.counted_on -= {"R"}
+        if not c.language.lathe:
+            c.assume("the clearance height R of a cycle", "the height at which it begins", column=c.column)
+    if "R" not in c.cycle:
+        c.fault(f"{code} has no clearance height yet; add R, as in {code} {letter}-10.0 R2.0")
+    r, bottom = heights(c)
+    if (bottom > r and code != "G87") or (code == "G87" and c.language.words == "o" and bottom > r):
+        c.fault(
+            f"the bottom of {code} ({letter} {bottom:g} mm) lies above its clearance height (R {r:g} mm); correct one of them",
+        )
+
+
+def _words(c: IsoControl, w: IsoWords, code: str) -> None:
+    """Q, P and the words of boring cycles, kept in force."""
+    pecks = w.take("Q")
+    if pecks is not None:
+        if (pecks <= 0 and code in ("G73", "G83")) or (pecks < 0 and code in ("G74", "G84")):
+            raise BlockFault(w.column("Q"), f"Q{pecks:g}: the depth of a peck must be positive; correct it")
+        c.cycle["Q"] = length(c, w, "Q", pecks)
+    wait = w.take("P")
+    if wait is not None:
+        if wait < 0:
+            raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
+        c.cycle["P"] = waiting(c, w, wait)
+    for letter in CENTRE_WORDS:
+        if letter == "K" and _k_counts(c, w):
+            continue
+        number = w.take(letter)
+        if number is not None:
+            c.cycle[letter] = length(c, w, letter, number)
+    if c.language.words == "macro":
+        for letter in ("Q", "P", *CENTRE_WORDS):
+            given = "" if letter == "K" and _k_counts(c, w) else letter
+            if given and w.values.get(given) and given not in USES[code]:
+                pass_over(c, f"{given}{w.words[given].text}", w.column(given))
+    needed = _STICKY.get(code)
+    if needed and c.language.words == "o" and needed not in c.cycle:
+        meaning = "the depth of a peck" if needed == "Q" else "the dwell in seconds"
+        c.fault(f"{code} needs {needed}, {meaning}; add it")
+
+
+def _k_counts(c: IsoControl, w: IsoWords) -> bool:
+    """Whether K is a number of repeats: Fanuc and its kin, but with I in G83 of Haas, where it is the least peck."""
+    return c.language.words == "macro" and not (c.language.codes == "haas" and "I" in w.values)
+
+
+def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
+    count = w.whole("L", column) if c.language.words == "o" or w.has("L") else None
+    if _k_counts(c, w):
+        c.cycle.pop("K", None)
+        times = w.whole("K", column)
+        count = times if count is None else count
+    if count is not None and count > _MOST_PECKS:
+        raise BlockFault(
+            column, f"{count} repeats of a cycle; {_MOST_PECKS} are the most, correct their number"
+        )
+    if count == 0 and c.language.words == "o":
+        raise BlockFault(w.column("L"), "L0 repeats nothing; write L1 or more")
+    return 1 if count is None else count
+
+
+# -- what happens in the hole ------------------------------------------------------------------------------------------
+def _seconds(c: IsoControl) -> float:
+    """The dwell in force."""
+    return c.cycle.get("P", 0.0)
+
+
+def _g81(c: IsoControl, h: Hole) -> None:
+    h.feed_in()
+    h.leave()
+
+
+def _g82(c: IsoControl, h: Hole) -> None:
+    h.feed_in(_seconds(c))
+    h.leave()
+
+
+def _g83(c: IsoControl, h: Hole) -> None:
+    """Pecks of Q; out to R after each, back to the clearance above the depth reached."""
+    _pecks(c, h, full=True)
+
+
+def _g73(c: IsoControl, h: Hole) -> None:
+    """Pecks of Q; up by the clearance after each."""
+    _pecks(c, h, full=False)
+
+
+def _pecks(c: IsoControl, h: Hole, full: bool) -> None:
+    peck, gap = c.cycle.get("Q", 0.0), c.language.peck_clearance
+    smaller = 0.0
+    if c.language.codes == "haas" and c.cycle.get("I"):  # first peck I, each smaller by J, down to K
+        peck, smaller = c.cycle["I"], c.cycle.get("J", 0.0)
+    if peck <= 0:
+        c.remark("the cycle has no Q and is drilled in one go", c.column, "no Q")
+        return (_g82 if full else _g81)(c, h)
+    depths = [h.clearance - peck]
+    while depths[-1] > h.bottom and len(depths) < _MOST_PECKS:
+        peck = max(peck - smaller, c.cycle.get("K", 0.0), 1e-3) if smaller else peck
+        depths.append(depths[-1] - peck)
+    depths[-1] = h.bottom
+    h.pecks(depths, lambda depth: min(depth + gap, h.clearance), out=full)
+    if c.language.words == "macro":
+        h.wait(_seconds(c))
+    return h.leave()
+
+
+def _tap(c: IsoControl, h: Hole) -> None:
+    """G84, G74: in and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
+    _tapping_pecks(c, h)
+    h.feed_in(_seconds(c))
+    sense, c.sense = c.sense, -c.sense
+    h.to(h.clearance if c.language.words == "macro" else h.retract, False)
+    c.sense = sense
+    h.leave()
+
+
+def _tapping_pecks(c: IsoControl, h: Hole) -> None:
+    """G84 Q of Fanuc and its kin: after each Q the spindle turns back and the tap comes up by d (high-speed peck tapping; B-64304EN,
+    "peck rigid tapping cycle (G84 or G74)", parameter 5213). With parameter 5200#5 PCP = 1 it comes up to R; which, the control knows."""
+    peck = c.cycle.get("Q", 0.0)
+    if c.language.words != "macro" or peck <= 0:
+        return
+    back = c.language.peck_clearance
+    c.assume(
+        "how far the tap comes up after each peck Q", f"{back:g} mm (FANUC parameter 5213; with 5200#5 PCP = 1 to R)", column=c.column
+    )  # fmt: skip
+    depth = h.clearance - peck
+    while depth > h.bottom + 1e-9:
+        h.to(depth, False)
+        sense, c.sense = c.sense, -c.sense
+        h.to(min(depth + back, h.clearance), False)
+        c.sense = sense
+        depth -= peck
+
+
+def _feed_out(c: IsoControl, h: Hole) -> None:
+    """Out at feed: Fanuc to R and on at rapid, LinuxCNC to the retract height."""
+    h.to(h.clearance if c.language.words == "macro" else h.retract, False)
+    h.leave()
+
+
+def _g85(c: IsoControl, h: Hole) -> None:
+    """Out at feed to R, and on at rapid: LinuxCNC 2.9, convert_cycle_g85, and Fanuc alike."""
+    h.feed_in()
+    h.to(h.clearance, False)
+    h.leave()
+
+
+def _g89(c: IsoControl, h: Hole) -> None:
+    h.feed_in(_seconds(c))
+    _feed_out(c, h)
+
+
+def _g86(c: IsoControl, h: Hole) -> None:
+    """Spindle stops at the bottom, out at rapid."""
+    h.feed_in(_seconds(c))
+    sense, c.sense = c.sense, 0
+    h.leave()
+    c.sense = sense
+
+
+def _fine_bore(c: IsoControl, h: Hole) -> None:
+    """G76: oriented stop, off the wall by Q (Fanuc: along the first axis of the plane; I J K where given), out."""
+    h.feed_in(_seconds(c))
+    first, second, _ = PLANES[c.plane]
+    a, b = c.p[first], c.p[second]
+    da, db = _away(c)
+    sense, c.sense = c.sense, 0
+    h.across(a + da, b + db)
+    h.leave()
+    h.across(a, b)
+    c.sense = sense
+
+
+def _away(c: IsoControl) -> tuple[float, float]:
+    first, second, _ = PLANES[c.plane]
+    i, j = c.cycle.get(CENTRE_WORDS[first], 0.0), c.cycle.get(CENTRE_WORDS[second], 0.0)
+    return (i, j) if i or j else (c.cycle.get("Q", 0.0), 0.0)
+
+
+def _back_bore(c: IsoControl, h: Hole) -> None:
+    """G87: down beside the centre line, in, up at feed, and out the same way."""
+    first, second, normal = PLANES[c.plane]
+    a, b = c.p[first], c.p[second]
+    da, db = _away(c)
+    o_words = c.language.words == "o"
+    if o_words:
+        for letter in CENTRE_WORDS:
+            if letter not in c.cycle:
+                c.fault(f"G87 needs I, J and K; {letter} is missing")
+        low, high = h.bottom, c.cycle[CENTRE_WORDS[normal]] + (0.0 if c.absolute else h.bottom)
+        h.to(h.clearance, True)
+    else:
+        low, high = min(h.clearance, h.bottom), max(h.clearance, h.bottom)
+    sense, c.sense = c.sense, 0
+    h.across(a + da, b + db)
+    h.to(low, True)
+    h.across(a, b)
+    c.sense = sense
+    h.to(high, False)
+    if o_words:
+        h.to(low, False)
+    else:
+        h.wait(_seconds(c))
+    c.sense = 0
+    h.across(a + da, b + db)
+    h.to(h.retract if o_words else max(h.retract, c.cycle_level or h.retract), True)
+    h.across(a, b)
+    c.sense = sense
+
+
+def _g88(c: IsoControl, h: Hole) -> None:
+    """Dwell, spindle stop, out by hand: the way out is taken at rapid."""
+    h.feed_in(_seconds(c))
+    text = "G88 is retracted by hand at the machine; a rapid to the clearance height is assumed"
+    c.remark(text, c.column, "G88")
+    h.leave()
+
+
+_MACHINING = {
+    "G73": _g73, "G74": _tap, "G76": _fine_bore, "G81": _g81, "G82": _g82, "G83": _g83, "G84": _tap, "G85": _g85,
+    "G86": _g86, "G87": _back_bore, "G88": _g88, "G89": _g89,
+}  # fmt: skip
+
+
+def rigid_tap(c: IsoControl, w: IsoWords, lead: float) -> None:
+    """G33.1: in at `lead` per turn, and back with the spindle reversed to where it began."""
+    begin = c.p
+    p, rotary = target(c, w)
+    thread_to(c, p, lead, rotary)
+    c.sense = -c.sense
+    thread_to(c, begin, lead, rotary)
+    c.sense = -c.sense

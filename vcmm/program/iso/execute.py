@@ -1,0 +1,292 @@
+"""One block, executed: codes in the order in which a control takes them, whatever their order in the line.
+
+Feed mode, F, S, T, tool change, spindle, dwell, plane, unit, radius compensation, tool length, work offset, path control,
+distance mode, retract level, data and reference moves, motion, stop (order of RS274/NGC, 3.8).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vcmm.program.faults import BlockFault
+from vcmm.program.iso.codes import IsoWords
+from vcmm.program.iso.control import IsoControl
+from vcmm.program.iso.cycles import CYCLES, drill, lathe_cycle, rigid_tap
+from vcmm.program.iso.frames import mirror, polar_words, scaling
+from vcmm.program.iso.grooving import SINGLE, single_cut
+from vcmm.program.iso.groups import PROBING
+from vcmm.program.iso.lengths import length, waiting
+from vcmm.program.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
+from vcmm.program.iso.motion import arc, line, probe, thread
+from vcmm.program.iso.offsets import (
+    coordinate_turn,
+    go_home,
+    local_shift,
+    machine_move,
+    preset,
+    return_from_home,
+    select_offset,
+    set_data,
+    store_home,
+)
+from vcmm.program.iso.patterns import nonmodal
+from vcmm.program.iso.planes import tilted
+from vcmm.program.iso.tools import radius_compensation, tool_length
+from vcmm.program.iso.winding import wind
+from vcmm.program.leading import named
+from vcmm.program.levels import pass_over
+from vcmm.program.moves import Source
+
+
+def execute(c: IsoControl, w: IsoWords) -> None:
+    """All codes and words of a block. Raises BlockFault."""
+    words = w.block.words
+    c.exact_once, c.column = False, 0
+    c.source = (
+        Source(c.line, words[0].first, words[-1].last) if words else Source(c.line, 1, len(w.block.text) + 1)
+    )
+    if w.block.spaced:
+        c.remark(
+            "blanks inside a number are passed over, as controls do; check that one number is meant",
+            w.block.spaced,
+            kind="blanks",
+        )
+    feed_and_speed(c, w)
+    tools_and_spindle(c, w)
+    modes(c, w)
+    _shifts(c, w)
+    _motion(c, w)
+    unused_words(c, w)
+    if c.feed_mode == "G93":
+        c.feed = None  # inverse time is that of each block
+    _stop(c, w)
+
+
+def _shifts(c: IsoControl, w: IsoWords) -> None:
+    """Dwell, compensation, tool length, offsets, reference moves."""
+    g = w.g
+    if "dwell" in g:
+        _dwell(c, w)
+    if "compensation" in g:
+        radius_compensation(c, w, g["compensation"], column_of(w, "compensation"))
+    elif w.has("D") and c.compensation is not None and c.language.words == "macro":
+        radius_compensation(c, w, "G41" if c.compensation.side == "left" else "G42", w.column("D"))
+    elif w.has("D") and c.language.words == "macro" and not c.language.lathe and "pocket" not in g:
+        c.radius_word = w.whole("D", 1)  # the next G41 without D takes it
+    if "length" in g:
+        tool_length(c, w, g["length"], column_of(w, "length"))
+    elif w.has("H") and c.language.words == "macro" and any(c.tool_offset):
+        tool_length(c, w, "G43", w.column("H"))
+    elif w.has("H") and c.language.words == "macro" and c.language.codes != "lathe" and "macro" not in g:
+        c.length_word = w.whole("H", 1) or 0  # the next G43 without H takes it
+    if "offset" in g:
+        select_offset(c, w, g["offset"], column_of(w, "offset"))
+    if "rotation" in g:
+        coordinate_turn(c, w, g["rotation"], column_of(w, "rotation"))
+    for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
+        if group in g:
+            action(c, w, g[group], column_of(w, group))
+    if "dynamic" in g:
+        _dynamic_offset(c, w, column_of(w, "dynamic"))
+    if "winding" in g:
+        wind(c, w, g["winding"], column_of(w, "winding"))
+    if "polar" in g:
+        polar_words(c, g["polar"])
+    if "other" in g:
+        _other(c, w, g["other"], column_of(w, "other"))
+
+
+def _dwell(c: IsoControl, w: IsoWords) -> None:
+    column = column_of(w, "dwell")
+    other = next((k for k in "SX" if w.has(k)), "") if c.language.cycles_apart else ""
+    if c.language.words == "o" and (w.has("P") or not other):
+        seconds: float = w.need("P", "the time of G4 in seconds, as in G4 P0.5", column)
+    elif c.language.words == "o":
+        seconds = w.take(other) or 0.0
+        c.assume(
+            f"the time of G4 {other}{seconds:g}", f"{seconds:g} s, as the firmware of printers reads it",
+            f"G4 needs P, its time in seconds: {c.language.name} stops here with an error; write G4 P{seconds:g}", column=column, matters=False,
+        )  # fmt: skip
+    else:
+        seconds = waiting(c, w, w.take("P") or 0.0) if w.has("P") else 0.0
+        for letter in "XU":
+            if w.has(letter):
+                seconds = w.take(letter) or 0.0
+                if c.language.decimal_point == "increment" and not w.words[letter].pointed:
+                    seconds *= 0.001
+    c.column = column
+    c.dwell(seconds)
+
+
+def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
+    """G54.2 Pn moves the work zero with the rotary axes, which is not modelled; P0 ends it."""
+    if w.whole("P", column) != 0:
+        text = (
+            "G54.2 (dynamic work offsets) leads the work zero with the rotary axes, which vcmm does not model"
+        )
+        raise BlockFault(
+            column,
+            f"{text}; have the program posted without it, with G43.4 or a work offset for each position",
+        )
+    c.remark("G54.2 P0: no dynamic work offset is in force", column, "G54.2")
+
+
+def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
+    motion = w.g.get("motion")
+    if motion is not None and w.any_axis and motion != "G80" and not c.language.sharing:
+        raise BlockFault(
+            column, f"{motion} and {code} both want the axis words of this block; write them in two blocks"
+        )
+    actions: dict[str, Any] = {
+        "G10": lambda: set_data(c, w, column), "G28": lambda: go_home(c, w, False, column),
+        "G29": lambda: return_from_home(c, w, column), "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: store_home(c, False),
+        "G30.1": lambda: store_home(c, True), "G52": lambda: local_shift(c, w, column),
+    }  # fmt: skip
+    if code in actions:
+        actions[code]()
+    elif code == "G50":  # lathe, system A: what G92 is elsewhere
+        if w.has("S") and not w.any_axis:
+            c.speed_limit = w.need("S", "the highest speed of the spindle", column)
+        else:
+            preset(c, w, "G92", column)
+    else:
+        preset(c, w, code, column)
+
+
+def _motion(c: IsoControl, w: IsoWords) -> None:
+    if c.held and w.any_axis:
+        named(c, "".join("XYZ"["UVW".index(a)] if a in "UVW" else a for a in "XYZABCUVW" if w.has(a)))
+    if w.g.get("motion") in PROBING:
+        probe(c, w, w.g["motion"], column_of(w, "motion"))
+        return
+    code, column = _motion_code(c, w)
+    if code is not None and code != c.motion:
+        if code not in CYCLES or c.motion not in CYCLES:
+            c.cycle.clear()
+            c.cycle_level = None
+        c.motion = code
+    if "other" in w.g or "tilt" in w.g or ("dwell" in w.g and not _axis_left(c, w)):
+        return
+    if "machine" in w.g:
+        machine_move(c, w, column_of(w, "machine"))
+        return
+    if nonmodal(c, w):
+        return
+    if code is None and w.passed:
+        return
+    if code == "G80" or not (_axis_left(c, w) or _bare(c, w, code)):
+        return
+    if not column:
+        column = min((word.first for word in w.words.values()), default=1)
+    _move(c, w, c.motion, column)
+
+
+def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:
+    """The motion of the block and its column. Where cycles are a group of their own, G80 leaves G0 or G1 in force, and of a
+    motion and a cycle in one block the later one counts (FANUC B-64304EN, "canned cycle", notes)."""
+    code, column = w.g.get("motion"), w.g_columns.get("motion", 0)
+    cycle, at = w.g.get("cycle"), w.g_columns.get("cycle", 0)
+    if not c.language.cycles_apart:
+        return code, column
+    if code in ("G80", *CYCLES):  # tables with one group
+        code, cycle, column, at = None, code, 0, column
+    if c.motion not in CYCLES and c.motion not in (None, "G80"):
+        c.base_motion = c.motion
+    c.base_motion = code or c.base_motion
+    if cycle is None or (code is not None and at < column and cycle != "G80"):
+        if cycle is not None:
+            w.used |= {"R", "P", "Q", "K", "L"}
+        return code, column
+    return (code or c.base_motion, column or at) if cycle == "G80" else (cycle, at)
+
+
+def _axis_left(c: IsoControl, w: IsoWords) -> bool:
+    letters = "XYZABCUVW" if c.language.lathe else "XYZABC@^"
+    letters += "H" if c.language.codes == "lathe" else ""
+    return any(a in w.values and a not in w.used for a in letters)
+
+
+def _bare(c: IsoControl, w: IsoWords, code: str | None) -> bool:
+    """A block that moves without an axis word: an arc with a centre (full circle)."""
+    mode = code or c.motion
+    centre = any(k in w.values for k in "IJK")
+    if mode in ("G2", "G3"):
+        return centre or (code is not None and "R" in w.values)
+    if mode == "G76" and c.language.words == "o":
+        return code is not None
+    return mode in CYCLES and code is not None and c.language.words == "o"
+
+
+def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
+    if (
+        mode in (None, "G80")
+        and c.language.survey
+        and any("remapped" in what or "tilted" in what for what in c.assumed)
+    ):
+        c.assume("the motion in force behind a remapped code", "G0", column=column)
+        mode = c.motion = "G0"
+    if mode is None or mode == "G80":
+        raise BlockFault(
+            column, "axis words without a motion code in force; write G0, G1, G2 or G3 before them"
+        )
+    c.column = column
+    if mode in ("G0", "G1"):
+        line(c, w, mode == "G0")
+    elif mode in ("G2", "G3"):
+        arc(c, w, mode == "G2")
+    elif mode in SINGLE:
+        c.marker = mode
+        single_cut(c, w, mode, _lead(c, w, column) if SINGLE[mode] == "thread" else 0.0)
+        c.marker = ""
+    elif mode in ("G32", "G33", "G34"):
+        thread(c, w, _lead(c, w, column))
+    elif mode == "G33.1":
+        rigid_tap(c, w, _lead(c, w, column))
+    else:
+        c.marker = mode
+        if mode == "G76" and c.language.words == "o":
+            from vcmm.program.iso.threading_cycle import thread_cycle
+
+            thread_cycle(c, w)
+        else:
+            kept = c.plane
+            if c.language.lathe:
+                mode, c.plane = lathe_cycle(c, mode)
+            drill(c, w, mode)
+            c.plane = kept
+        c.marker = ""
+
+
+def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
+    """mm per turn; the last one stays in force, for Fanuc even an F of another motion."""
+    letter = "K" if c.language.words == "o" else "F"
+    number = w.take(letter)
+    if number is not None:
+        c.lead = length(c, w, letter, number) if c.language.words == "o" else number * c.unit
+    elif c.lead is None and c.language.words == "macro" and c.turning_feed is not None:
+        c.lead = c.turning_feed * c.unit
+    if c.lead is None:
+        raise BlockFault(column, f"the thread has no lead; add {letter}, as in {letter}1.5")
+    return c.lead
+
+
+_HARMLESS_WORDS = frozenset("NOS")
+
+
+def unused_words(c: IsoControl, w: IsoWords) -> None:
+    """Words that nothing in the block uses."""
+    if w.passed:
+        return
+    left = [letter for letter in w.values if letter not in w.used and letter not in _HARMLESS_WORDS]
+    for letter in sorted(left, key=w.column):
+        if letter in "UVW" and not c.language.lathe:
+            refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
+            c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
+            continue
+        refused = c.language.unused == "refuse" or letter in "XYZABC@^"
+        pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter), refused)
+
+
+def _stop(c: IsoControl, w: IsoWords) -> None:
+    if w.m.get("stop") in (2, 30):
+        c.ended = True

@@ -1,0 +1,103 @@
+"""Codes of one block that make a pattern or a pocket: G12 G13 (circular pockets), G70 to G72 of Haas (bolt holes).
+
+Source: Haas mill operator's manual, G12/G13 circular pocket milling, G70 bolt hole circle, G71 arc, G72 along an angle.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vcmm.program.faults import BlockFault
+from vcmm.program.iso.codes import IsoWords
+from vcmm.program.iso.control import IsoControl
+from vcmm.program.iso.cycles import CYCLES, drill_at
+from vcmm.program.iso.lengths import length
+from vcmm.program.iso.motion import ArcEnds, emit_arc
+from vcmm.program.moves import Point
+
+MOST_HOLES = 10_000
+
+
+def nonmodal(c: IsoControl, w: IsoWords) -> bool:
+    """Whether the block was one of these; it is executed then."""
+    if "pocket" in w.g:
+        circular_pocket(c, w, w.g["pocket"], w.g_columns["pocket"])
+        return True
+    if "pattern" in w.g:
+        bolt_holes(c, w, w.g["pattern"], w.g_columns["pattern"])
+        return True
+    if "irregular" in w.g:
+        refusal = "G150 (pockets of any shape) is not understood by vcmm; have the program posted without it"
+        c.assume("G150, a pocket of any shape", "a hole in the path: its moves are missing", refusal)
+        w.used |= set(w.values)
+        return True
+    return False
+
+
+def _needed(c: IsoControl, w: IsoWords, letter: str, what: str, column: int) -> float:
+    return length(c, w, letter, w.need(letter, what, column))
+
+
+def circular_pocket(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
+    """G12 (clockwise), G13: I radius, or of the first circle; K radius of the finished one with steps Q; Z depth, L passes of it.
+    D: the radius of the tool comes off. From the centre out by half circles, round, and back to the centre."""
+    c.column = column
+    clockwise, first = code == "G12", _needed(c, w, "I", "the radius of the circle", column)
+    last = length(c, w, "K", number) if (number := w.take("K")) is not None else first
+    step = length(c, w, "Q", number) if (number := w.take("Q")) is not None else 0.0
+    tool = _tool_radius(c, w, column)
+    passes = w.whole("L", column, 1) or 1
+    depth = w.take("Z")
+    drop = 0.0 if depth is None else length(c, w, "Z", depth) - (c.p[2] if c.absolute else 0.0)
+    radii = [first]
+    while step > 0 and radii[-1] + step < last - 1e-9 and len(radii) < MOST_HOLES:
+        radii.append(radii[-1] + step)
+    if last > radii[-1] + 1e-9:
+        radii.append(last)
+    for _ in range(passes):
+        centre = c.p
+        if drop:
+            c.straight((centre[0], centre[1], centre[2] + drop / (passes if c.absolute else 1)), False)
+        _rings(c, c.p, [r - tool for r in radii if r > tool], clockwise)
+
+
+def _rings(c: IsoControl, centre: Point, radii: list[float], clockwise: bool) -> None:
+    """Half a circle out, a whole one at each radius, half a circle back."""
+    x, y, z = centre
+    at = 0.0
+    for r in radii:
+        _half(c, (x + r, y, z), (x + (r + at) / 2.0, y), clockwise)
+        _half(c, (x + r, y, z), (x, y), clockwise)
+        at = r
+    if radii:
+        _half(c, centre, (x + at / 2.0, y), clockwise)
+
+
+def _half(c: IsoControl, end: Point, centre: tuple[float, float], clockwise: bool) -> None:
+    if c.p != end or centre != (end[0], end[1]):
+        emit_arc(c, ArcEnds(c.p, end, clockwise, True), (centre[0], centre[1], c.p[2]), 1, c.rotary)
+
+
+def _tool_radius(c: IsoControl, w: IsoWords, column: int) -> float:
+    from vcmm.program.iso.tools import radius_of
+
+    number = w.whole("D", column)
+    return 0.0 if number is None else radius_of(c, number, column)[0]
+
+
+def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
+    """G70 I J L: a circle of L holes; G71 I J K L: an arc in steps of K degrees; G72 I J L: a row. J: angle of the first.
+    About (G72: from) where the tool stands; the drilling cycle in force makes each hole (L0 on its line: none there)."""
+    if c.motion not in CYCLES:
+        raise BlockFault(
+            column, f"{code} needs a drilling cycle in force; write for example G81 ... L0 before it"
+        )
+    radius, start = _needed(c, w, "I", "the radius or the distance", column), math.radians(w.take("J") or 0.0)
+    count = w.whole("L", column, 1)
+    if count is None or count > MOST_HOLES:
+        raise BlockFault(column, f"{code} needs L, the number of holes, up to {MOST_HOLES}")
+    step = math.radians(w.take("K") or 0.0) if code == "G71" else 2.0 * math.pi / count
+    x, y, _ = c.p
+    for k in range(count):
+        r, angle = (radius * k, start) if code == "G72" else (radius, start + k * step)
+        drill_at(c, x + r * math.cos(angle), y + r * math.sin(angle))

@@ -1,0 +1,165 @@
+"""Turning cycles along a programmed contour: G71 and G72 (roughing), G73 (pattern), G70 (finishing); one block or two.
+
+Source: FANUC Series 30i operator's manual for lathes B-64304EN-1, "multiple repetitive cycle"; Haas lathe operator's manual for
+the form in one block. X here is a radius, machine coordinates, mm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+from vcmm.program.faults import BlockFault
+from vcmm.program.iso.codes import IsoWords
+from vcmm.program.iso.control import IsoControl
+from vcmm.program.iso.grooving import GROOVING, to_tip
+from vcmm.program.iso.lengths import length
+from vcmm.program.moves import Move
+from vcmm.program.roughing import MOST_PASSES, Cut, Rough, followed, passes
+from vcmm.program.rounding import round_corners
+
+if TYPE_CHECKING:
+    from vcmm.program.iso.flow import IsoRunner
+
+TOLD = (
+    "assumed",
+    "unused",
+    "misfits",
+    "remarks",
+    "remarked",
+    "called",
+)  # what the reading of a contour leaves behind
+
+
+def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
+    """A block with G70 to G76. run: executes one line of the text."""
+    c, code, column = r.c, w.g["turning"], w.g_columns["turning"]
+    c.column, c.marker = column, code
+    if code in GROOVING:
+        GROOVING[code](c, w)
+    else:
+        _contour_cycle(r, w, code, here, run)
+    c.marker = ""
+
+
+def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callable[[int], None]) -> None:
+    c, column = r.c, w.g_columns["turning"]
+    if not (w.has("P") and w.has("Q")):  # the first of two blocks
+        letters = "UW" if code == "G73" else "UWRD"
+        c.turning_words = {k: _value(c, w, k) for k in letters if w.has(k)}
+        if code == "G73":
+            c.turning_words["count"] = w.take("R") or 1.0
+        return
+    first, last = (_line(r, w, k, here, column) for k in "PQ")
+    if last < first:
+        raise BlockFault(column, f"{code}: the block of Q stands before that of P; correct them")
+    kept, c.turning_words = c.turning_words, {}
+    if code == "G70":
+        _finish(r, first, last, run)
+        return
+    rough = _rough(c, w, code, kept)
+    start, moves = (c.tip()[0], c.tip()[2]), _contour(r, first, last, run)
+    if len(moves) < 2:
+        raise BlockFault(column, f"{code}: the blocks of P to Q make no contour; correct them")
+    if code == "G73":
+        _pattern(c, w, moves, rough, kept)
+    else:
+        order = "XZ" if code == "G71" else "ZX"
+        to_tip(c, (start[0] + rough.x, start[1] + rough.z), True)
+        for cut in passes(moves, start, rough, order, column):
+            _cut(c, cut)
+    to_tip(c, start, True)
+    r.at = max(last, here) + 1  # the contour may stand before its cycle on Okuma controls
+
+
+def _value(c: IsoControl, w: IsoWords, letter: str) -> float:
+    return length(c, w, letter, w.take(letter) or 0.0)
+
+
+def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int:
+    number = w.whole(letter, column)
+    index = None if number is None else r.text.number(number, here)
+    if index is None:
+        raise BlockFault(w.column(letter), f"{letter}{number}: this program has no block N{number}")
+    return index
+
+
+def _rough(c: IsoControl, w: IsoWords, code: str, kept: dict[str, float]) -> Rough:
+    """Two blocks: depth and retraction stand in the first (G72: W), U and W of the second are allowances. One: D is the depth."""
+    depth = kept.get("W" if code == "G72" else "U", 0.0)
+    if code == "G73":  # D is a number of passes there
+        depth = 1.0
+    elif w.has("D"):
+        depth = _value(c, w, "D")
+    if depth <= 0:
+        raise BlockFault(
+            w.g_columns["turning"], f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it"
+        )
+    return Rough(depth, kept.get("R", 0.0), _value(c, w, "U") / 2.0, _value(c, w, "W"))
+
+
+def _contour(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> list[Move]:
+    """The moves of the blocks first to last, as programmed; nothing of the state is changed by them."""
+    c = r.c
+    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in TOLD}
+    c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
+    c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
+    _run(r, first, last, run)
+    moves, _ = round_corners(c.moves, [None] * len(c.moves), c.corners, c.file)
+    for name, value in kept.items():
+        setattr(c, name, value)
+    return [m for m in moves if m.kind in ("rapid", "line", "arc")]
+
+
+def _run(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:
+    for index in range(first, last + 1):
+        run(index)
+        if r.at != index + 1:
+            raise BlockFault(1, "jumps and calls inside the blocks of a turning cycle are not understood")
+
+
+def _finish(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:
+    """G70: the contour with its own feeds, and back to where it began."""
+    c, back = r.c, r.at
+    start = (c.tip()[0], c.tip()[2])
+    _run(r, first, last, run)
+    c.compensation = None
+    to_tip(c, start, True)
+    r.at = last + 1 if first == back else back  # a contour that stands elsewhere is called like a subprogram
+
+
+# -- roughing ---------------------------------------------------------------------------------------------------------
+def _cut(c: IsoControl, cut: Cut) -> None:
+    """One move of a cycle, at the feed of the cycle."""
+    if cut.centre is None:
+        to_tip(c, cut.end, cut.rapid)
+        return
+    end, centre = (cut.end[0], c.tip()[1], cut.end[1]), (cut.centre[0], c.tip()[1], cut.centre[1])
+    feed = c.rate(math.dist(c.tip(), end), c.feeding((c.tip()[0] + end[0]) / 2.0 - c.world.shift[0]))
+    c.emit("arc", end, feed=feed, plane="ZX", centre=centre, clockwise=cut.clockwise, turns=cut.turns)
+    c.locate()
+
+
+def _follow(c: IsoControl, moves: list[Move], x: float, z: float) -> None:
+    """The contour moved by (x, z)."""
+    for cut in followed(moves, x, z):
+        _cut(c, cut)
+
+
+def _pattern(c: IsoControl, w: IsoWords, moves: list[Move], rough: Rough, kept: dict[str, float]) -> None:
+    """G73: the whole contour, moved nearer from pass to pass. U and W of the first block (I and K in one) are the way, R (D) the
+    number of passes."""
+    way_x = kept["U"] if "U" in kept else (_value(c, w, "I") if w.has("I") else 0.0)
+    way_z = kept["W"] if "W" in kept else (_value(c, w, "K") if w.has("K") else 0.0)
+    count = max(1, round(kept.get("count") or w.take("D") or 1.0))
+    if count > MOST_PASSES:
+        raise BlockFault(c.column, f"more than {MOST_PASSES} passes; correct R")
+    for k in range(count):
+        share = 0.0 if count == 1 else 1.0 - k / (count - 1)
+        x, z = rough.x + way_x * share, rough.z + way_z * share
+        to_tip(c, (moves[1].start[0] + x, moves[1].start[2] + z), moves[0].kind == "rapid")
+        _follow(c, moves[1:], x, z)
+        if k < count - 1:
+            to_tip(c, (c.tip()[0] + way_x * share, c.tip()[2] + way_z * share), True)

@@ -1,0 +1,98 @@
+"""What of a move says that its tip is led over the workpiece, and which way the tool points.
+
+A tilted plane may be defined before the tool stands square to it (G68.2 before G53.1, PLANE ... STAY): until then points lie in the
+plane, and the rotary axes stay where they are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from vcmm.program.frames import UNITY, AffineMap
+from vcmm.program.moves import Move, Point, Posture
+
+STILL = 1e-9  # mm or rad below which an axis does not move
+
+
+class Leader(Protocol):
+    """What decides it: vcmm.program.recorder.Recorder."""
+
+    led: bool
+    tilted: bool
+    over_face: bool
+    aim: Point | None
+    aimed: Point | None
+    posture: Posture | None
+    world: AffineMap
+    held: str
+    sweeps: bool
+    rotary: Point
+
+    def released(self, letter: str) -> None: ...
+
+
+def unit(direction: Point) -> Point | None:
+    """The direction with length 1; None where it has none."""
+    size = math.hypot(*direction)
+    return None if size < 1e-9 else (direction[0] / size, direction[1] / size, direction[2] / size)
+
+
+def column(world: AffineMap, axis: int) -> Point:
+    """Where an axis of the program points in the workpiece."""
+    x, y, z = (row[axis] for row in world.matrix)
+    return unit((x, y, z)) or (0.0, 0.0, 1.0)
+
+
+def leading(r: Leader, rewritable: bool) -> dict[str, Any]:
+    """Fields of a Move. One in machine coordinates is not led; in a tilted plane the tool is square to it there as well."""
+    if r.tilted:
+        axis = column(r.world, 2)
+        return {
+            "led": rewritable, "tool_axis_start": axis, "tool_axis_end": axis, "posture": r.posture,
+        }  # fmt: skip
+    if not rewritable or not r.led:
+        return {}
+    if r.over_face:
+        return {"led": True, "over_face": True}
+    return {
+        "led": True, "tool_axis_start": r.aimed or r.aim, "tool_axis_end": r.aim, "posture": r.posture, "sweeps": r.sweeps,
+    }  # fmt: skip
+
+
+def let_go(r: Leader, start: Point, end: Point, rotary: Point | None) -> None:
+    """Axes that a block moves are no longer where the control has led them."""
+    for k, letter in enumerate("XYZ"):
+        if abs(end[k] - start[k]) > STILL:
+            r.released(letter)
+    for k, letter in enumerate("ABC"):
+        if rotary is not None and abs(rotary[k] - r.rotary[k]) > STILL:
+            r.released(letter)
+
+
+def named(r: Leader, letters: str) -> None:
+    """The axes that a block names; in a frame that is turned one word moves all three linear axes."""
+    if not r.held:
+        return
+    turned = r.world.matrix is not UNITY and any(k in "XYZ" for k in letters)
+    for letter in letters + ("XYZ" if turned else ""):
+        r.released(letter)
+
+
+def held_after(move: Move, held: str) -> str:
+    """Axes of which only the machine knows where they stand after a move: all that a led one has moved."""
+    if not move.led or move.over_face:
+        return held
+    turned = "ABC" if move.tool_axis_end is not None else "".join(a for a in held if a in "ABC")
+    return f"XYZ{turned}"
+
+
+def waits_for_words(r: Leader) -> bool:
+    """Whether a linear axis stands where the control has led it, so that a block that does not name it must not move it."""
+    return not r.led and any(letter in "XYZ" for letter in r.held)
+
+
+def held_behind(r: Leader, moves: Sequence[Move]) -> str:
+    """The same behind the last of many moves that were made without the recorder."""
+    return held_after(moves[-1], r.held) if r.led and moves else r.held

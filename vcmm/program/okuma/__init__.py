@@ -1,0 +1,1 @@
+"""Okuma OSP programs."""

@@ -1,0 +1,233 @@
+"""Okuma OSP, line by line, in the words of the G-code family: as many lines as before, so that every line keeps its number.
+
+Source: Okuma, OSP-P200L / P20L Programming Manual 5238-E, "Lathe auto-programming function (LAP)", "User task", "Mathematical operation
+functions"; OSP-P200M Programming Manual for G15, G56, G71 and M52 to M54. What has no like is told, and left out.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from vcmm.program.okuma.names import OkumaNames, is_system
+
+_COMMENT = re.compile(r"\([^)\n]*\)")
+_ASSIGNED = re.compile(r"(?<![A-Z0-9])([A-Z]{2,5}\d*|V(?:C|S)?\d+|P[A-Z])\s*=", re.IGNORECASE)
+_ASSIGN = re.compile(r"([A-Z]{2,5}\d*|V(?:C|S)?\d+)(?:\s*\[([^\]]*)\])?\s*=\s*(.+)", re.IGNORECASE)
+_CALL = re.compile(r"CALL\s+O(\w+)\s*(.*)", re.IGNORECASE)
+_ARGUMENT = re.compile(r"([A-Z]{2,5}\d*)\s*=\s*([^\s=]+(?:\s*\[[^\]]*\])?)|Q(\d+)", re.IGNORECASE)
+_JUMP = re.compile(r"(?:GOTO\s*)?N(\w+)\s*\Z", re.IGNORECASE)
+_WORD = re.compile(
+    r"(?<![A-Z])([A-Z])\s*=\s*((?:\[[^\]]*\]|[-+]?[\w.#]+)(?:\s*[-+*/]\s*(?:\[[^\]]*\]|[\w.#]+))*)",
+    re.IGNORECASE,
+)
+_NAME = re.compile(r"\s*(/?\d?\s*)N([A-Z][A-Z0-9]{0,3}|\d+)(?=\s|\Z|[A-Z])", re.IGNORECASE)
+_TITLE = re.compile(r"\s*O([A-Z0-9]{1,5})\s*\Z", re.IGNORECASE)
+_G85 = re.compile(r"G8([567])\s*N(\w+)\s*(.*)", re.IGNORECASE)
+_IDLE = ("DRAW", "CLEAR", "DEF", "PS", "PT", "CO", "END", "PRINT", "PUT", "WRITE", "READ", "TITLE")
+LEFT_OUT = ("MODIN", "MODOUT", "NCYL", "OMIT", "RESTART")
+HOLE = "a hole in the path: its moves are missing"
+CYCLES = {"1": "G71", "2": "G72"}
+
+
+@dataclass(eq=False)
+class OkumaLines:
+    """A text under way. told: what is left out or assumed: line, what, value, whether the path hangs on it."""
+
+    text: str
+    lathe: bool
+    names: OkumaNames = field(init=False)
+    told: list[tuple[int, str, str, bool]] = field(default_factory=list)
+    contours: dict[str, tuple[int, int, str]] = field(
+        default_factory=dict
+    )  # label -> first block, last block, G71 or G72
+    marks: dict[int, str] = field(default_factory=dict)  # line -> the block number or jump that it gets
+    tool: int = 0
+
+    def __post_init__(self) -> None:
+        code = _COMMENT.sub("", self.text).upper()
+        self.names = OkumaNames(frozenset(m[1] for m in _ASSIGNED.finditer(code)))
+
+    def tell(self, line: int, what: str, value: str, matters: bool = True) -> None:
+        if all(what != t[1] for t in self.told):
+            self.told.append((line, what, value, matters))
+
+    def translated(self) -> str:
+        """All lines. A line that begins with $ goes on with the one before."""
+        lines = self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        for k in range(len(lines)):
+            if lines[k].lstrip().startswith("$"):
+                rest = lines[k].lstrip()[1:]
+                lines[k] = ""
+                if k and "%" not in rest:
+                    lines[k - 1] += " " + rest
+        self._find_contours(lines)
+        return "\n".join(self._line(k, line) for k, line in enumerate(lines))
+
+    def _find_contours(self, lines: list[str]) -> None:
+        """NLAP1 G81 ... G80: the blocks between are the contour; the flow jumps over them."""
+        start: tuple[int, str, str] | None = None
+        for k, line in enumerate(lines):
+            code = _COMMENT.sub("", line).upper()
+            head = re.match(r"\s*N([A-Z0-9]+)\s+(?:G83\s+)?G8([12])\b\s*\Z", code)
+            if head:
+                start = (k, head[1], head[2])
+            elif start is not None and re.search(r"\bG80\b", code):
+                first, last = (self.names.label(f"{start[1]}.{n}") for n in ("A", "B"))
+                self.contours[start[1]] = (first, last, CYCLES[start[2]])
+                number = self.names.label(start[1])
+                self.marks[start[0]] = f"N{number} GOTO {last}"
+                self.marks[start[0] + 1] = f"N{first}"
+                self.marks[k] = f"N{last}"
+                start = None
+
+    def _line(self, k: int, line: str) -> str:
+        notes = "".join(_COMMENT.findall(line))
+        code = _COMMENT.sub(" ", line)
+        mark = self.marks.get(k, "")
+        if mark and ("GOTO" in mark or re.search(r"\bG80\b", code.upper())):
+            return mark + notes
+        if mark:
+            code = f"{mark} {_NAME.sub('', code)}"
+        return self._code(k + 1, code) + notes
+
+    def _code(self, line: int, code: str) -> str:
+        """One line without its comments."""
+        title = _TITLE.match(code)
+        if title:
+            return f"O{self.names.program(title[1])}"
+        head = _NAME.match(code)
+        before = f"{head[1]}N{self.names.label(head[2])} " if head else ""
+        rest = (code[head.end() :] if head else code).strip()
+        upper = rest.upper()
+        word = re.match(r"[A-Z]*", upper)
+        first = word[0] if word else ""
+        if first == "NOEX":
+            return before + self._code(line, rest[4:])
+        if first in LEFT_OUT or (first in _IDLE and "=" not in upper):
+            self.tell(line, first, "passed over", first in LEFT_OUT)
+            return before
+        if first == "RTS":
+            return before + "M99"
+        if match := _CALL.match(rest):
+            return before + self._call(match)
+        if first == "GOTO" and (match := _JUMP.match(rest)):
+            return f"{before}GOTO {self.names.label(match[1])}"
+        if first == "IF":
+            return before + self._if(rest)
+        if match := _ASSIGN.match(rest):
+            return before + self._assign(line, match)
+        if match := _G85.match(rest):
+            return before + self._lap(line, match)
+        return before + self._words(line, rest)
+
+    def _call(self, match: re.Match[str]) -> str:
+        """CALL OSUB PAXI=4 Q2: the variables, and the subprogram so often."""
+        sets, times = [], ""
+        for a in _ARGUMENT.finditer(match[2]):
+            if a[3]:
+                times = f" L{a[3]}"
+            else:
+                sets.append(f"#{self.names.variable(a[1])}=[{self.names.value(a[2])}]")
+        return f"{' '.join(sets)} M98 P{self.names.program(match[1])}{times}".strip()
+
+    def _if(self, rest: str) -> str:
+        """IF [V1 EQ 5] N10, IF [..] GOTO NEND."""
+        depth, end = 0, len(rest)
+        for at, sign in enumerate(rest, 1):
+            depth += (sign == "[") - (sign == "]")
+            if sign == "]" and depth == 0:
+                end = at
+                break
+        condition, then = rest[2:end], rest[end:].strip()
+        match = _JUMP.match(then)
+        goal = f"GOTO {self.names.label(match[1])}" if match else then
+        return f"IF{self.names.value(condition)} {goal}"
+
+    def _assign(self, line: int, match: re.Match[str]) -> str:
+        name = match[1].upper()
+        if is_system(name):
+            shown = f"{name}[{match[2]}]" if match[2] else name
+            self.tell(line, f"the setting of {shown}", "passed over")
+            return ""
+        if name == "HP":
+            self.tell(line, "the home position", HOLE)
+            return ""
+        return f"#{self.names.variable(name)}=[{self.names.value(match[3])}]"
+
+    def _lap(self, line: int, match: re.Match[str]) -> str:
+        """G85 NLAP1 D4 F0.3 U0.2 W0.1: D and U are diameters; G87 NLAP1 finishes."""
+        label = match[2].upper()
+        if label not in self.contours:
+            self.tell(line, f"the contour {label} of LAP", HOLE)
+            return ""
+        first, last, code = self.contours[label]
+        if match[1] == "7":
+            return f"G70 P{first} Q{last} {self._words(line, match[3])}"
+        if match[1] == "6":
+            self.tell(line, "G86 (copy turning)", HOLE)
+            return ""
+        words = dict(re.findall(r"([A-Z])\s*=?\s*([-+]?[\d.]+)", re.split(r"G84", match[3].upper())[0]))
+        depth = float(words.pop("D", 0.0)) / 2.0
+        return " ".join(
+            [
+                code,
+                f"P{first}",
+                f"Q{last}",
+                f"D{depth:.4f}",
+                *(f"{k}{v}" for k, v in words.items() if k in "UWFS"),
+            ]
+        )
+
+    def _words(self, line: int, rest: str) -> str:
+        """X=V1 is X[#601]; codes that the family writes in another way."""
+        code = _WORD.sub(lambda m: f"{m[1]}[{self.names.value(m[2])}]", rest)
+        return self._lathe(line, code) if self.lathe else self._mill(line, code)
+
+    def _lathe(self, line: int, code: str) -> str:
+        """G50 S, G4 F, T010203, L as radius of an arc; G20 HP is the home position."""
+        code = re.sub(r"\bG50\b(?=.*S)", "G92", code, flags=re.IGNORECASE)
+        code = re.sub(r"\bT(\d\d)(\d\d\d\d)\b", r"T\2", code, flags=re.IGNORECASE)
+        if re.search(r"\bG0?[23]\b", code):
+            code = re.sub(r"\bL(?=[-+.\d\[])", "R", code)
+        if match := re.search(r"\bG20\b.*HP|\bG13\d", code, re.IGNORECASE):
+            self.tell(line, match[0].split()[0], HOLE)
+            return ""
+        spindle = re.search(
+            r"\bG14([01])\b", code
+        )  # which holds the part: of the family G15 the first, G14 the second
+        code = re.sub(r"\bG(?:1[34]|14[01])\b", "", code)  # which turret and which spindle
+        code += "" if spindle is None else " G14" if spindle[1] == "1" else " G15"
+        if match := re.search(r"\b(G7[1-4]|G8[3-6]|G1[78]\d)\b", code):
+            self.tell(line, f"the cycle {match[1]}", HOLE)
+            return ""
+        return _dwell(code)
+
+    def _mill(self, line: int, code: str) -> str:
+        """G15 H (work offset), G56 H (length of the tool), G53 (no length), G71 and M52 to M54 (where cycles return to)."""
+        if match := re.search(r"\bT(\d+)", code):
+            self.tool = int(match[1])
+        if re.search(r"\bG116\b", code):  # the tool change
+            code = re.sub(r"\bG116\b", "", code) + " M6"
+        code = re.sub(r"\bG1([56])\s*H(\d+)", lambda m: self._offset(line, m[1] == "6", int(m[2])), code)
+        if re.search(r"\bG56\b", code):
+            code = re.sub(r"\bH[A-Z]\b", f"H{self.tool}", re.sub(r"\bG56\b", "G43", code))
+        code = re.sub(r"\bG53\b", "G49", code)
+        if re.search(r"\bG71\b", code) and not re.search(r"\bG8\d\b", code):
+            self.tell(line, "G71 (level to which cycles return)", "the level before the cycle")
+            return ""
+        code = re.sub(r"\bM5[23]\b", "G98", re.sub(r"\bM54\b", "G99", code))
+        if match := re.search(r"\b(G30|G11|G62)\b", code):
+            self.tell(line, f"{match[1]} of Okuma", HOLE)
+            return ""
+        return _dwell(code)
+
+    def _offset(self, line: int, once: bool, number: int) -> str:
+        if once:
+            self.tell(line, "G16 (work offset for one block)", "kept, as with G15")
+        return f"G{53 + number}" if 1 <= number <= 6 else f"G54.1 P{max(number - 6, 1)}"
+
+
+def _dwell(code: str) -> str:
+    """G4 F2 and G4 P2. are seconds."""
+    return re.sub(r"\b(G0?4)\s*F", r"\1 P", code)

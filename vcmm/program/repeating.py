@@ -1,0 +1,130 @@
+"""Programs that never end: the control stands exactly as it stood before at the same block, so all that follows follows again.
+
+A program has no other input than its state. Where that is the same at two passes of one block, every later pass is the same too;
+the states are compared after Brent, An improved Monte Carlo factorization algorithm, BIT 20 (1980) 176: with one that was kept
+at a pass whose number is a power of two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from vcmm.program.faults import BlockFault
+from vcmm.program.levels import Telling
+
+LATEST = 3  # moves that later ones may look back at
+FIRST = 1024  # passes backwards before states are looked at: hardly a program has as many
+OUTSIDE_STATE = frozenset({  # what is read or written only, never asked by a block: text, results, counts of blocks
+    "setup", "language", "text", "main", "others", "lines", "labels", "sections", "folders", "work", "short", "current", "missing",
+    "moves", "sides", "finishes", "remarks", "remarked", "assumed", "unused", "misfits", "selected", "called", "markers", "tracer", "flow", "source", "column",
+    "executed", "moved", "moves_seen", "idle", "repeated", "written", "states",
+})  # fmt: skip
+ENDLESS = (
+    "this loop is endless: position, variables and modes are exactly those of an earlier pass, and clocks and signals of the "
+    "machine stand still here, so every pass follows again; "
+    "give it a condition that changes, or an end (M30)"
+)
+PLAIN = (type(None), bool, int, float, str, bytes, complex)
+
+
+class WaitingRecorder(Telling, Protocol):
+    """vcmm.program.recorder.Recorder."""
+
+    states: RepeatedStates
+
+
+@dataclass(slots=True)
+class RepeatedStates:
+    """The state kept, and how many passes there have been."""
+
+    passes: int = 0
+    place: Hashable = None
+    values: object = None
+    whole: Hashable = None
+    asked: str = ""  # what only the machine knows and blocks have asked since that pass
+
+    def again(self, place: Hashable, values: Callable[[], object], whole: Callable[[], object]) -> bool:
+        """One pass backwards. place: block and position; values: variables, as something that compares; whole: all that blocks ask.
+
+        Returns True where the control stands as it stood at the pass that was kept.
+        """
+        self.passes += 1
+        if self.passes < FIRST:
+            return False
+        if self.passes & (self.passes - 1) == 0:
+            self.place, self.values, self.whole = place, values(), frozen(whole())
+            self.asked = ""
+            return False
+        return place == self.place and values() == self.values and frozen(whole()) == self.whole
+
+    def left(self, recorder: Telling, column: int, sure: bool = True) -> bool:
+        """Where a state repeats: whether the loop waits for what only the machine knows. A survey goes on behind it, and says so.
+
+        Raises BlockFault where it asks for nothing of that kind and all values are `sure`: it never ends.
+        """
+        if not self.asked and sure:
+            raise BlockFault(column, ENDLESS)
+        if not self.asked:
+            return False
+        recorder.assume(
+            f"the end of the wait in line {recorder.line}, for {self.asked}",
+            "reached: the program goes on behind the loop",
+            f"this loop waits for {self.asked}, which only the machine knows; set it in the program, or leave the wait out",
+        )
+        self.passes = FIRST - 1
+        return True
+
+
+@contextmanager
+def own_states(recorder: WaitingRecorder) -> Iterator[None]:
+    """A part of a program that is repeated: how often is no variable, so each run of it has states of its own."""
+    outer = recorder.states
+    recorder.states = RepeatedStates()
+    try:
+        yield
+    finally:
+        outer.asked = recorder.states.asked or outer.asked
+        recorder.states = outer
+
+
+def frozen(thing: Any) -> Hashable:
+    """All that objects hold, but what no block asks, as nested tuples that can be compared; what cannot be looked into counts as itself."""
+    return _frozen(thing, {})
+
+
+def _frozen(thing: Any, met: dict[int, int]) -> Hashable:
+    if isinstance(thing, PLAIN):
+        return (type(thing).__name__, repr(thing))
+    if id(thing) in met:
+        return ("met", met[id(thing)])
+    met[id(thing)] = len(met)
+    if isinstance(thing, dict):
+        return ("dict", tuple((_frozen(k, met), _frozen(v, met)) for k, v in thing.items()))
+    if isinstance(thing, list | tuple):
+        return (type(thing).__name__, tuple(_frozen(v, met) for v in thing))
+    if isinstance(thing, set | frozenset):
+        return ("set", tuple(sorted(repr(_frozen(v, {})) for v in thing)))
+    if isinstance(thing, np.ndarray):
+        return ("array", thing.shape, thing.tobytes())
+    fields = sorted(_fields(thing))
+    if not fields:
+        return (type(thing).__name__, id(thing))  # functions and the like
+    return (type(thing).__name__, tuple((name, _frozen(getattr(thing, name), met)) for name in fields))
+
+
+def _fields(thing: Any) -> Iterable[str]:
+    if callable(thing):
+        return ()
+    slots = {
+        s for c in type(thing).__mro__ for s in _as_tuple(getattr(c, "__slots__", ())) if hasattr(thing, s)
+    }
+    return (slots | set(getattr(thing, "__dict__", ()))) - OUTSIDE_STATE
+
+
+def _as_tuple(slots: Any) -> tuple[str, ...]:
+    return (slots,) if isinstance(slots, str) else tuple(slots)

@@ -1,0 +1,115 @@
+"""Blocks of Sinumerik that are no motion of a contour: dwells, frames, poles, reference points."""
+
+from __future__ import annotations
+
+import math
+
+from vcmm.program.frames import AffineMap, rotation, stretched, translation
+from vcmm.program.leading import named
+from vcmm.program.levels import SetupEntry
+from vcmm.program.moves import ORIGIN, PLANES
+from vcmm.program.sinumerik.codes import LATER
+from vcmm.program.sinumerik.paths import SinumerikPaths
+from vcmm.program.sinumerik.state import AXES, ROTARY, SinumerikWords, point_of
+
+FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
+
+
+class SinumerikSpecials(SinumerikPaths):
+    """Executes them."""
+
+    # -- blocks that are no motion --
+    def special(self, words: SinumerikWords) -> bool:
+        if "G4" in words.g:
+            self.dwell(words)
+            return True
+        frames = [c for c in words.commands if c.name in FRAMES]
+        if frames:
+            words.commands.remove(frames[0])
+            self.frame(words, frames[0].name)
+            return True
+        if "G74" in words.g or "G75" in words.g:
+            self.reference(words, "G75" in words.g)
+            return True
+        if words.g.keys() & {"G110", "G111", "G112"}:
+            self.set_pole(words)
+            return True
+        if words.g.keys() & {"G58", "G59"}:
+            self.shifted(words, "G59" in words.g)
+            return True
+        if words.g.keys() & {"G25", "G26"}:
+            words.items.clear()  # limits of spindle and working area
+        return False
+
+    def shifted(self, words: SinumerikWords, fine: bool) -> None:
+        """G58, G59: the shift of the programmed frame in the axes that are named; G59 adds to what TRANS has set."""
+        m = self.modes.frame
+        shift = list(m.shift)
+        for k, name in enumerate(AXES):
+            value = words.take(name)
+            if value is not None:
+                shift[k] = value * self.r.unit + (m.shift[k] if fine else 0.0)
+        self.frames(AffineMap(m.matrix, point_of(shift)))
+
+    def dwell(self, words: SinumerikWords) -> None:
+        if words.has("F"):
+            self.r.dwell(words.take("F") or 0.0)
+        elif words.has("S"):
+            turns = words.take("S") or 0.0
+            if not self.r.speed:
+                self.r.fault("G4 S counts turns of the spindle, which has no speed; give G4 F in seconds")
+            self.r.dwell(turns * 60.0 / self.r.speed)
+        else:
+            self.r.fault("G4 takes F (seconds) or S (turns of the spindle), as in G4 F1.5")
+
+    def reference(self, words: SinumerikWords, fixed: bool) -> None:
+        """G74 X1=0: the named axes go to their reference point; G75: to a fixed point of the machine, which is taken to be there."""
+        axes = [
+            k for k in range(3) if words.take(AXES[k]) is not None or words.take(f"{AXES[k]}1") is not None
+        ]
+        for name in (*ROTARY, "FP", *(f"{a}1" for a in ROTARY)):
+            words.items.pop(name, None)
+        if fixed:
+            self.r.assume(
+                "the fixed point of the machine (G75)", "the reference point",
+                f"G75 (fixed point of the machine){LATER}", column=self.column, blank=SetupEntry("", "reference", '["0 mm", "0 mm", "0 mm"]'),
+            )  # fmt: skip
+        if not axes:
+            return
+        named(self.r, "".join(AXES[k] for k in axes))
+        o, home, tip = self.r.tool_offset, self.r.setup.reference, self.r.tip()
+        target = [home[k] - o[k] if k in axes else tip[k] for k in range(3)]
+        self.r.to_machine((target[0], target[1], target[2]), rapid=True)
+
+    def frame(self, words: SinumerikWords, name: str) -> None:
+        base = self.modes.frame if name.startswith("A") else AffineMap()
+        kind = name.removeprefix("A") if name.startswith("A") else name
+        values = [words.take(a) for a in AXES]
+        if kind == "TRANS":
+            self.turn_shift(words, name)
+            made = translation(point_of([(v or 0.0) * self.r.unit for v in values]))
+        elif kind == "ROT":
+            made = self.turned(words, values)
+        elif kind == "SCALE":
+            if any(v is not None and v <= 0 for v in values):
+                self.r.fault(f"{name} takes factors above zero; MIRROR mirrors")
+            made = stretched(point_of([1.0 if v is None else v for v in values]))
+        else:
+            made = stretched(point_of([1.0 if v is None else -1.0 for v in values]))
+        self.frames(base.then(made))
+
+    def turn_shift(self, words: SinumerikWords, name: str) -> None:
+        """TRANS B=10: rotary axes are shifted too."""
+        before = self.modes.turns if name == "ATRANS" else ORIGIN
+        values = [words.take(a) for a in ROTARY]
+        self.modes.turns = point_of([b + math.radians(v or 0.0) for b, v in zip(before, values)])
+
+    def turned(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
+        """RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""
+        angle = words.take("RPL")
+        if angle is not None:
+            return rotation(PLANES[self.r.plane][2], math.radians(angle))
+        made = AffineMap()
+        for axis in (2, 1, 0):
+            made = made.then(rotation(axis, math.radians(values[axis] or 0.0)))
+        return made

@@ -1,0 +1,203 @@
+"""Turning cycles of Sinumerik: CYCLE95 (stock removal along a contour) and CYCLE97 (thread cutting).
+
+Source: Siemens, SINUMERIK 840D sl / 802D sl, Programming Manual Cycles, "Turning cycles". Points are (X as a radius, Z), mm.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Iterator
+from dataclasses import fields
+
+from vcmm.program.chords import arc_or_chords
+from vcmm.program.drilling import COARSE, counted
+from vcmm.program.expressions import evaluate
+from vcmm.program.faults import BlockFault
+from vcmm.program.moves import Move, Point
+from vcmm.program.roughing import Cut, Flat, Rough, followed, passes, section_of
+from vcmm.program.rounding import round_corners
+from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.flow import SinumerikRunner
+from vcmm.program.sinumerik.paths import SinumerikPaths
+
+TOLD = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
+LIFT = 1.0  # mm: VRT where it is zero or left out
+
+
+def _given(runner: SinumerikRunner, item: Item, count: int) -> list[float]:
+    """So many arguments; 0 for those left out and for texts."""
+    values = [None if a is None else evaluate(a, runner) for a in item.arguments or ()]
+    numbers = [0.0 if v is None or isinstance(v, str) else float(v) for v in values]
+    return [*numbers, *[0.0] * count][:count]
+
+
+# -- threads --------------------------------------------------------------------------------------------------------------
+def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE97(PIT, MPIT, SPL, FPL, DM1, DM2, APP, ROP, TDEP, FAL, IANG, NSP, NRC, NID, VARI, NUMT, _VRT)."""
+    v = _given(runner, item, 17)
+    r, u = i.r, i.r.unit
+    lead = abs(v[0]) * u or COARSE.get(round(abs(v[1])), 0.0)
+    if not lead or not v[8]:
+        raise BlockFault(
+            item.first, "CYCLE97 needs the pitch PIT (or the size MPIT) and the depth TDEP of the thread"
+        )
+    first, last = (v[4] / 2.0 * u, v[2] * u), (v[5] / 2.0 * u, v[3] * u)
+    way = math.copysign(1.0, last[1] - first[1])
+    slope = (last[0] - first[0]) / (last[1] - first[1]) if last[1] != first[1] else 0.0
+    begin, end = first[1] - way * abs(v[6]) * u, last[1] + way * abs(v[7]) * u
+    inside = 1.0 if round(v[14]) in (2, 4) else -1.0  # the way in: from the axis out, or towards it
+    lift = abs(v[16]) * u or LIFT
+    starts = counted(max(v[15], 1.0))
+    for number in range(starts):
+        if number or v[11]:
+            r.assume(
+                "the angle at which a thread starts (NSP, NUMT)",
+                "in time with the spindle: it moves no axis",
+                matters=False,
+            )
+        for depth, aside in _infeeds(v, u):
+            z = begin + way * aside
+            low, high = (first[0] + slope * (q - first[1]) + inside * depth for q in (z, end))
+            away = min(first[0], last[0]) - lift if inside > 0 else max(first[0], last[0]) + lift
+            _to(i, (away, z), True)
+            _to(i, (low, z), True)
+            _threaded(i, (high, end), lead)
+            _to(i, (away, end), True)
+        _to(i, (away, begin), True)
+
+
+def _infeeds(v: list[float], unit: float) -> Iterator[tuple[float, float]]:
+    """Depth of each cut and its way along the flank, mm: NRC cuts to TDEP - FAL, equal (VARI 1, 2) or of equal section (3, 4), one to
+    TDEP where an allowance is left, NID without infeed. IANG < 0: on both flanks in turn."""
+    depth, allowance, count = abs(v[8]) * unit, abs(v[9]) * unit, counted(max(v[12], 1.0))
+    slope = math.tan(math.radians(abs(v[10])))
+    equal = round(v[14]) in (0, 1, 2)
+    for k in range(1, count + 1):
+        at = (depth - allowance) * (k / count if equal else math.sqrt(k / count))
+        yield at, at * slope * (-1.0 if v[10] < 0 and k % 2 == 0 else 1.0)
+    for _ in range((1 if allowance else 0) + counted(v[13])):
+        yield depth, depth * slope
+
+
+def _threaded(i: SinumerikPaths, end: Flat, lead: float) -> None:
+    r = i.r
+    start, goal = r.tip(), r.world.apply(_point(i, end))
+    turns = abs(r.spindle(start, goal))
+    if not turns:
+        r.assume(
+            "the speed of a thread", "not known; its time is not counted",
+            "CYCLE97 needs a turning spindle; add S and M3 or M4 before it", matters=False,
+        )  # fmt: skip
+    r.emit("thread", goal, feed=lead * turns or None)
+    r.p = _point(i, end)
+
+
+# -- stock removal --------------------------------------------------------------------------------------------------------
+def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE95(NPP, MID, FALZ, FALX, FAL, FF1, FF2, FF3, VARI, DT, DAM, _VRT): VARI 1 to 4 rough (along, across, outside; along, across,
+    inside), 5 to 8 finish, 9 to 12 both. The depth is divided evenly into cuts of MID at most."""
+    name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
+    v = _given(runner, item, 12)
+    kept, i.r.feed = i.r.feed, i.r.feed or v[5] or v[7] or None  # a contour without F is cut with FF1 and FF3
+    moves = _recorded(i, runner, str(name), item)
+    i.r.feed = kept
+    if moves is None:
+        return
+    kind, u = (round(v[8]) - 1) % 4, i.r.unit
+    rough, finish = not 5 <= round(v[8]) <= 8, round(v[8]) >= 5
+    along, inside = kind in (0, 2), kind >= 2
+    sign, lift = -1.0 if inside else 1.0, abs(v[11]) * u or LIFT
+    x, z = sign * max(abs(v[3]), abs(v[4])) * u, max(abs(v[2]), abs(v[4])) * u
+    bare = section_of(moves[1:], Rough(1.0, lift, 0.0, 0.0))
+    edge = (min if inside else max)(p[0] for p in bare)
+    face = max(p[1] for p in bare)
+    begin = (edge, face)
+    safe = (edge + x + sign * lift, face + z + lift)
+    _to(i, safe, True)
+    if rough:
+        goal = bare[0][0] if along else bare[0][1]
+        deep = abs((begin[0] if along else begin[1]) - goal)
+        count = max(1, counted(math.ceil(deep / (abs(v[1]) * u) - 1e-9))) if v[1] else 1
+        entry = (begin[0], safe[1] - z) if along else (safe[0] - x, begin[1])
+        told = Rough(max(deep / count, 1e-9), lift, x, z)
+        with_feed = list(
+            passes(
+                [moves[0]._replace(kind="rapid"), *moves[1:]],
+                entry,
+                told,
+                "XZ" if along else "ZX",
+                item.first,
+            )
+        )
+        _run(i, with_feed, v[5])
+        _to(i, safe, True)
+    if finish:
+        _to(i, (moves[1].start[0], moves[1].start[2]), True)
+        _run(i, list(followed(moves[1:], 0.0, 0.0)), v[7])
+        _to(i, safe, True)
+
+
+def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
+    kept = i.r.feed
+    i.r.feed = feed or kept
+    for cut in cuts:
+        if cut.centre is None:
+            _to(i, cut.end, cut.rapid)
+        else:
+            arc_or_chords(i.r, _point(i, cut.end), _point(i, cut.centre), cut.clockwise, cut.turns)
+    i.r.feed = kept
+
+
+def _recorded(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
+    """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
+    r, start, _, end = i.r, *name.upper().partition(":")
+    section = next(
+        (
+            s
+            for s in (runner.current, *runner.sections.values())
+            if s and end and {start, end} <= {b.label for b in s.blocks}
+        ),
+        None,
+    )
+    section = section or (None if end else runner.find(start))
+    if section is None:
+        r.assume(
+            f"the contour {name} of {item.name}", "a hole in the path: its moves are missing",
+            f"{item.name}: there is no contour {name}: a subprogram of that name, or labels START:END", column=item.first,
+        )  # fmt: skip
+        return None
+    kept, modes = (
+        {f.name: getattr(r, f.name) for f in fields(r) if f.name not in TOLD},
+        copy.copy(vars(i.modes)),
+    )
+    r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
+    labels = [b.label for b in section.blocks]
+    caller, source = runner.current, r.source
+    if end:
+        runner.part(section, labels.index(start), labels.index(end))
+    else:
+        runner.run(section)
+    runner.current, kept["source"] = caller, source
+    moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
+    world = r.world
+    for field, value in kept.items():
+        setattr(r, field, value)
+    vars(i.modes).update(modes)
+    made = [m for m in moves if m.kind in ("rapid", "line", "arc")]
+    if len(made) < 2:
+        raise BlockFault(item.first, f"{item.name}: {name} makes no contour; correct it")
+    return [
+        m._replace(start=world.undo(m.start), end=world.undo(m.end), centre=m.centre and world.undo(m.centre))
+        for m in made
+    ]
+
+
+def _point(i: SinumerikPaths, at: Flat) -> Point:
+    return at[0], i.r.p[1], at[1]
+
+
+def _to(i: SinumerikPaths, at: Flat, rapid: bool) -> None:
+    point = _point(i, at)
+    if math.dist(point, i.r.p) > 1e-12:
+        i.r.straight(point, rapid)

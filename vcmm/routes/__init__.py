@@ -1,4 +1,0 @@
-"""Second routes to the same result: a calibrated part, repeats in several positions, and how well they agree with the model.
-
-Imports core, part, gps, effects, measuring, response, evaluation.
-"""

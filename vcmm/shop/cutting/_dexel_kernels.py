@@ -1,0 +1,131 @@
+"""Material left on long rays through a block, compiled. Private; used by vcmm.shop.cutting.dexels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vcmm.core._compile_kernels import njit
+from vcmm.shop.cutting._envelope_kernels import first_contact
+from vcmm.shop.cutting._tool_kernels import inside_at
+
+Array = NDArray[Any]
+STEP = 1e-6  # mm, least step while a ray leaves the sweep of an arc
+JOIN = 1e-9  # mm, material thinner than this is none
+
+
+@njit(cache=True, nogil=True)
+def meets(box: Array, tool: Array, p: Array, n: Array, length: float) -> bool:
+    """May the ray meet a tool somewhere on the paths in the box? Slabs of the box grown by the tool."""
+    lo, hi = 0.0, length
+    for i in range(3):
+        low = box[i] - tool[1] if i < 2 else box[2]
+        high = box[3 + i] + tool[1] if i < 2 else box[5] + tool[6]
+        if n[i] == 0.0:
+            if p[i] < low or p[i] > high:
+                return False
+            continue
+        a, b = (low - p[i]) / n[i], (high - p[i]) / n[i]
+        lo, hi = max(lo, min(a, b)), min(hi, max(a, b))
+    return lo <= hi
+
+
+@njit(cache=True, nogil=True)
+def removed(
+    item: Array, tool: Array, p: Array, n: Array, length: float, cuts: Array, count: int, scratch: Array
+) -> int:
+    """Append the stretches of [0, length] that one move removes; returns the new number, beyond the room if it ran over."""
+    grad, q = scratch[0], scratch[1]
+    s = 0.0
+    while s < length:
+        found, a, _ = first_contact(item, tool, p, n, 1.0, s, length, grad, q)
+        if not found:
+            return count
+        if item[21] == 0.0:
+            found, b, _ = first_contact(item, tool, p, n, -1.0, -length, -a, grad, q)
+            b = -b if found else a
+        else:
+            inner, b = a, a + STEP
+            while b < length:
+                f = inside_at(item, tool, p, n, b, grad, q)
+                if f > 0.0:
+                    break
+                inner = b
+                b += max(-f, STEP)
+            if b < length:
+                found, c, _ = first_contact(item, tool, p, n, -1.0, -b, -inner, grad, q)
+                b = -c if found else b
+            b = min(b, length)
+        if count < cuts.shape[0]:
+            cuts[count, 0], cuts[count, 1] = a, b
+        count += 1
+        if item[21] == 0.0:
+            return count
+        s = b + STEP
+    return count
+
+
+@njit(cache=True, nogil=True)
+def complement(cuts: Array, count: int, length: float, out: Array) -> int:
+    """Material (k, 2) left on [0, length]; returns k, which may exceed the room in out."""
+    order = np.argsort(cuts[:count, 0])
+    at, k = 0.0, 0
+    for j in range(count):
+        a, b = cuts[order[j], 0], cuts[order[j], 1]
+        if a > at + JOIN:
+            if k < out.shape[0]:
+                out[k, 0], out[k, 1] = at, a
+            k += 1
+        at = max(at, b)
+    if at < length - JOIN:
+        if k < out.shape[0]:
+            out[k, 0], out[k, 1] = at, length
+        k += 1
+    return k
+
+
+@njit(cache=True, nogil=True)
+def material(
+    origins: Array,
+    direction: Array,
+    length: float,
+    frames: Array,
+    roots: Array,
+    group_tool: Array,
+    boxes: Array,
+    child: Array,
+    items: Array,
+    tools: Array,
+    counts: Array,
+    out: Array,
+) -> int:
+    """Material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most moves on a ray."""
+    stack, scratch, most = np.empty(128, np.int64), np.empty((2, 3)), 0
+    cuts = np.empty((20000, 2))
+    p, n = np.empty(3), np.empty(3)
+    for row in range(origins.shape[0]):
+        count = 0
+        for group in range(roots.shape[0]):
+            for i in range(3):
+                f = frames[group, i]
+                p[i] = f[0] * origins[row, 0] + f[1] * origins[row, 1] + f[2] * origins[row, 2]
+                n[i] = f[0] * direction[0] + f[1] * direction[1] + f[2] * direction[2]
+            tool = tools[group_tool[group]]
+            stack[0], top = roots[group], 1
+            while top > 0:
+                top -= 1
+                node = stack[top]
+                if not meets(boxes[node], tool, p, n, length):
+                    continue
+                if child[node, 0] < 0:
+                    first = -child[node, 0] - 1
+                    for i in range(first, first + child[node, 1]):
+                        count = removed(items[i], tool, p, n, length, cuts, count, scratch)
+                else:
+                    stack[top], stack[top + 1] = child[node, 0], child[node, 1]
+                    top += 2
+        most = max(most, count)
+        counts[row] = complement(cuts, min(count, cuts.shape[0]), length, out[row])
+    return most

@@ -1,0 +1,205 @@
+"""Mean cutting forces of a move from its engagement, and how far they bend the tool.
+
+Milling, linear edge force model (Budak, Altintas, Armarego, J. Manuf. Sci. Eng. 118 (1996) 216): each piece db of a cutting
+edge carries dF_j = (K_jc h + K_je) db, j = tangential, radial, axial, h = c sin(phi). Averaged over a turn:
+
+    Fx = N a / 2 pi  [ c/4 (Ktc cos 2phi - Krc (2phi - sin 2phi)) - Kte sin phi + Kre cos phi ]
+    Fy = N a / 2 pi  [ c/4 (Ktc (2phi - sin 2phi) + Krc cos 2phi) - Kte cos phi - Kre sin phi ]
+    Fz = N a / 2 pi  [ -Kac c cos phi + Kae phi ]        each from phi_start to phi_exit (Altintas, Manufacturing
+                                                        Automation, 2nd ed. (2012), eq. 2.28)
+
+x = feed of the tool, z = tool axis towards the spindle, y to the left of the feed; phi from +y, clockwise seen from the
+spindle (M3): 0 left, pi/2 ahead, pi right. These are forces of the part on the tool. Climb milling has the material on the
+right: phi from pi - acos(1 - ae/R) to pi. Turning: Kienzle, Fc = b kc1.1 h^(1 - mc). Milling of a material known by Kienzle's
+numbers only goes by the tangent of that law at the mean chip of the engagement (`at_chip`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.laws import Array
+from vcmm.shop.cutting.tools import Cutter
+
+CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
+FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
+
+
+RADIAL = 0.3  # radial over tangential force of a milling edge
+LEAST_CHIP = 1e-4  # mm, below which no tangent is taken: edges rub
+
+
+@dataclass(frozen=True)
+class LinearEdge:
+    """Coefficients of the linear edge model: cutting in N/mm2, edge in N/mm; numbers, or one per move (m,)."""
+
+    tangential: float | Array
+    radial: float | Array
+    axial: float | Array
+    edge_tangential: float | Array
+    edge_radial: float | Array
+    edge_axial: float | Array
+    source: str
+
+
+@dataclass(frozen=True)
+class Kienzle:
+    """Specific cutting force at h = b = 1 mm (N/mm2) and exponent of the main cutting force."""
+
+    kc11: float
+    mc: float
+    source: str
+
+
+LINEAR_EDGE = {
+    "Al7075": LinearEdge(
+        tangential=796.1,
+        radial=168.8,
+        axial=222.0,
+        edge_tangential=27.7,
+        edge_radial=30.8,
+        edge_axial=1.4,
+        source="CutPro example set for Al7075-T6 as found in public milling codes",
+    )
+}
+_TABLE = "fitted to the kc table of the Roehm catalogue RN-1391, 45 deg entering angle"
+KIENZLE = {
+    "St50-2": Kienzle(1991.0, 0.257, _TABLE),
+    "St60-2": Kienzle(2085.0, 0.173, _TABLE),
+    "18CrNi8": Kienzle(2272.0, 0.297, _TABLE),
+    "42CrMo4": Kienzle(2526.0, 0.250, _TABLE),
+    "16MnCr5": Kienzle(2109.0, 0.262, _TABLE),
+    "GG25": Kienzle(1186.0, 0.246, _TABLE),
+}
+
+
+def linear_edge(material: str) -> LinearEdge:
+    """Coefficients from the library."""
+    if material not in LINEAR_EDGE:
+        raise UsageError(f'no milling coefficients of "{material}".{choose_from(material, LINEAR_EDGE)}')
+    return LINEAR_EDGE[material]
+
+
+def kienzle(material: str) -> Kienzle:
+    """Coefficients from the library."""
+    if material not in KIENZLE:
+        raise UsageError(f'no Kienzle coefficients of "{material}".{choose_from(material, KIENZLE)}')
+    return KIENZLE[material]
+
+
+def mean_chip(start: Array, exit_: Array, chip: Array) -> Array:
+    """Mean thickness (mm) of the chips c sin(phi) from start to exit: c (cos start - cos exit) / (exit - start); 0 without a cut."""
+    way = np.asarray(exit_, float) - np.asarray(start, float)
+    full = np.cos(start) - np.cos(exit_)
+    return np.asarray(chip * np.divide(full, way, out=np.zeros_like(way), where=way > 1e-9))
+
+
+def at_chip(of: Kienzle, thickness: Array, radial: float = RADIAL) -> LinearEdge:
+    """The linear edge model that has force and slope of Kienzle's law at chips of this thickness h (m,) mm.
+
+    kc1.1 h^(1 - mc) ~ K_c h + K_e with K_c = (1 - mc) kc1.1 h^-mc, K_e = mc kc1.1 h^(1 - mc). The radial force is `radial` of
+    the tangential one (0.3: Tlusty & MacNeil, Ann. CIRP 24 (1975) 21), the axial one is left out: the helix is not known.
+    """
+    h = np.maximum(np.asarray(thickness, float), LEAST_CHIP)
+    cut, edge = (1.0 - of.mc) * of.kc11 * h**-of.mc, of.mc * of.kc11 * h ** (1.0 - of.mc)
+    none = np.zeros_like(h)
+    return LinearEdge(
+        tangential=cut,
+        radial=radial * cut,
+        axial=none,
+        edge_tangential=edge,
+        edge_radial=radial * edge,
+        edge_axial=none,
+        source=of.source,
+    )
+
+
+def turning_force(width: Array, thickness: Array, of: Kienzle) -> Array:
+    """Main cutting force (N) for chips of width b and thickness h (mm): b kc1.1 h^(1 - mc). Nothing without a chip."""
+    b, h = np.asarray(width, float), np.asarray(thickness, float)
+    return b * of.kc11 * np.maximum(h, 0.0) ** (1.0 - of.mc)
+
+
+def immersion(radial: Array, radius: Array, climb: bool = True) -> tuple[Array, Array]:
+    """Angles (rad) at which an edge enters and leaves, for a radial depth ae (mm) of a mill of the given radius."""
+    ae, r = np.asarray(radial, float), np.asarray(radius, float)
+    if np.any((ae < 0.0) | (ae > 2 * r)):
+        raise UsageError("immersion: the radial depth must lie between 0 and the diameter of the tool")
+    angle = np.arccos(1.0 - ae / r)
+    return (np.pi - angle, np.full_like(angle, np.pi)) if climb else (np.zeros_like(angle), angle)
+
+
+def milling_force(
+    start: Array, exit_: Array, axial: Array, chip: Array, teeth: Array, of: LinearEdge
+) -> Array:
+    """Mean force (..., 3) N on the tool along feed, left of it, and tool axis.
+
+    start, exit_: rad; axial: depth ap in mm; chip: feed per tooth in mm; teeth: number of cutting edges.
+    """
+    c = np.asarray(chip, float)
+
+    def part(phi: Array) -> Array:
+        double, sine, cosine = np.cos(2 * phi), np.sin(phi), np.cos(phi)
+        swept = 2 * phi - np.sin(2 * phi)
+        fx = (
+            c / 4 * (of.tangential * double - of.radial * swept)
+            - of.edge_tangential * sine
+            + of.edge_radial * cosine
+        )
+        fy = (
+            c / 4 * (of.tangential * swept + of.radial * double)
+            - of.edge_tangential * cosine
+            - of.edge_radial * sine
+        )
+        fz = -of.axial * c * cosine + of.edge_axial * phi
+        return np.stack(np.broadcast_arrays(fx, fy, fz), axis=-1)
+
+    per_turn = np.asarray(teeth, float) * np.asarray(axial, float) / (2.0 * np.pi)
+    return np.asarray(per_turn)[..., None] * (part(np.asarray(exit_, float)) - part(np.asarray(start, float)))
+
+
+def milling_power(
+    start: Array, exit_: Array, axial: Array, chip: Array, teeth: Array, speed: Array, of: LinearEdge
+) -> Array:
+    """Mean cutting power (...,) W: tangential forces of all edges times the cutting speed (m/s); the rest as in `milling_force`.
+
+    N a / 2 pi  [ -Ktc c cos phi + Kte phi ] v     from phi_start to phi_exit (Altintas, Manufacturing Automation, 2nd ed. (2012), 2.8)
+    """
+    c, a, b = np.asarray(chip, float), np.asarray(start, float), np.asarray(exit_, float)
+    tangential = of.tangential * c * (np.cos(a) - np.cos(b)) + of.edge_tangential * (b - a)
+    per_turn = np.asarray(teeth, float) * np.asarray(axial, float) / (2.0 * np.pi)
+    return np.asarray(per_turn * tangential * speed)
+
+
+def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
+    """Forces (m, 3) along feed, left, axis turned into the axes of the part: columns force_x_N, force_y_N, force_z_N.
+
+    feed (m, 3) is the direction of the move; a plunge has none across the axis, its forces across it are dropped as they
+    turn with the edges and cancel over a turn.
+    """
+    across = feed - np.einsum("mi,mi->m", feed, axis)[:, None] * axis
+    length = np.linalg.norm(across, axis=1)
+    x = across / np.where(length > 1e-12, length, 1.0)[:, None]
+    y = np.cross(axis, x)
+    return force[:, 0:1] * x + force[:, 1:2] * y + force[:, 2:3] * axis
+
+
+def compliance(tool: Cutter) -> float:
+    """Displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
+    if tool.stick_out is None:
+        raise UsageError("compliance: the tool needs its stick-out; give Cutter(..., stick_out=40.0) in mm")
+    return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
+
+
+def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
+    """Compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
+
+    Cutter and its stick-out only; holder, spindle and machine come on top.
+    """
+    diameter = FLUTED * 2.0 * radius
+    inertia = math.pi * diameter**4 / 64.0
+    return stick_out**3 / (3.0 * modulus * inertia)

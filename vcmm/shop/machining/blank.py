@@ -1,0 +1,273 @@
+"""The blank: what of it is removed, which rapids run through it, and the forces that follow from the engagement.
+
+While the tool stands along +Z of the workpiece, the stock is a map of heights (vcmm.shop.cutting.stock). A tool that comes from
+another side makes undercuts, which heights cannot hold: then it is kept as rays along X, Y and Z (vcmm.shop.cutting.dexels).
+Either is good to a few percent, which is what pictures and forces need. Deviations never come from it.
+
+A shank or holder wider than the cutter does not cut: where it meets what is left of the stock, the line is named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
+from vcmm.program.moves import Program
+from vcmm.program.setup import Setup
+from vcmm.shop.cutting import tools as shapes
+from vcmm.shop.cutting.contactmap import Ints
+from vcmm.shop.cutting.dexels import Dexels, carve
+from vcmm.shop.cutting.force import (
+    LINEAR_EDGE,
+    RADIAL,
+    LinearEdge,
+    at_chip,
+    kienzle,
+    linear_edge,
+    mean_chip,
+    milling_force,
+    milling_power,
+    to_workpiece,
+)
+from vcmm.shop.cutting.stock import Removal, Stock, block, remove
+from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, lengths, pieces, position
+from vcmm.shop.machining.turned_blank import TurnedBlank
+from vcmm.shop.motion.toolpath import CUTS
+
+NODES = 600  # along the longer side, of a map of heights
+RAYS = 100  # along the longest side, where rays are needed
+OFTEN, TURNED = (
+    0.5,
+    0.125,
+)  # of the radius of the tool, rad of an arc: so often the engagement is asked for forces
+TURN = 2.0 * np.pi
+MOST_PIECES = 200_000
+LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
+
+
+@dataclass(frozen=True, eq=False)
+class PathPieces:
+    """The rows of a sweep cut into stretches: sweep of these, first (rows,) of each row and how many (rows,)."""
+
+    sweep: Sweep
+    first: Ints
+    count: Ints
+
+    def at(self, row: Ints, share: Array) -> tuple[Ints, Array]:
+        """(stretch (k,), share of it (k,)) at shares of rows."""
+        along = np.clip(share, 0.0, 1.0) * self.count[row]
+        inside = np.minimum(along.astype(np.intp), self.count[row] - 1)
+        return self.first[row] + inside, along - inside
+
+
+@dataclass(frozen=True, eq=False)
+class Blank:
+    """after: what is left; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (pieces, 3) N or None.
+
+    power (pieces,) W: what cutting them takes. pieces: the stretches of the path, each with its own engagement. shanks: (line, tool, depth mm) where a
+    shank runs in what is left. said: what this stock could not tell.
+    """
+
+    before: Stock | Dexels
+    after: Stock | Dexels
+    removed: float
+    collisions: tuple[tuple[int, float], ...]
+    forces: Array | None
+    shanks: tuple[tuple[int, int, float], ...] = ()
+    said: tuple[str, ...] = ()
+    pieces: PathPieces | None = None
+    power: Array | None = None
+
+    @property
+    def kept_as(self) -> str:
+        """How the stock was kept."""
+        return "rays along X, Y and Z" if isinstance(self.after, Dexels) else "map of heights"
+
+
+def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) -> Blank | None:
+    """Cut the blank of a set-up with all moves; None where no stock is stated. zero (3,): work zero, workpiece axes.
+
+    Forces are those of three axes: where a rotary axis turns or stands off zero while a tool cuts, F may be degrees per
+    minute, and none are computed.
+    """
+    if setup.stock is None:
+        return None
+    size = np.array(setup.stock)
+    corner = (
+        np.array([-size[0] / 2, -size[1] / 2, -size[2]])
+        if setup.stock_corner is None
+        else np.array(setup.stock_corner)
+    )
+    low = zero + corner
+    rapid = np.array([program.moves[i].kind == "rapid" for i in sweep.move.tolist()])
+    if np.abs(sweep.axis - UP).max() > 1e-12:
+        return _from_all_sides(setup, sweep, rapid, low, low + size)
+    before = block(low, low + size, float(size[:2].max() / NODES))
+    line = cuts_turned(program)
+    asked = setup.material is not None and not line
+    stretches = along_path(sweep, asked)
+    removal = remove(before, stretches.sweep, np.repeat(rapid, stretches.count))
+    deepest: dict[int, float] = {}
+    for row, depth in zip(removal.collisions, removal.collision_depth):
+        hit = program.moves[int(stretches.sweep.move[row])].source.line
+        deepest[hit] = max(deepest.get(hit, 0.0), float(depth))
+    forces, power = cutting_forces(setup, program, stretches.sweep, removal) if asked else (None, None)
+    shanks = shank_collisions(setup, program, sweep, removal.stock)
+    said = (
+        (f"line {line} cuts with a rotary axis off zero: no cutting forces are computed",)
+        if setup.material and line
+        else ()
+    )
+    return Blank(
+        before=before,
+        after=removal.stock,
+        removed=float(removal.volume.sum()),
+        collisions=tuple(deepest.items()),
+        forces=forces,
+        shanks=shanks,
+        said=said,
+        pieces=stretches,
+        power=power,
+    )
+
+
+def along_path(sweep: Sweep, divided: bool) -> PathPieces:
+    """Stretches of at most OFTEN of the tool's radius, and of an eighth of a radian of an arc; the rows themselves if not divided."""
+    count = np.ones(len(sweep), dtype=np.intp)
+    if divided:
+        reach = np.array([t.radius for t in sweep.tools])[sweep.tool]
+        length = np.where(sweep.kind == LINE, lengths(sweep) / (OFTEN * reach), np.abs(sweep.turn) / TURNED)
+        count = np.maximum(np.ceil(length - 1e-9), 1).astype(np.intp)
+        count = np.maximum(count // max(1, int(np.ceil(count.sum() / MOST_PIECES))), 1)
+    parts, _, _, _ = pieces(sweep, count)
+    return PathPieces(parts, np.cumsum(count) - count, count)
+
+
+def cuts_turned(program: Program) -> int:
+    """Line of the first cut with a rotary axis off zero, 0 where there is none."""
+    turned = (
+        m.source.line for m in program.moves if m.kind in CUTS and any((*m.rotary_start, *m.rotary_end))
+    )
+    return next(turned, 0)
+
+
+def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: Array) -> Blank:
+    """The blank as rays along X, Y and Z. What rapids alone remove no feed move would have, so they ran through material."""
+    cell = float((high - low).max() / RAYS)
+    before, after = carve(low, high, cell, sweep.take(np.zeros(0, np.intp))), carve(low, high, cell, sweep)
+    feed = carve(low, high, cell, sweep.take(np.flatnonzero(np.logical_not(rapid)))) if rapid.any() else after
+    removed, through = _volume(before) - _volume(after), _volume(feed) - _volume(after)
+    said = [
+        f"the tool comes from several sides: the stock is kept as rays along X, Y and Z, {cell:.2g} mm apart; rapids are checked "
+        "against what no feed move removes, shanks are not checked"
+        + (", and no cutting forces are computed" if setup.material else "")
+    ]
+    if through > LEAST * max(removed, 1.0):
+        said.append(
+            f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
+        )
+    return Blank(
+        before=before, after=after, removed=removed, collisions=(), forces=None, shanks=(), said=tuple(said)
+    )
+
+
+def _volume(stock: Dexels) -> float:
+    """mm^3, mean of the three bundles of rays."""
+    return float(np.mean([stock.volume(axis) for axis in range(3)]))
+
+
+def shank_collisions(
+    setup: Setup, program: Program, sweep: Sweep, left: Stock
+) -> tuple[tuple[int, int, float], ...]:
+    """(line, tool, depth mm) of lines whose shank or holder runs in what the whole program leaves of the stock, deepest of their runs.
+
+    The shank is a cylinder from the end of the cutting edges upwards. Material that a later move removes is not looked at.
+    """
+    moves = [program.moves[i] for i in sweep.move.tolist()]
+    wide = [_shank(setup, m.tool) for m in moves]
+    rows = np.flatnonzero([w is not None for w in wide])
+    if not len(rows):
+        return ()
+    numbers = sorted({moves[i].tool for i in rows.tolist()})
+    solids = [w for n in numbers if (w := _shank(setup, n)) is not None]
+    which = np.array([numbers.index(moves[i].tool) for i in rows.tolist()])
+    lift = np.array([solids[k][1] for k in which.tolist()])[:, None] * UP
+    part = sweep.take(rows)
+    raised = replace(
+        part, start=part.start + lift, end=part.end + lift, centre=part.centre + lift, tool=which,
+        tools=tuple(solid for solid, _ in solids),
+    )  # fmt: skip
+    found = remove(left, raised, np.ones(len(rows), bool))
+    hit = [moves[int(rows[k])] for k in found.collisions.tolist()]
+    deepest: dict[tuple[int, int], float] = {}
+    for m, depth in zip(hit, found.collision_depth.tolist()):
+        one = (m.source.line, m.tool)
+        deepest[one] = max(deepest.get(one, 0.0), depth)
+    return tuple((line, tool, depth) for (line, tool), depth in deepest.items())
+
+
+def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
+    """(cylinder of the shank, height of its lower end over the tip in mm); None where no wider shank is stated."""
+    tool = setup.tools.get(number)
+    if tool is None or tool.shank_diameter is None or tool.cutting_length is None:
+        return None
+    wider = tool.shank_diameter > (tool.diameter or 0.0)
+    return (shapes.flat(tool.shank_diameter / 2), tool.cutting_length) if wider else None
+
+
+def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> tuple[Array, Array]:
+    """While each row of the sweep cuts: mean force of the part on the tool (rows, 3) N, workpiece axes, and power (rows,) W."""
+    moves = [program.moves[i] for i in sweep.move.tolist()]
+    teeth = np.array([setup.tools[m.tool].teeth or 0 for m in moves])
+    missing = sorted({m.tool for m, z in zip(moves, teeth) if z == 0 and m.kind != "rapid"})
+    if missing:
+        raise UsageError(
+            f"forces need the number of teeth: add teeth = 3 to [tools.{missing[0]}] of the set-up, or leave material out"
+        )
+    turning = np.array([abs(m.spindle) for m in moves])
+    feed = np.array([m.feed or 0.0 for m in moves])
+    chip = np.divide(feed, turning * teeth, out=np.zeros(len(feed)), where=turning * teeth > 0)
+    at_work = (removal.volume > 0) & (feed > 0)
+    material = _edges(setup, mean_chip(removal.enter, removal.leave, chip))
+    axial = np.where(at_work, removal.axial, 0.0)
+    force = milling_force(removal.enter, removal.leave, axial, chip, teeth, material)
+    speed = np.array([t.radius for t in sweep.tools])[sweep.tool] * 1e-3 * turning * TURN / 60.0
+    power = milling_power(removal.enter, removal.leave, axial, chip, teeth=teeth, speed=speed, of=material)
+    middle = position(sweep, np.array([[0.49], [0.51]]))
+    way = middle[1] - middle[0]
+    length = np.linalg.norm(way, axis=1)
+    return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis), power
+
+
+def _edges(setup: Setup, chip: Array) -> LinearEdge:
+    """Edge coefficients of the material, those of Kienzle's law at the mean chip (rows,) of each move."""
+    name = str(setup.material)
+    if name in LINEAR_EDGE:
+        return linear_edge(name)
+    return at_chip(kienzle(name), chip, RADIAL if setup.thrust is None else setup.thrust)
+
+
+def notes(blank: Blank | TurnedBlank | None) -> list[str]:
+    """What the blank has to say: collisions, and a program that misses it."""
+    if blank is None:
+        return []
+    out = [
+        f"line {line}: a rapid runs through the stock, {depth:.2f} mm deep; the tool or the part would break"
+        for line, depth in blank.collisions[:5]
+    ]
+    if len(blank.collisions) > 5:
+        out.append(f"{len(blank.collisions) - 5} more rapids run through the stock")
+    for line, tool, depth in blank.shanks[:5]:
+        out.append(
+            f"line {line}: the shank of tool {tool} runs {depth:.2f} mm deep in what is left of the stock; take a longer or "
+            "slimmer tool"
+        )
+    if len(blank.shanks) > 5:
+        out.append(f"{len(blank.shanks) - 5} more moves run their shank through the stock")
+    out += blank.said
+    if blank.removed == 0.0:
+        out.append("the program does not touch the stock; check the work offset and the place of the stock")
+    return out

@@ -1,0 +1,159 @@
+"""Milling with all rotary axes at zero: what the steps of vcmm.shop.machining.contact_path mean there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit, UsageError, VcmmError
+from vcmm.core.inputs import Input
+from vcmm.core.run import Array, Run
+from vcmm.shop.cutting.contactmap import Ints, Solids
+from vcmm.shop.cutting.envelope import BEYOND, CutSurface, surface_left
+from vcmm.shop.cutting.force import to_workpiece
+from vcmm.shop.cutting.index import Index
+from vcmm.shop.cutting.stylus import rolled
+from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, position
+from vcmm.shop.machining.blank import Blank, machined_blank
+from vcmm.shop.machining.neighbours import candidates
+from vcmm.shop.machining.process import (
+    DEEPEST,
+    DEPTH,
+    HEIGHT,
+    ContactRows,
+    CutCandidates,
+    PreparedCut,
+    Process,
+)
+from vcmm.shop.machining.states import states_at
+from vcmm.shop.machining.tool_errors import ToolSide
+
+CONTACTS = 6  # of one point: repeated passes tie
+SPINDLE_ANGLE = "spindle_angle_rad"  # column of effects that follow the turning spindle
+STEP = 1e-3  # of a move, to either side, for its direction
+
+
+@dataclass(frozen=True, eq=False)
+class MillingProcess(Process):
+    """sweep: what the program makes its tools pass through, workpiece axes; index: the same for the search."""
+
+    sweep: Sweep
+    index: Index
+
+    def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> CutSurface:
+        return self.searched(job, points, normals, CONTACTS)
+
+    def searched(self, job: PreparedCut, points: Array, normals: Array, contacts: int) -> CutSurface:
+        """The surface with so many contacts of each point; where it is gouged deep, looked for deeper."""
+        surface = self._left(job, points, normals, DEPTH, contacts)
+        deep = np.flatnonzero(surface.status == BEYOND)
+        if not len(deep):
+            return surface
+        again = self._left(job, points[deep], normals[deep], DEEPEST, contacts)
+        names = ("status", "contact_s", "row", "t", "normal", "tests")
+        merged = {name: getattr(surface, name).copy() for name in names}
+        for name in names:
+            merged[name][deep] = getattr(again, name)
+        return replace(surface, **merged)
+
+    def _left(
+        self, job: PreparedCut, points: Array, normals: Array, depth: float, contacts: int
+    ) -> CutSurface:
+        try:
+            return surface_left(points, normals, self.index, depth, HEIGHT, candidates=contacts)
+        except ModelLimit as error:
+            hint = self.depth_hint(job, depth, error)
+            if hint is None:
+                raise
+            raise ModelLimit(hint) from None
+
+    def depth_hint(self, job: PreparedCut, depth: float, error: Exception) -> str | None:
+        """A better message for a search that found too many moves below the surface."""
+        return None
+
+    def standing(self, row: Ints, share: Array) -> tuple[Array, Array | None]:
+        """Tips (k, 3) at shares of rows of the sweep, and frames of the tools there; None: all point along Z."""
+        return position(self.sweep.take(row), share), None
+
+    def on_path(self, job: PreparedCut, row: Ints, share: Array, at: Array) -> tuple[Run, Array]:
+        """States with the tool at shares of rows, and how far it has left the programmed path at points (k, 3) of it."""
+        return states_at(job.path, self.sweep.move[row], share, at)
+
+    def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
+        def off(row: Ints, share: Array, at: Array) -> Array:
+            return self.on_path(job, row, share, at)[1]
+
+        tips, known = np.full((*surface.row.shape, 3), np.nan), surface.row >= 0
+        tips[known] = self.standing(surface.row[known].astype(np.intp), surface.t[known])[0]
+        return candidates(surface, self.sweep, tips, self.standing, off)
+
+    def cutters(self, surface: CutSurface, candidates: CutCandidates) -> Solids:
+        known = candidates.row >= 0
+        which = np.where(known, self.sweep.tool[np.maximum(candidates.row, 0)], -1).astype(np.intp)
+        return Solids(self.sweep.tools, which, surface.points[:, None, :] - candidates.tip)
+
+    def lifted(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
+        lift = rolled(surface.points[some], surface.normals[some], radius, self.index)
+        return np.where(np.isfinite(lift.s), np.maximum(lift.s - surface.contact_s[some, 0], 0.0), 0.0)
+
+    def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
+        states, known = self.on_path(job, rows.row, rows.share, rows.tip)
+        return replace(states, offset=states.offset + (rows.at - rows.tip)), known
+
+    def tool_axis(self, rows: ContactRows) -> Array:
+        """Unit vectors (rows, 3) along the tools, workpiece axes."""
+        return np.broadcast_to(UP, rows.at.shape)
+
+    def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
+        """Also the share of the normal that lies across the axis of the tool: 1 on walls, 0 on floors."""
+        across = np.cross(rows.surface.normals[rows.point], self.tool_axis(rows))
+        return super().columns(job, rows) | {"across_tool": np.linalg.norm(across, axis=1)}
+
+    def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
+        assert isinstance(job.blank, Blank)
+        assert job.blank.pieces is not None
+        return force_along(forces, job.blank.pieces.sweep, *job.blank.pieces.at(rows.row, rows.share))
+
+    def tool_side(
+        self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
+    ) -> ToolSide:
+        return ToolSide(job.machine, run, setting, known, inputs)
+
+    def blank(self, job: PreparedCut, zero: Array) -> Blank | None:
+        return machined_blank(job.scenario.setup, job.program, self.sweep, zero)
+
+    def why_refused(self, job: PreparedCut) -> VcmmError | None:
+        """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave would be sampled."""
+        waves = [e for e in job.machine.effects if SPINDLE_ANGLE in e.required()]
+        if waves:
+            return UsageError(
+                f"{waves[0].id}: while milling the tooth that stands out most leaves the surface, whatever its angle; write harmonic = 0 with the "
+                "amplitude (feed marks, f^2 / 8R per turn, come on top). Waves per turn are for lathes and for diagnose"
+            )
+        return None
+
+
+def force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) -> Array:
+    """Force (k, 3) N at fractions share (k,) of the rows (k,); forces (rows, 3): for the middle of each, workpiece axes.
+
+    The force of a move is a mean over the move, stated for the direction in its middle. On an arc the direction of feed
+    turns while the tool runs along it, and the force with it: round a full circle a boss is cut larger all round, not shifted.
+    """
+    out = np.array(forces[row])
+    arcs = np.flatnonzero(sweep.kind[row] != LINE)
+    if len(arcs):
+        mine = sweep.take(row[arcs])
+        middle = _feed(mine, np.full(len(arcs), 0.5))
+        here = _feed(mine, np.clip(share[arcs], STEP, 1.0 - STEP))
+        x, y = (to_workpiece(np.tile(e, (len(arcs), 1)), middle, mine.axis) for e in np.eye(3)[:2])
+        along = [np.einsum("ki,ki->k", out[arcs], v) for v in (x, y, mine.axis)]
+        out[arcs] = to_workpiece(np.stack(along, axis=1), here, mine.axis)
+    return out
+
+
+def _feed(sweep: Sweep, share: Array) -> Array:
+    """Direction of feed (k, 3) at fractions (k,) of the rows."""
+    way = position(sweep, share + STEP) - position(sweep, share - STEP)
+    length = np.linalg.norm(way, axis=1)
+    return np.asarray(way / np.where(length > 0.0, length, 1.0)[:, None])

@@ -1,0 +1,388 @@
+"""Where a measured part departs from its prediction: by feature, line of the program and covariate, with their significance.
+
+    rest = measured - predicted = B b + X c + scatter      cov(rest) = C + s^2 1
+
+C holds everything that is known to be uncertain, B what is nobody's fault (where the part was aligned). Each covariate is a
+small set of columns X: what moves the tool (along X, Y or Z, in proportion to position, direction, time ...) shows along the
+normal of each point, what changes the tool shows across its axis. A covariate is tested by the F of its columns against what is
+left beside all covariates together; s is found so that this rest has its expected size. The best one is taken into B and the
+others are asked again. p counts all that were asked (Bonferroni). Source: Rao, Linear Statistical Inference (1973), ch. 4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
+from vcmm.shop.machining.significance import log_p, p_in_words
+from vcmm.shop.machining.waves import Wave, largest_wave, slow_courses
+
+Ints = npt.NDArray[np.intp]
+Words = npt.NDArray[np.str_]
+FALSE = 1e-3  # share of parts as predicted in which anything is said at all
+MOST = 6  # entries
+ALIKE = 1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
+LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
+ROOM = 8  # degrees of freedom that must be left beside all covariates
+SAME = 1e-9
+AXES = "XYZ"
+WAVE, NOTHING_ASKED = "wave in time", "nothing that was asked"
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """n measured points: rest (n,) mm outwards, its covariance (n, n), normals and place in the part (n, 3), workpiece axes.
+
+    feature (n,), line (n,) of the program that cut it; run: the machine at that moment.
+    """
+
+    rest: Array
+    covariance: Array
+    normals: Array
+    place: Array
+    feature: Words
+    line: Ints
+    run: Run
+
+
+@dataclass(frozen=True, eq=False)
+class Covariate:
+    """name, what is said of it ("grows with time"), columns (n, m) along the normals."""
+
+    name: str
+    words: str
+    columns: Array
+
+
+@dataclass(frozen=True)
+class Located:
+    """An entry: where it is largest (feature, line), what it goes with, p of that among all that was asked, rms in mm."""
+
+    feature: str
+    line: int
+    covariate: str
+    p: float
+    rms: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Mismatch:
+    """entries: what the rest goes with; scatter: of one point, mm; wave: where what it goes with most is one of no known cause."""
+
+    entries: tuple[Located, ...]
+    scatter: float
+    wave: Wave | None = None
+
+
+def located(points: Observed, *, rigid: bool = True, u_point: float | None = None) -> Mismatch:
+    """What the rest goes with. rigid: the part may lie anywhere (drawing frame).
+
+    Raises UsageError for fewer points than the covariates need.
+    """
+    asked = _fitting(list(covariates(points)), points, rigid)
+    base = _nuisance(points, rigid)
+    every = np.hstack([base, *(c.columns for c in asked)])
+    white, scatter, left = _whitened(points, every, u_point)
+    out: list[Located] = []
+    taken, wave, tied = base, None, False
+    for _ in range(MOST):
+        tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in asked]
+        waving = None if wave else _waving(points, white, taken, left)
+        count = len(asked) + (waving is not None)
+        tested += [(waving[0], waving[1])] if waving else []
+        least = min(p for p, _ in tested)  # logarithms: far beyond chance all p are 0
+        if not least + math.log(count) < math.log(FALSE):
+            break
+        alike = [(math.exp(p), c) for p, c in tested if p <= math.log(ALIKE) + least]
+        p, best = alike[0]
+        if waving and best is waving[1]:
+            wave = waving[2]
+        rivals = [c.name for _, c in alike[1:]]
+        tied = tied or (bool(rivals) and not out)
+        out.append(_entry(points, white, taken, best, p=min(p * count, 1.0), rivals=rivals))
+        taken = np.hstack([taken, best.columns])
+        asked = [c for c in asked if c is not best]
+        if not asked:
+            break
+    leads = bool(out) and out[0].covariate == WAVE and not tied
+    out += _left_over(points, white, taken) if left is None and len(out) < MOST else []
+    return Mismatch(tuple(out), scatter, wave if leads else None)
+
+
+def _left_over(points: Observed, white: Array, taken: Array) -> list[Located]:
+    """An entry where what is left beside everything taken is more than what is known to be uncertain lets expect (chi-square)."""
+    from scipy import stats
+
+    q = _directions(white @ taken)
+    y = np.asarray(white @ points.rest)
+    y = np.asarray(y - q @ (q.T @ y))
+    freedom = len(y) - q.shape[1]
+    p = float(stats.chi2.sf(y @ y, freedom))
+    if p >= FALSE:
+        return []
+    features, code = np.unique(points.feature, return_inverse=True)
+    at = int(np.argmax(np.bincount(code, y * y)))
+    line = _line_of_most(points.line[code == at], y[code == at] ** 2)
+    text = (
+        f"{features[at]}: {math.sqrt(y @ y / freedom):.3g} times what is known to be uncertain is left, most where line {line} cuts, and it "
+        f"goes with nothing that was asked ({p_in_words(p)})"
+    )
+    return [Located(str(features[at]), line, NOTHING_ASKED, p, float(np.sqrt((points.rest**2).mean())), text)]
+
+
+def _waving(
+    points: Observed, white: Array, taken: Array, left: tuple[float, int] | None
+) -> tuple[float, Covariate, Wave] | None:
+    """(logarithm of the significance, every period paid; the covariate; the wave) of the largest wave in time."""
+    time = points.run.columns.get("time_s")
+    if time is None:
+        return None
+    base = _directions(white @ np.hstack([taken, slow_courses(points.normals, time)]))
+    wave = largest_wave(white, base, points.rest, points.normals, time)
+    if wave is None:
+        return None
+    alone, _ = _gain(white, taken, wave.columns, points.rest)
+    gain = alone if wave.gain > alone / 2 else wave.gain  # else more of it is a slow course than a wave
+    p = log_p(gain, wave.freedom, left) + math.log(wave.asked)
+    words = f"comes and goes every {wave.period:.3g} s, which no effect that is known does"
+    return min(p, 0.0), Covariate(WAVE, words, wave.columns), wave
+
+
+# -- what may explain it ----------------------------------------------------------------------------------------------
+def covariates(points: Observed) -> Iterator[Covariate]:
+    """Everything that the rest may go with, from what was done when the points were cut."""
+    run, n = points.run, points.normals
+    across = run.columns.get("across_tool", np.ones(run.n))
+    yield Covariate("tool radius", "is the same wherever the side of the tool cuts", across[:, None])
+    yield Covariate("where the part lies", "is a shift or a turn of the whole part", _placed(points))
+    for i, letter in enumerate(AXES):
+        if letter in run.position:
+            yield Covariate(
+                letter,
+                f"goes with the position of axis {letter}",
+                n * _centred(run.position[letter])[:, None],
+            )
+        yield from _of_axis(run, letter, n[:, i])
+    for letter in "ABC":
+        if letter in run.position and _varies(run.position[letter]):
+            turn = [n * f(run.position[letter])[:, None] for f in (np.cos, np.sin)]
+            yield Covariate(letter, f"goes with the angle of axis {letter}", np.hstack(turn))
+    yield from _running(points, across)
+    if "force_x_N" in run.columns:
+        force = run.vector("force_x_N", "force_y_N", "force_z_N")
+        yield Covariate("cutting force", "goes with the cutting force", (n * force).sum(axis=1)[:, None])
+    yield Covariate("place in the part", "is a bend of the part", _bends(points))
+    yield from _labelled(points, across)
+
+
+def _labelled(points: Observed, across: Array) -> Iterator[Covariate]:
+    """One feature, one tool, one line of the program."""
+    for name in np.unique(points.feature):
+        yield Covariate(
+            "feature", f"belongs to {name} alone", (points.feature == name).astype(float)[:, None]
+        )
+    tools = points.run.labels["tool"]
+    if len(np.unique(tools)) > 1:
+        for name in np.unique(tools):
+            mine = (tools == name).astype(float)
+            yield Covariate(
+                "tool", f"belongs to tool {name}", np.column_stack([mine * across, mine * (1 - across)])
+            )
+    for number in np.unique(points.line):
+        mine = points.line == number
+        if mine.sum() >= 3 and len(np.unique(points.line)) > 1:
+            yield Covariate("NC line", f"belongs to line {number}", mine.astype(float)[:, None])
+
+
+def _of_axis(run: Run, letter: str, along: Array) -> Iterator[Covariate]:
+    """Direction, speed and acceleration of one linear axis, along it."""
+    for column, name, words in (
+        (f"sense_{letter}", "direction", f"turns its sign with the direction of axis {letter}"),
+        (f"speed_{letter}_mm_s", "speed", f"goes with the speed of axis {letter}"),
+        (f"accel_{letter}_mm_s2", "acceleration", f"goes with the acceleration of axis {letter}"),
+    ):
+        if column in run.columns and _varies(run.columns[column]):
+            yield Covariate(f"{name} {letter}", words, (along * run.columns[column])[:, None])
+
+
+def _running(points: Observed, across: Array) -> Iterator[Covariate]:
+    """Time, temperatures, wear and feed: what drifts in any direction, what wears across the tool."""
+    run, n = points.run, points.normals
+    for column, name, words in [
+        ("time_s", "time", "grows with time"),
+        *((c, c.removesuffix("_C").removeprefix("temp_") + " temperature", "goes with this temperature")
+          for c in run.columns if c.startswith("temp_")),
+    ]:  # fmt: skip
+        if column in run.columns and _varies(run.columns[column]):
+            yield Covariate(name, words, n * _centred(run.columns[column])[:, None])
+    for tool in np.unique(run.labels["tool"]):
+        worn = across * run.columns.get("cut_length_mm", np.zeros(run.n)) * (run.labels["tool"] == tool)
+        if _varies(worn):
+            yield Covariate("cut length", f"grows with what tool {tool} has cut", worn[:, None])
+    if "feed_mm_min" in run.columns and _varies(run.columns["feed_mm_min"]):
+        yield Covariate(
+            "feed", "goes with the feed", (across * _centred(run.columns["feed_mm_min"]))[:, None]
+        )
+
+
+def _bends(points: Observed) -> Array:
+    """Second-order surfaces of the part, per face: what a clamping leaves when it lets go."""
+    x, y, z = (points.place - points.place.mean(axis=0)).T
+    n = points.normals
+    columns = [n[:, 2] * f for f in (x * x, x * y, y * y)] + [n[:, i] * z * z for i in (0, 1)]
+    return np.stack(columns, axis=1)
+
+
+def _varies(values: Array) -> bool:
+    return bool(np.ptp(values) > SAME * max(1.0, float(np.abs(values).max())))
+
+
+def _centred(values: Array) -> Array:
+    out = values - values.mean()
+    return np.asarray(out / max(float(np.abs(out).max()), 1e-300))
+
+
+# -- the test ---------------------------------------------------------------------------------------------------------
+def _nuisance(points: Observed, rigid: bool) -> Array:
+    """Where the part was aligned is nobody's fault in the drawing frame."""
+    return _placed(points) if rigid else np.zeros((len(points.rest), 0))
+
+
+def _placed(points: Observed) -> Array:
+    """Three shifts and three turns (rad x 100 mm) of the part, as they show along the normals (n, 6)."""
+    arm = (points.place - points.place.mean(axis=0)) / 100.0
+    return np.hstack([points.normals, np.cross(arm, points.normals)])
+
+
+def _fitting(asked: list[Covariate], points: Observed, rigid: bool) -> list[Covariate]:
+    """Covariates whose columns are no alignment of the part, and few enough for the points."""
+    base = _nuisance(points, rigid)
+    kept = []
+    for one in asked:
+        own = _beyond(base, _scaled(one.columns))
+        if own.shape[1]:
+            kept.append(Covariate(one.name, one.words, _scaled(one.columns)))
+    while kept and len(points.rest) < _rank(base, kept) + ROOM:
+        single = [c for c in kept if c.name == "NC line"] or [
+            c for c in kept if c.name == "place in the part"
+        ]
+        if not single:
+            raise UsageError(
+                f"{len(points.rest)} measured points are too few to say where they depart from the prediction; measure at least "
+                f"{_rank(base, kept) + ROOM}"
+            )
+        kept = [c for c in kept if c.name != single[0].name]
+    return kept
+
+
+def _rank(base: Array, kept: list[Covariate]) -> int:
+    return int(np.linalg.matrix_rank(np.hstack([base, *(c.columns for c in kept)]), tol=1e-8))
+
+
+def _scaled(columns: Array) -> Array:
+    size = np.sqrt((columns**2).mean(axis=0))
+    return np.asarray(columns[:, size > SAME] / size[size > SAME])
+
+
+def _beyond(base: Array, columns: Array) -> Array:
+    """Orthonormal directions (n, r) that columns add to those of the base."""
+    q = _directions(base)
+    rest = columns - q @ (q.T @ columns)
+    u, s, _ = np.linalg.svd(rest, full_matrices=False)
+    return np.asarray(u[:, s > 1e-6 * max(1.0, float(np.linalg.norm(columns)))])
+
+
+def _directions(columns: Array) -> Array:
+    if not columns.shape[1]:
+        return columns
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(u[:, s > 1e-9 * s[0]])
+
+
+def _whitened(
+    points: Observed, every: Array, u_point: float | None
+) -> tuple[Array, float, tuple[float, int] | None]:
+    """(W with W cov W^T = 1, scatter mm, (sum of squares, freedom) of what is left beside everything).
+
+    None for the last where the scatter is given, and where less is left than C alone lets expect: then C is all there is, its size is
+    known, and a sum of squares that the least scatter makes small must not stand for it.
+    """
+    values, vectors = np.linalg.eigh(points.covariance)
+    values = np.maximum(values, 0.0)
+
+    def white(scatter: float) -> Array:
+        return np.asarray((vectors / np.sqrt(values + scatter**2)) @ vectors.T)
+
+    if u_point is not None:
+        return white(u_point), u_point, None
+
+    def rest(scatter: float) -> tuple[float, int]:
+        w = white(scatter)
+        q = _directions(w @ every)
+        y = w @ points.rest
+        return float(y @ y - ((q.T @ y) ** 2).sum()), len(y) - q.shape[1]
+
+    low, high = np.log(LEAST_SCATTER), np.log(MOST_SCATTER)
+    square, freedom = rest(LEAST_SCATTER)
+    if square <= freedom:
+        return white(LEAST_SCATTER), LEAST_SCATTER, None
+    for _ in range(40):  # the sum of squares falls with the scatter
+        middle = 0.5 * (low + high)
+        square, freedom = rest(np.exp(middle))
+        low, high = (middle, high) if square > freedom else (low, middle)
+    scatter = float(np.exp(low))
+    return white(scatter), scatter, rest(scatter)
+
+
+def _p(white: Array, taken: Array, columns: Array, rest: Array, left: tuple[float, int] | None) -> float:
+    """Logarithm of the significance of columns beside those already taken."""
+    gain, m = _gain(white, taken, columns, rest)
+    return log_p(gain, m, left) if m else 0.0
+
+
+def _gain(white: Array, taken: Array, columns: Array, rest: Array) -> tuple[float, int]:
+    """What columns explain beside those already taken: sum of squares, and with how many numbers."""
+    q = _beyond(white @ taken, white @ columns)
+    return float(((q.T @ (white @ rest)) ** 2).sum()), q.shape[1]
+
+
+def _entry(
+    points: Observed, white: Array, taken: Array, best: Covariate, *, p: float, rivals: list[str]
+) -> Located:
+    """Where measured departure and fitted columns go together most, in words; the amount is what was measured less predicted."""
+    every = np.hstack([taken, best.columns])
+    c = np.linalg.lstsq(white @ every, white @ points.rest, rcond=None)[0]
+    shape = best.columns @ c[taken.shape[1] :]
+    features, code = np.unique(points.feature, return_inverse=True)
+    both = np.abs(shape * points.rest)
+    size = np.bincount(code, both) / np.bincount(code)
+    feature = str(features[int(np.argmax(size))])
+    mine = points.feature == feature
+    line = _line_of_most(points.line[mine], both[mine])
+    worst = float(points.rest[mine][int(np.argmax(both[mine]))])
+    what = "more material than" if worst > 0 else "less material than"
+    text = (
+        f"{feature}: up to {abs(worst) * 1e3:.2f} um {what} predicted, most where line {line} cuts; it {best.words} "
+        f"({p_in_words(p)}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
+    )
+    return Located(feature, line, best.name, p, float(np.sqrt((shape**2).mean())), text)
+
+
+def _line_of_most(line: Ints, amount: Array) -> int:
+    """The line of the program that has most of an amount."""
+    lines, which = np.unique(line, return_inverse=True)
+    return int(lines[int(np.argmax(np.bincount(which, amount)))])
+
+
+def _listed(names: list[str]) -> str:
+    """a, b or c; the first few."""
+    names = list(dict.fromkeys(names))
+    shown = [*names[:4], *(["others"] if len(names) > 4 else [])]
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} or {shown[-1]}"

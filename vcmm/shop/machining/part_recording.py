@@ -1,0 +1,54 @@
+"""A measured part as a recording: what the tool did at every point, for `diagnose`.
+
+The value is actual - commanded of the tool along the normal of the cutter. It is made so that what the machine file predicts of
+these rows, taken off, leaves what was measured less what was predicted: what is known of the set-up (the zero was set on this very
+machine, a tool of known compliance bends) is no riddle, and what is uncertain in it is handed on as the covariance that it has.
+Where the part was aligned is nobody's fault: free parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.shop.machining.measured import MeasuredCut
+from vcmm.task.response.observe import baseline
+from vcmm.task.response.recording import Recording
+
+ALIKE = 1e-6  # of a scatter: rounding
+LABELS = ("tool", "feature", "part", "setup")
+WITHOUT_MEANING = ("spindle_angle_rad",)  # of a milled wall: the tooth that stands out most passes everywhere
+
+
+def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozenset[str]) -> Recording:
+    """The recording, to be diagnosed beside `machine`. keep: columns that a recording file may have, as a run names them; others
+    are left out.
+    """
+    run = cut.observed.run
+    kept = keep - set(WITHOUT_MEANING)
+    columns = {k: v for k, v in run.columns.items() if k in kept or k.startswith("temp_")}
+    columns |= {f"n{c}": cut.normal[:, i] for i, c in enumerate("xyz")}
+    labels = {k: v for k, v in run.labels.items() if k in LABELS} | {
+        "clamp": np.full(run.n, "1")
+    }  # it was held once
+    # in the order in which the points were cut, as a reader of the table expects them
+    order = np.argsort(run.column("time_s"), kind="stable")
+    ordered = Run(run.position, run.offset, columns, labels, run.series).take(order)
+    count = ordered.n
+    empty = Recording(
+        name=name, kind="path", run=ordered, value=np.zeros(count), measuring=False, row=np.arange(count),
+        direction=cut.normal[order], other=np.full(count, -1), nuisance={} if cut.in_machine else {"rigid": "run"},
+        **_noise(cut.noise[order]), known=tuple((word, columns[order]) for word, columns in cut.known),
+    )  # fmt: skip
+    return replace(empty, value=baseline(empty, machine) + cut.departure[order])
+
+
+def _noise(u: Array) -> dict[str, Any]:
+    """One law where every point scatters alike, else u of each."""
+    alike = float(np.ptp(u)) <= ALIKE * float(u.max(initial=0.0))
+    return {"noise": Normal(float(u.mean()))} if alike else {"u": u}

@@ -1,0 +1,55 @@
+"""Scatter of a machine tool: it repeats badly from pass to pass, and little along one.
+
+A pass is what one tool cuts between two rapids. Its departure is a Gaussian-correlated process over the way of the tool,
+exp(-d^2 / (2 l^2)), one draw per pass: points that a pass cuts side by side have the same departure, however many are
+inspected (ISO 230-2 repeatability of positioning approaches anew; a pass approaches once).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.program.moves import Program
+from vcmm.shop.cutting.contactmap import Ints
+from vcmm.shop.cutting.sweeps import LINE, Sweep
+
+LENGTH = 20.0  # mm along the pass
+CELL = 8  # places per correlation length that are told apart
+LOST = 1e-6  # of the variance of a pass that may be left out
+
+
+def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length: float = LENGTH) -> Array:
+    """(n, r): departure of each row of a cut per independent unit draw; rows of weight have the length 1.
+
+    row, share (n,): of the sweep.
+    """
+    number, way = _places(program, sweep, row, share)
+    columns = []
+    for one in np.unique(number):
+        mine = np.flatnonzero(number == one)
+        cell, index = np.unique(np.round(way[mine] * CELL / length), return_inverse=True)
+        kernel = np.exp(-((cell[:, None] - cell[None, :]) ** 2) / (2 * CELL**2))
+        value, vector = np.linalg.eigh(kernel)
+        kept = value > LOST * value.sum()
+        root = vector[:, kept] * np.sqrt(value[kept])
+        root /= np.linalg.norm(root, axis=1, keepdims=True)
+        block = np.zeros((len(row), root.shape[1]))
+        block[mine] = root[index]
+        columns.append(block)
+    return np.concatenate(columns, axis=1) if columns else np.zeros((len(row), 0))
+
+
+def _places(program: Program, sweep: Sweep, row: Ints, share: Array) -> tuple[Ints, Array]:
+    """Number of the pass of each row and how far along the way of the tool it is, mm."""
+    rapid = np.array([move.kind == "rapid" for move in program.moves])[sweep.move]
+    length = _lengths(sweep)
+    before = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+    return np.cumsum(rapid)[row], before[row] + share * length[row]
+
+
+def _lengths(sweep: Sweep) -> Array:
+    """(m,) mm: of lines, arcs and helices."""
+    straight = np.linalg.norm(sweep.end - sweep.start, axis=1)
+    arc = np.abs(sweep.turn) * np.linalg.norm(np.nan_to_num(sweep.start - sweep.centre), axis=1)
+    return np.where(sweep.kind == LINE, straight, arc)

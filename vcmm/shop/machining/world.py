@@ -1,0 +1,140 @@
+"""The world of a cut part: errors of the machine tool are departures of the surface, found again by the measurement.
+
+    indicated - true of a touch = that of the measuring machine + (surface with errors - surface without) n
+
+The surface without errors (cusps, rounded corners) is the form of the task. Everything behind the touches (fits,
+characteristics, Monte Carlo, budget) is that of measuring. Where the part is probed on the machine that cut it, what is
+drawn once per machine is one draw for both, and what the probing repeats it does not see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.answer.evaluation.world import Measuring
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.shop.cutting.contactmap import Contacts, Ints
+from vcmm.shop.machining.probing import ProbedHere, Unprobed
+from vcmm.shop.machining.tool_errors import ToolSide
+from vcmm.task.response.influence import Influence, Product
+from vcmm.task.response.trials import Draws
+
+
+@dataclass(frozen=True, eq=False)
+class Cutting:
+    """A task measured on a part that was cut with errors.
+
+    measuring: the measuring machine's own world. An Input of both with one id is one quantity (the same machine).
+    """
+
+    measuring: Measuring | ProbedHere | Unprobed
+    tool: ToolSide
+    contacts: Contacts
+    predicts: bool = True
+
+    @cached_property
+    def level(self) -> Array:
+        """Surface without errors of the machine (P,): the form of the task, so no error."""
+        return self.contacts.surface(self.tool.known)
+
+    @cached_property
+    def moved(self) -> Array:
+        """Errors of the tool at the estimates (rows, 3)."""
+        return self.tool.errors()
+
+    @cached_property
+    def _cut(self) -> tuple[Influence, ...]:
+        """Influences on the rows of the cut, setting not yet subtracted."""
+        return self.tool.influences()
+
+    @cached_property
+    def _probing(self) -> tuple[Influence, ...]:
+        return self.measuring.influences()
+
+    @cached_property
+    def _place(self) -> list[int]:
+        """Number of each influence of the measuring machine among all."""
+        ids = [f.input.id for f in self._cut]
+        out, following = [], len(ids)
+        for one in self._probing:
+            shared = one.input.id in ids
+            out.append(ids.index(one.input.id) if shared else following)
+            following += not shared
+        return out
+
+    def of_part(self) -> Cutting:
+        """The part itself, whatever measures it."""
+        return replace(self, measuring=Unprobed(self.measuring.task))
+
+    def errors(self) -> Array:
+        return self.measuring.errors() + self._outward(self.contacts.surface(self.moved) - self.level)
+
+    def _outward(self, height: Array) -> Array:
+        """Heights (..., P) as vectors along the normals of the touches, workpiece axes of the measuring machine."""
+        return np.asarray(height[..., None] * self.measuring.task.touches.run.normal)
+
+    def influences(self) -> tuple[Influence, ...]:
+        row, gain = self.contacts.deepest(self.moved)
+        out = [self._at_touches(self.tool.relative(f), row, gain) for f in self._cut]
+        for number, one in zip(self._place, self._probing):
+            if number < len(self._cut):
+                out[number] = _together(out[number], one)
+            else:
+                out.append(one)
+        return tuple(out)
+
+    def _at_touches(self, one: Influence, row: Ints, gain: Array) -> Influence:
+        height = np.einsum("pi,pik->pk", gain, one.response[row])
+        response = height[:, None, :] * self.measuring.task.touches.run.normal[:, :, None]
+        return replace(one, response=response, codes=one.codes[row])
+
+    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+        row, gain = self.contacts.deepest(self.moved)
+        n = self.measuring.task.touches.run.normal
+        out = [
+            Product(p.first, p.second, np.einsum("pi,pi->p", gain, p.response[row])[:, None] * n)
+            for p in self.tool.products(self._cut)
+        ]
+        for p in self.measuring.products(self._probing):
+            out.append(Product(self._place[p.first], self._place[p.second], p.response))
+        return tuple(out)
+
+    def exact_errors(self, drawn: Sequence[Draws]) -> Array:
+        mine = [replace(d, influence=f) for d, f in zip(drawn, self._cut)]
+        theirs = [_drawn_for(drawn[i], f) for i, f in zip(self._place, self._probing)]
+        height = self.contacts.surface(self.tool.exact(mine)) - self.level
+        return np.asarray(self._outward(height) + self.measuring.exact_errors(theirs))
+
+    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+        if any(one is f.input for f in self._cut):
+            return self.tool.machine, self.tool.run
+        return self.measuring.machine_of(one)
+
+
+def _together(cut: Influence, probing: Influence) -> Influence:
+    """One draw that acts on both: the machine is the same. Raises UsageError where a touch and its cut have two draws."""
+    label = [np.array(one.copies)[one.codes] for one in (cut, probing)]
+    other = np.flatnonzero(label[0] != label[1])
+    if len(other):
+        what, first = cut.input.redraw, int(other[0])
+        raise UsageError(
+            f"{cut.input.id} is drawn per {what}, but a point is cut under {label[0][first]} and probed under "
+            f"{label[1][first]}, so that one error would be two; cut each feature under one {what}, or inspect on another machine"
+        )
+    return replace(cut, response=cut.response + probing.response)
+
+
+def _drawn_for(drawn: Draws, probing: Influence) -> Draws:
+    """The draws with the copies that the probing knows: fewer than the cut has, where not all offsets are probed."""
+    known = drawn.influence.copies
+    if known == probing.copies:
+        return replace(drawn, influence=probing)
+    pick = [known.index(one) for one in probing.copies]
+    return Draws(probing, drawn.raw[:, pick], drawn.departures[:, pick])

@@ -1,0 +1,1 @@
+"""How a program moves the machine in time: curves, blends, servo, time law, toolpath."""

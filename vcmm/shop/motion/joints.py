@@ -1,0 +1,120 @@
+"""Joints: what happens between two moves of a program. The control stops, waits, rounds the corner or runs through.
+
+It stops: before and after a rapid (`rapid_stop`), at an exact stop, a dwell, a tool change, a new tool length, where a
+thread begins or ends, where the path turns back, where rotary axes alone take over, and at a corner that must not be
+rounded (tolerance 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.program.limits import LEAST_PAUSE, Control, Limits
+from vcmm.program.moves import Move
+from vcmm.shop.motion.blend import (
+    STRAIGHT,
+    chained,
+    direction_jump,
+    needed_reach,
+    reach_of_blends,
+    turns_back,
+)
+from vcmm.shop.motion.curves import TINY, Curves, Ints
+
+GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
+Bools = np.typing.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves.
+
+    before, after (n-1,) mm: how far the rounding reaches into either move, 0 for none.   bends: q_ss (n-1, 6) at its ends
+    in addition to that of the moves.
+    """
+
+    before: Array
+    after: Array
+    bends: tuple[Array, Array]
+    stop: Bools
+    pause: Array
+    tool_changes: int
+
+
+def joints_of(
+    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits | None = None
+) -> Joints:
+    """curves: those of the moving moves only, in order. limits: no corner is rounded more than its feed asks for."""
+    pause, changes, apart = _pauses(moves, moving, control)
+    between = pause[1:-1] if len(moving) else np.zeros(0)
+    first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
+    if len(moving) < 2:
+        none = np.zeros((0, 6))
+        return Joints(np.zeros(0), np.zeros(0), (none, none), np.zeros(0, dtype=bool), pause, changes)
+    kept = [moves[i] for i in moving]
+    stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
+    stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
+    apart_in_space = _gaps(curves, first, second) > GAP
+    pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
+    stop |= apart_in_space
+    tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
+    reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
+    turn, bend = direction_jump(curves, first, second)
+    if limits is not None:
+        reach = np.minimum(reach, needed_reach(turn, bend, _feed(kept), limits))
+    straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
+    stop |= ~straight & (reach < TINY)
+    before, after, bends = chained(curves, np.where(stop, 0.0, reach), tolerance)
+    return Joints(before, after, bends, stop, pause, changes)
+
+
+def _feed(moves: Sequence[Move]) -> Array:
+    """Speed (n-1,) mm/s at which each joint is to be passed; infinite between rapids."""
+    feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
+    return np.minimum(feed[:-1], feed[1:])
+
+
+def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Array, int, Bools]:
+    """(pause (n+1,), tool changes, stops asked for by moves without motion (n+1,))."""
+    place = np.searchsorted(moving, np.arange(len(moves)), side="left")  # moving moves before each move
+    pause, changes = np.zeros(len(moving) + 1), 0
+    apart = np.zeros(len(moving) + 1, dtype=bool)
+    is_moving = np.zeros(len(moves), dtype=bool)
+    is_moving[moving] = True
+    for i, move in enumerate(moves):
+        if move.kind == "dwell":
+            pause[place[i]] += move.seconds
+        if not is_moving[i]:
+            apart[place[i]] |= move.exact_stop or move.kind == "dwell"
+        if i == 0:
+            continue
+        if move.tool != moves[i - 1].tool:
+            pause[place[i]] += max(control.tool_change, LEAST_PAUSE)
+            changes += 1
+        elif move.tool_offset != moves[i - 1].tool_offset:
+            pause[place[i]] += LEAST_PAUSE
+    return pause, changes, apart
+
+
+def _ordered_stops(moves: Sequence[Move], control: Control) -> Bools:
+    """Stops that follow from the kinds of two neighbours."""
+    rapid = np.array([m.kind == "rapid" for m in moves])
+    thread = np.array([m.kind == "thread" for m in moves])
+    stop = np.array([m.exact_stop for m in moves[:-1]]) | (thread[1:] != thread[:-1])
+    return stop | (rapid[1:] | rapid[:-1]) if control.rapid_stop else stop
+
+
+def _rotary_takes_over(curves: Curves, first: Ints, second: Ints) -> Bools:
+    """Where s changes between mm and degrees."""
+    linear = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1)[:, :3]).max(axis=1) > 0
+    return linear[first] != linear[second]
+
+
+def _gaps(curves: Curves, first: Ints, second: Ints) -> Array:
+    """Distance between the end of one move and the start of the next."""
+    gap = curves.at(second, np.zeros(len(second))) - curves.at(first, curves.length[first])
+    return np.abs(gap).max(axis=1)

@@ -1,0 +1,63 @@
+"""Where a machine holds its tool: tip and tool axis in the workpiece for positions of all axes, and the way back.
+
+    tip = T_work(q)^-1 T_tool(q) (-tool offset)        tool axis = R_work(q)^T R_tool(q) z
+
+for any chain of linear and rotary axes. With the rotary axes held, the tip is affine in X, Y, Z, so that the axes that lead it
+to a point follow from one linear system. The angles that turn the tool into a direction: vcmm.shop.motion.posture.
+
+Source of the chain: ISO 230-1 structure codes, multiplied out in vcmm.core.kinematics.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.axes import LINEAR, ROTARY
+from vcmm.core.kinematics import Frame, Pose6, link_frames
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def by_letter(machine: Machine, linear: Array, angle: Array) -> dict[str, Array]:
+    """Axis letter -> position (k,), for the axes the machine has."""
+    both = {a: linear[:, i] for i, a in enumerate(LINEAR)} | {a: angle[:, i] for i, a in enumerate(ROTARY)}
+    return {a: both[a] for a in machine.chain.letters}
+
+
+def ends_of(machine: Machine, axes: dict[str, Array]) -> tuple[dict[str, Pose6], Frame, Frame]:
+    """Frames of all links and of both ends of the chain at positions (k,)."""
+    count = len(next(iter(axes.values())))
+    return link_frames(machine.chain, machine.axes, Run(axes, np.zeros((count, 3))))
+
+
+def tip_and_axis(
+    machine: Machine, tip: Array, angle: Array, offset: Array, direction: Array = Z
+) -> tuple[Array, Array]:
+    """Tip and tool axis (k, 3) in workpiece axes; tip as with rotary axes at zero, offset: that of the tool, mm.
+
+    direction (3,) or (k, 3): from tip to holder, in the frame of the last tool-side axis.
+    """
+    _, tool, work = ends_of(machine, by_letter(machine, tip + offset, angle))
+    at = work.undo(tool.apply(-offset))
+    axis = work.turn_back(tool.turn(np.broadcast_to(direction, tip.shape)))
+    axis = axis.round(15)  # cos 90 deg is no 6e-17
+    return at, axis / np.linalg.norm(axis, axis=1)[:, None]
+
+
+def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> Array:
+    """The way back: tips (k, 3) as with rotary axes at zero that lead to points (k, 3) of the workpiece at angles (k, 3)."""
+    count = len(at)
+    corners = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    found, _ = tip_and_axis(
+        machine, np.tile(corners, (count, 1)), np.repeat(angle, 4, axis=0), np.repeat(offset, 4, axis=0)
+    )
+    found = found.reshape(count, 4, 3)
+    ways = np.moveaxis(found[:, 1:] - found[:, :1], 1, 2)
+    return np.asarray(np.linalg.solve(ways, (at - found[:, 0])[:, :, None])[:, :, 0])
+
+
+def rotary_of(machine: Machine) -> list[int]:
+    """Numbers (0 = A) of the rotary axes of a machine, those on the side of the tool first."""
+    return [ROTARY.index(a) for a in machine.chain.letters if a in ROTARY]

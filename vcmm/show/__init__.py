@@ -1,0 +1,1 @@
+"""Result tables and their readings: terminal, page, chart, workbench."""

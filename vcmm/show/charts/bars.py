@@ -1,0 +1,115 @@
+"""Bars: what contributes how much to an uncertainty, and how probable names are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, named, plain
+from vcmm.show.charts.inline import HINT
+from vcmm.show.report.palette import LIGHT
+from vcmm.show.report.text import DASH, aligned, number, shorten
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Share = Literal["square", "linear", "none"]
+SHOWN = 12
+ROUNDING = 5e-4  # of u^2: printed as 0.0 %
+NAME, ROW = 200.0, 27  # px: of a name at most, of a bar
+FREE, BEFORE = 0.36, 0.16  # of the width, for figures behind the longest bar, and before the lowest
+
+
+class _Contribution(Protocol):
+    @property
+    def what(self) -> str: ...
+    @property
+    def u(self) -> float: ...
+    @property
+    def share(self) -> float: ...
+
+
+def contributions(
+    lines: Sequence[_Contribution], title: str = "budget", ax: Axes | ChartSheet | None = None
+) -> Axes:
+    """One bar per line (share of u^2 in percent), the largest on top; past the twelfth they are summed up.
+
+    What would be printed as 0.0 % is left out.
+    """
+    ranked = sorted((line for line in lines if line.share >= ROUNDING), key=lambda line: -line.share)
+    items = [(line.what, 100.0 * line.share) for line in ranked]
+    if len(ranked) > SHOWN:
+        rest = items[SHOWN - 1 :]
+        items = [*items[: SHOWN - 1], (f"{len(rest)} others", sum(share for _, share in rest))]
+    return bars(items, unit="%", title=title, share="none", label="share of u² / %", ax=ax)
+
+
+def probabilities(
+    names: Sequence[str], values: Sequence[float], title: str, ax: Axes | ChartSheet | None = None
+) -> Axes:
+    """One bar per name, probability in percent, in the order given."""
+    items = [(name, 100.0 * v) for name, v in zip(names, values)]
+    return bars(items, unit="%", title=title, share="none", label="probability / %", longest=100.0, ax=ax)
+
+
+def shares(values: Sequence[float], total: float | None = None, share: Share = "square") -> list[float]:
+    """Share of each value, 1 = all of it.
+
+    "square": (u_i / u)^2, the index of EA-4/02 and of the law of propagation (GUM 5.1.2); u = root sum of squares
+    of the values unless `total` gives it (then the shares may add to less than 1: interaction). "linear":
+    |v_i| / total, total = sum of |v_i| unless given. A total of zero gives NaN shares.
+    """
+    if share not in ("square", "linear", "none"):
+        raise UsageError(f'Unknown share "{share}".{choose_from(share, ("square", "linear", "none"))}')
+    power = 2 if share == "square" else 1
+    sizes = [abs(v) ** power if math.isfinite(v) else math.nan for v in values]
+    whole = sum(s for s in sizes if math.isfinite(s)) if total is None else abs(total) ** power
+    return [s / whole if whole > 0 else math.nan for s in sizes]
+
+
+def percent(value: float) -> str:
+    """ "38 %", "<1 %", or an en dash."""
+    if not math.isfinite(value):
+        return DASH
+    if 0 < value < 0.005:
+        return "<1 %"
+    return f"{100 * value:.0f} %"
+
+
+def bars(
+    items: Sequence[tuple[str, float]],
+    *,
+    unit: str,
+    title: str,
+    total: float | None = None,
+    share: Share = "square",
+    longest: float = 0.0,
+    label: str = "",
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:
+    """One bar per (name, value) in the order given, with the value and its share in percent (see `shares`).
+
+    Negative values go to the left of zero in a colour of their own (tornado); what is not finite has no bar.
+    longest: a value that must fit too, so that charts side by side have one scale.
+    """
+    names, values = [name for name, _ in items], [float(v) for _, v in items]
+    parts, figures = shares(values, total, share), aligned(values)
+    drawn = canvas(ax, 46 + ROW * max(len(items), 1))
+    wide = [v if math.isfinite(v) else 0.0 for v in values]
+    colours = [LIGHT["accent"] if v >= 0 else LIGHT["c2"] for v in wide]
+    made = drawn.barh(range(len(items)), wide, color=colours, height=0.55)
+    words = figures if share == "none" else [f"{f} · {percent(p)}" for f, p in zip(figures, parts)]
+    drawn.bar_label(made, labels=words, padding=4, fontsize=TICK, color=MUTED)
+    for bar, name, value in zip(made, names, values):
+        bar.set_gid(f"{HINT}{name}: {number(value, 3)}")
+    drawn.set_yticks(range(len(items)), [named(shorten(name, 12.0, NAME)) for name in names])
+    drawn.set_ylim(len(items) - 0.4, -0.6)
+    low, high = min([0.0, *wide]), max([0.0, longest, *wide])
+    before = BEFORE if low < 0 else 0.0
+    reach = (high - low or 1.0) / (1.0 - FREE - before)
+    drawn.set_xlim(low - before * reach, low + (1.0 - before) * reach)
+    kind = {"square": ", share of u²", "linear": ", share", "none": ""}[share]
+    drawn.axvline(0.0, color=LIGHT["rule"], linewidth=0.8)
+    return plain(drawn, title, label or f"{unit}{kind}", "", grid="x")

@@ -1,0 +1,87 @@
+"""Where a picture goes: the Axes that the caller gives, a figure of its own, or a sheet for a page, in the colours of the reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from vcmm.show.report.palette import LIGHT
+from vcmm.show.report.text import text_width
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK, MUTED, GRID, RULE = LIGHT["ink"], LIGHT["muted"], LIGHT["grid"], LIGHT["rule"]
+WORD, TICK = 9, 8.5  # sizes of letters, points
+INCH = 100.0  # pixels of a page
+
+
+@dataclass(frozen=True)
+class ChartSheet:
+    """Axes for a page, so many pixels large (height None: what the chart likes); made without pyplot, so in any thread."""
+
+    width: int = 500
+    height: int | None = None
+
+
+def canvas(where: Axes | ChartSheet | None, height: int = 300, projection: str | None = None) -> Any:
+    """The Axes to draw on: those given, those of a sheet, or those of a new figure of pyplot `height` pixels high."""
+    options: dict[str, Any] = {"subplot_kw": {"projection": projection}}
+    if where is None:
+        import matplotlib.pyplot as plt
+
+        size = (6.4, max(3.6, 1.2 * height / INCH))
+        return plt.subplots(figsize=size, layout="constrained", **options)[1]
+    if not isinstance(where, ChartSheet):
+        return where
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(where.width / INCH, (where.height or height) / INCH), layout="constrained")
+    return figure.subplots(**options)
+
+
+def panels(count: int, width: float = 6.4, height: float = 2.2) -> list[Any]:
+    """`count` Axes below one another in one figure."""
+    import matplotlib.pyplot as plt
+
+    made = plt.subplots(count, 1, figsize=(width, height * count), layout="constrained", squeeze=False)[1]
+    return list(made[:, 0])
+
+
+def named(words: str) -> str:
+    """Words as they are: no mathematics between dollars, and never hidden from a legend by a leading underscore."""
+    words = words.replace("$", r"\$")
+    return f"\u200a{words}" if words.startswith("_") else words
+
+
+def titled(ax: Any, title: str) -> Any:
+    """The title on the left; a second line stands smaller on a page."""
+    ax.set_title(named(title), fontsize=10, color=INK, loc="left")
+    return ax
+
+
+def plain(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
+    """Title, labels with units, and a quiet frame; returns ax."""
+    ax.set_xlabel(named(x), fontsize=WORD, color=MUTED)
+    ax.set_ylabel(named(y), fontsize=WORD, color=MUTED)
+    ax.tick_params(labelsize=TICK, colors=RULE, labelcolor=MUTED, length=3)
+    if grid:
+        ax.grid(True, axis=grid, color=GRID, linewidth=0.8)
+    ax.set_axisbelow(True)
+    for side, spine in ax.spines.items():
+        spine.set_visible(side not in ("top", "right"))
+        spine.set_edgecolor(RULE)
+    return titled(ax, title)
+
+
+def keyed(ax: Any) -> Any:
+    """The legend above the picture, as many keys in a row as fit; none where nothing has a name."""
+    handles, names = ax.get_legend_handles_labels()
+    if names:
+        wide = 500.0 if ax.figure is None else INCH * ax.figure.get_figwidth()
+        most = max(text_width(name, TICK / 0.72) for name in names) + 50.0
+        ax.legend(
+            handles, names, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=max(1, int(wide / most)), fontsize=TICK,
+            frameon=False, labelcolor=MUTED, borderaxespad=0.2, handlelength=1.6, columnspacing=1.2,
+        )  # fmt: skip
+    return ax

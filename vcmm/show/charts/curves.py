@@ -1,0 +1,132 @@
+"""Curves over an axis: errors with their bands (style of ISO 230-2 reports), drift, U against time, readings by the sense of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import DataError
+from vcmm.core.run import Array
+from vcmm.show.charts.canvas import ChartSheet, canvas, keyed, named, plain
+from vcmm.show.report.palette import LIGHT, SERIES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SENSES = ((1.0, "upwards", "o"), (-1.0, "downwards", "s"), (0.0, "at rest", "."))
+
+
+@dataclass(frozen=True)
+class PlotSeries:
+    """One curve: x, y (n,); `low` and `high` (n,) bound its band (for example mean - 2 u, mean + 2 u).
+
+    A NaN interrupts the line. `marker` draws a dot at every point (or the marker of matplotlib that it names);
+    `line=False` leaves only the dots.
+    """
+
+    x: npt.ArrayLike
+    y: npt.ArrayLike
+    name: str = ""
+    low: npt.ArrayLike | None = None
+    high: npt.ArrayLike | None = None
+    marker: bool | str = False
+    line: bool = True
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Band:
+    """A limit band behind the curves: `low` and `high` are numbers, or arrays over `x` (an MPE funnel)."""
+
+    low: npt.ArrayLike
+    high: npt.ArrayLike
+    name: str = ""
+    x: npt.ArrayLike | None = None
+
+
+def curve(
+    series: Sequence[PlotSeries],
+    *,
+    x_label: str,
+    y_label: str,
+    title: str,
+    bands: Sequence[Band] = (),
+    zero_line: bool = True,
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:
+    """Curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
+    drawn = canvas(ax)
+    for k, one in enumerate(series):
+        _draw(drawn, _checked(one), one, LIGHT[SERIES[k % len(SERIES)]])
+    for band_ in bands:
+        x = np.asarray(drawn.get_xlim() if band_.x is None else band_.x, dtype=np.float64)
+        low, high = (
+            np.broadcast_to(np.asarray(v, dtype=np.float64), x.shape) for v in (band_.low, band_.high)
+        )
+        drawn.fill_between(
+            x, low, high, facecolor=LIGHT["grid"], edgecolor=LIGHT["faint"], linestyle=":", alpha=0.7, zorder=0.5,
+            label=named(band_.name) or None,
+        )  # fmt: skip
+    if zero_line:
+        drawn.axhline(0.0, color=LIGHT["rule"], linewidth=0.8, zorder=0.8)
+    drawn.margins(x=0.01)
+    drawn.ticklabel_format(useOffset=False)
+    return plain(keyed(drawn), title, x_label, y_label)
+
+
+def _draw(drawn: Axes, data: tuple[Array, ...], one: PlotSeries, colour: str) -> None:
+    name = named(one.name) or None
+    if len(data) == 4:
+        drawn.fill_between(data[0], data[2], data[3], color=colour, alpha=0.18, linewidth=0.0)
+    dot = one.marker if isinstance(one.marker, str) else "o" if one.marker or not one.line else ""
+    style = ("--" if one.dashed else "-") if one.line else "none"
+    drawn.plot(
+        data[0], data[1], linestyle=style, marker=dot, color=colour, linewidth=1.3, markersize=3.4, label=name
+    )
+
+
+def _checked(one: PlotSeries) -> tuple[Array, ...]:
+    """(x, y) or (x, y, low, high), all of one length, infinities turned into gaps."""
+    given = (one.x, one.y) if one.low is None or one.high is None else (one.x, one.y, one.low, one.high)
+    parts = [np.atleast_1d(np.asarray(v, dtype=np.float64)) for v in given]
+    if len({p.shape for p in parts}) != 1 or parts[0].ndim != 1:
+        shapes = ", ".join(str(p.shape) for p in parts)
+        raise DataError(
+            f'Curve "{one.name}" has x, y, low, high of shapes {shapes}: give arrays of one length.'
+        )
+    return tuple(np.where(np.isfinite(p), p, np.nan) for p in parts)
+
+
+def band(
+    nodes: Array, value: Array, u: Array, *, unit: str, title: str, label: str = "position / mm",
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:  # fmt: skip
+    """value (n,) over nodes (n,) with the 95 % band value +- 1.96 u, all in `unit`."""
+    one = PlotSeries(nodes, value, "± 1.96 u", value - 1.96 * u, value + 1.96 * u)
+    return curve([one], x_label=label, y_label=unit, title=title, ax=ax)
+
+
+def readings(
+    position: Array,
+    value: Array,
+    sense: Array,
+    *,
+    unit: str,
+    title: str,
+    label: str,
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:
+    """Readings (n,) in `unit` over position (n,), those of each sense of motion (+1, -1, 0) in a colour of their own."""
+    series = []
+    for number, name, shape in SENSES:
+        mine = sense == number
+        if mine.any():
+            words = f"{name} ({int(mine.sum())})"
+            series.append(PlotSeries(position[mine], value[mine], words, marker=shape, line=False))
+    if len(series) == 1:
+        series = [PlotSeries(position, value, marker=True, line=False)]
+    return curve(series, x_label=label, y_label=unit, title=title, ax=ax)

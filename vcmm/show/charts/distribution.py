@@ -1,0 +1,98 @@
+"""What trials gave: histogram, coverage interval (GUM Supplement 1, clause 7.7), limits, marked values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import DataError
+from vcmm.core.run import Array
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, keyed, named, plain
+from vcmm.show.report.palette import LIGHT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def distribution(
+    edges: npt.ArrayLike,
+    counts: npt.ArrayLike,
+    *,
+    interval: tuple[float, float] | None = None,
+    limits: tuple[float, float] | None = None,
+    marks: Mapping[str, float] | None = None,
+    unit: str = "mm",
+    label: str = "",
+    title: str = "",
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:
+    """Bars of area proportional to the counts (edges (n + 1,), counts (n,)), darker inside the interval; lines for limits and marks.
+
+    A limit or mark that is not finite is none; without counts no bars are drawn, and that is said.
+    DataError: shapes that do not fit, edges that do not increase, counts negative or not finite.
+    """
+    edge, count = _checked(edges, counts)
+    drawn = canvas(ax)
+    if count.size:
+        _bars(drawn, edge, count / np.diff(edge) / max(float(count.sum()), 1.0), interval)
+    else:
+        drawn.text(
+            0.01,
+            0.96,
+            "closed form, no trials",
+            transform=drawn.transAxes,
+            va="top",
+            fontsize=TICK,
+            color=MUTED,
+        )
+    if interval and np.isfinite(interval).all():
+        drawn.axvspan(*interval, color=LIGHT["accent"], alpha=0.14, label="coverage interval", linewidth=0.0)
+    for limit, name in zip(limits or (), ("lower limit", "upper limit")):
+        if np.isfinite(limit):
+            drawn.axvline(limit, color=LIGHT["bad"], linewidth=1.4, label=name)
+    for number, (name, value) in enumerate((marks or {}).items()):
+        if np.isfinite(value):
+            drawn.axvline(
+                value, color=LIGHT[f"c{2 + number % 5}"], linewidth=1.2, linestyle="--", label=named(name)
+            )
+    drawn.ticklabel_format(axis="x", useOffset=False)
+    return plain(keyed(drawn), title, label or unit, f"density / (1/{unit})")
+
+
+def _checked(edges: npt.ArrayLike, counts: npt.ArrayLike) -> tuple[Array, Array]:
+    edge, count = np.asarray(edges, dtype=np.float64), np.asarray(counts, dtype=np.float64)
+    if edge.ndim != 1 or count.shape != (edge.size - 1,):
+        raise DataError(f"A histogram needs n + 1 edges for n counts, got {edge.shape} and {count.shape}.")
+    if not (np.isfinite(edge).all() and (np.diff(edge) > 0).all()):
+        raise DataError(
+            "The edges of a histogram must be finite and increase: sort them and remove repeated ones."
+        )
+    if not (np.isfinite(count).all() and (count >= 0).all()):
+        raise DataError("The counts of a histogram must be finite and not negative.")
+    return edge, count
+
+
+def _bars(drawn: Axes, edge: Array, density: Array, interval: tuple[float, float] | None) -> None:
+    """All of them, and over them what lies inside, cut where the interval begins and ends: its area is the coverage probability."""
+    low, high = interval or (edge[0], edge[-1])
+    if interval:
+        drawn.stairs(density, edge, fill=True, color=LIGHT["accent-soft"])
+    inner = np.unique(np.clip(edge, low, high))
+    if inner.size > 1:
+        row = np.clip(
+            np.searchsorted(edge, (inner[1:] + inner[:-1]) / 2, side="right") - 1, 0, density.size - 1
+        )
+        drawn.stairs(density[row], inner, fill=True, color=LIGHT["accent"])
+
+
+def filled(edges: Array, counts: Array, bars: int = 80) -> tuple[Array, Array]:
+    """The filled part of a fine histogram in about 80 bars."""
+    total = counts.cumsum()
+    inside = np.flatnonzero((total > 5e-4 * total[-1]) & (total < (1 - 5e-4) * total[-1]))
+    first, last = (inside[0], inside[-1] + 1) if len(inside) > 1 else (0, len(counts))
+    width = max(1, (last - first) // bars)
+    last = first + max(1, (last - first) // width) * width
+    return edges[first : last + 1 : width], counts[first:last].reshape(-1, width).sum(axis=1)

@@ -1,0 +1,150 @@
+"""The decision picture of ISO 14253-1: conformance, uncertainty and non-conformance zones, result with its U bar."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from vcmm.core.errors import UsageError
+from vcmm.show.charts.canvas import INK, MUTED, WORD, ChartSheet, canvas, keyed, named, plain
+from vcmm.show.report.palette import LIGHT
+from vcmm.show.report.text import plain as as_given
+from vcmm.show.report.text import with_uncertainty
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NAMES = {"good": "conformance zone", "warning": "uncertainty zone", "bad": "non-conformance zone"}
+ROOM = 0.14  # of what is shown, on both sides
+
+
+@dataclass(frozen=True)
+class Zone:
+    """An interval of the value axis and its kind: good, warning or bad."""
+
+    low: float
+    high: float
+    kind: str
+
+
+def zone_list(lower: float | None, upper: float | None, guard: float) -> list[Zone]:
+    """The zones from left to right over the whole axis (ends are infinite).
+
+    Conformance [lower + guard, upper - guard], non-conformance outside [lower - guard, upper + guard], uncertainty
+    zone between. A guard band above half of the tolerance leaves no conformance zone.
+    UsageError: no limit, lower >= upper, negative guard band.
+    """
+    if lower is None and upper is None:
+        raise UsageError("A decision needs a lower or an upper limit: give at least one of them.")
+    if lower is not None and upper is not None and lower >= upper:
+        raise UsageError(f"The lower limit {lower:g} is not below the upper limit {upper:g}: exchange them.")
+    if not guard >= 0:
+        raise UsageError(f"The guard band must be zero or positive, got {guard:g}.")
+    low = -math.inf if lower is None else lower
+    high = math.inf if upper is None else upper
+    cuts = [-math.inf, low - guard, low + guard, high - guard, high + guard, math.inf]
+    if cuts[2] > cuts[3]:
+        cuts[2] = cuts[3] = (cuts[2] + cuts[3]) / 2
+    kinds = ("bad", "warning", "good", "warning", "bad")
+    return [Zone(a, b, kind) for a, b, kind in zip(cuts, cuts[1:], kinds) if b > a]
+
+
+def zone_of(value: float, zones: list[Zone]) -> Zone:
+    """The zone that holds the value; on a boundary, the better one."""
+    order = {"good": 0, "warning": 1, "bad": 2}
+    return min((z for z in zones if z.low <= value <= z.high), key=lambda z: order[z.kind])
+
+
+def zones(
+    lower: float | None,
+    upper: float | None,
+    value: float,
+    expanded: float,
+    guard: float,
+    *,
+    unit: str,
+    title: str,
+    decision: str = "",
+    span: tuple[float, float] | None = None,
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:
+    """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
+
+    decision: what was decided, said beside the zone (a bias that is known and not corrected leaves a result in the
+    conformance zone undecided). span: the interval of the true value, drawn in place of value +- expanded where what is indicated
+    does not lie in its middle. A value or an uncertainty that is not finite draws the zones alone and says so.
+    """
+    bar = span or (value - expanded, value + expanded)
+    parts, drawn = zone_list(lower, upper, guard), canvas(ax, 190)
+    limits = [v for v in (lower, upper) if v is not None]
+    known = math.isfinite(value) and math.isfinite(expanded)
+    reach = [e for v in limits for e in (v - guard, v + guard)]
+    reach += [value, *bar] if known else [value] if math.isfinite(value) else []
+    room = ROOM * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
+    ends = min(reach) - room, max(reach) + room
+    drawn.set_xlim(*ends)
+    drawn.set_ylim(0.0, 1.0)
+    _stripes(drawn, parts, ends, limits)
+    verdict = "The result is not available."
+    if known:
+        words = f"true value {span[0]:.3g} to {span[1]:.3g}" if span else with_uncertainty(value, expanded)
+        _result(drawn, value, bar, f"{words} {unit}".strip())
+        said = f"Decision: {decision}. " if decision else ""
+        verdict = f"{said}{_where(span, limits) if span else _in_zone(value, parts)}"
+    near = len(limits) == 2 and limits[1] - limits[0] < 0.25 * (ends[1] - ends[0])
+    drawn.set_xticks(
+        [sum(limits) / 2] if near else limits,
+        [" to ".join(map(as_given, limits))] if near else [*map(as_given, limits)],
+    )
+    drawn.set_yticks([])
+    plain(
+        keyed(drawn),
+        f"{title}\n{verdict}",
+        f"{'limits' if len(limits) == 2 else 'limit'} / {unit}",
+        "",
+        grid="",
+    )
+    drawn.spines[["left", "bottom"]].set_visible(False)
+    return drawn
+
+
+def _in_zone(value: float, parts: list[Zone]) -> str:
+    return f"The result lies in the {NAMES[zone_of(value, parts).kind]}."
+
+
+def _where(span: tuple[float, float], limits: list[float]) -> str:
+    """Where the interval of the true value lies. Several limits: the lower first; one alone is the upper."""
+    low, high = limits[0] if len(limits) == 2 else -math.inf, limits[-1]
+    where = "beyond the limit" if span[0] > high or span[1] < low else "on both sides of a limit"
+    if low <= span[0] and span[1] <= high:
+        where = "within the limits"
+    return f"The interval of the true value lies {where}."
+
+
+def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: list[float]) -> None:
+    """Zones in their colours, each kind named once; a line at every limit, a thin one where a guard band begins."""
+    seen: set[str] = set()
+    for zone in parts:
+        name = None if zone.kind in seen else NAMES[zone.kind].removesuffix(" zone")
+        seen.add(zone.kind)
+        low, high = max(zone.low, ends[0]), min(zone.high, ends[1])
+        drawn.axvspan(low, high, 0.0, 0.6, facecolor=LIGHT[f"{zone.kind}-soft"], linewidth=0.0, label=name)
+    for a, b in pairwise(parts):
+        if a.kind != b.kind and b.low not in limits:
+            drawn.axvline(b.low, 0.0, 0.6, color=LIGHT["warning"], linewidth=0.8, linestyle=":")
+    for limit in limits:
+        drawn.axvline(limit, 0.0, 0.66, color=INK, linewidth=1.2)
+
+
+def _result(drawn: Any, value: float, bar: tuple[float, float], told: str) -> None:
+    """A diamond at the value, a bar over its interval, which need not hold it in the middle, or at all."""
+    middle, half = sum(bar) / 2, (bar[1] - bar[0]) / 2
+    drawn.plot([value], [0.3], "D", color=INK, markersize=6)
+    drawn.errorbar([middle], [0.3], xerr=[half], fmt="none", ecolor=INK, capsize=4, elinewidth=1.3)
+    words = named(told)
+    low, high = drawn.get_xlim()
+    share = (value - low) / (high - low)
+    side = "left" if share < 0.2 else "right" if share > 0.8 else "center"
+    drawn.annotate(words, (value, 0.36), (0, 30), textcoords="offset points", ha=side, va="bottom", fontsize=WORD, fontweight="bold", color=INK, arrowprops={"arrowstyle": "-", "color": MUTED, "linewidth": 0.7})  # fmt: skip

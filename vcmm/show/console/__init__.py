@@ -1,0 +1,1 @@
+"""What every command shares: documents, tables, whole files, progress."""

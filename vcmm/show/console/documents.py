@@ -1,0 +1,100 @@
+"""JSON documents: their frame with version, seed, hashes of all files read and warnings."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from vcmm import __version__
+from vcmm.show.console.streams import writes_utf8
+
+
+def document(
+    schema: str,
+    body: dict[str, Any],
+    *,
+    seed: int | None = None,
+    files: Sequence[Path] = (),
+    warnings: Sequence[str] = (),
+) -> dict[str, Any]:
+    """The frame of every JSON document, each file once; a number that is not finite becomes null with a warning."""
+    notes = list(warnings)
+    clean = _finite(body, "", notes)
+    head = {
+        "schema": schema,
+        "version": __version__,
+        "seed": seed,
+        "inputs": [_hashed(p) for p in {p.absolute(): p for p in files}.values()],
+        "warnings": notes,
+    }
+    return head | clean
+
+
+def _finite(value: Any, where: str, notes: list[str]) -> Any:
+    if isinstance(value, dict):
+        return {k: _finite(v, f"{where}.{k}".lstrip("."), notes) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v, f"{where}[{_named(v, i)}]", notes) for i, v in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        notes.append(f"{where} is {value}")
+        return None
+    return value
+
+
+def _named(value: Any, number: int) -> str:
+    """How an entry of a list is told apart: by its name where it has one."""
+    name = value.get("name") if isinstance(value, dict) else None
+    return name if isinstance(name, str) and name else str(number)
+
+
+def fingerprint(content: dict[str, Any]) -> str:
+    """SHA-256 of a document without its own key "sha256": whether a file is as it was written."""
+    plain = {key: value for key, value in content.items() if key != "sha256"}
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
+def _hashed(path: Path) -> dict[str, str]:
+    return {"file": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+
+
+def sources(path: Path) -> list[Path]:
+    """A TOML file and all files it names that lie beside it, for the record of inputs; each once."""
+    found = [path]
+    for one in found:  # grows while it is read
+        if one.suffix == ".toml":
+            found += [p for p in _named_in(one) if p not in found]
+    return found
+
+
+def _named_in(path: Path) -> list[Path]:
+    """Files beside a TOML file whose names stand in it as texts; none where the file is no valid TOML."""
+    from vcmm.files.toml import file_named
+
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return []
+    beside = (file_named(text, path.parent) for text in sorted(set(_texts(data))))
+    return [p for p in beside if p is not None]
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _texts(inner)
+
+
+def print_json(content: dict[str, Any]) -> None:
+    """Exactly one document on stdout."""
+    print(json.dumps(content, indent=1, ensure_ascii=not writes_utf8(), allow_nan=False))
+
+
+def json_text(content: dict[str, Any]) -> str:
+    """The document as it stands in a file."""
+    return json.dumps(content, indent=1, allow_nan=False)

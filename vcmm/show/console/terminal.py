@@ -1,0 +1,84 @@
+"""What a person sees: tables on stdout, remarks and progress on stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vcmm.show.console.widths import Laid
+    from vcmm.show.tables.table import ResultTable
+
+
+@contextmanager
+def progress(show: bool = True) -> Iterator[Any]:
+    """A callback (text, share 0..1) that draws a bar on stderr; silent when stderr is no terminal."""
+    if not show or not sys.stderr.isatty():
+        yield lambda text, share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description:28}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+        yield lambda text, share: bar.update(task, description=text, completed=share)
+
+
+def say(text: str) -> None:
+    """A remark for the person, on stderr."""
+    print(text, file=sys.stderr)
+
+
+def show_table(table: ResultTable[Any]) -> None:
+    """A table on stdout; wide enough for a file when stdout is no terminal. Where it is wider than the terminal see `widths`."""
+    from rich.console import Console
+
+    from vcmm.show.console.widths import laid_out
+    from vcmm.show.tables.table import in_terminal
+
+    class Told(Console):
+        def on_broken_pipe(self) -> None:
+            """The reader has gone (| head): that is for the command to say, not for rich to end the process with 1."""
+            raise BrokenPipeError
+
+    console = Told(width=None if sys.stdout.isatty() else 160, highlight=False)
+    parts = laid_out(in_terminal(table), console.width)
+    for i, part in enumerate(parts):
+        title = table.title if i == 0 else "(continued)"
+        console.print(_drawn(part, title, table.caption if part is parts[-1] else ""))
+
+
+def _drawn(part: Laid, title: str, caption: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    shown = Table(
+        title=_plain(title),
+        caption=_plain(caption) or None,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+        title_style="bold",
+        caption_style="",
+    )
+    for i, (name, width) in enumerate(zip(part.cells.heads, part.widths)):
+        side: Literal["left", "right"] = "left" if i in part.cells.words else "right"
+        shown.add_column(_plain(name), justify=side, width=width, overflow="fold")
+    for row in part.cells.rows:
+        shown.add_row(*[_plain(cell) for cell in row])
+    return shown
+
+
+def _plain(text: str) -> str:
+    """Square brackets are text, not the markup of rich."""
+    return text.replace("[", "\\[")

@@ -1,0 +1,1 @@
+"""The page of every job, put together from the blocks of report."""

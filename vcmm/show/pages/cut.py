@@ -1,0 +1,114 @@
+"""The report of a virtual cut: decisions, colour maps of the surface, who owns the deviation, how it was computed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm.shop.cutting.solid import picture as stock_mesh
+from vcmm.shop.machining.result import CutResult, Patch
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.shop.machining.turned_blank import TurnedBlank, mesh
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.pages.followed import cut_path
+from vcmm.show.pages.uncertainty import characteristic_blocks
+from vcmm.show.tables.cut import finished_part, owners, surface
+from vcmm.show.tables.evaluated import computed
+from vcmm.show.tables.table import html
+
+
+def cut_page(scenario: CutScenario, result: CutResult) -> str:
+    """One self-contained HTML file."""
+    blocks = [r.heading("The finished part"), html(finished_part(result)), html(owners(result))]
+    blocks += [r.note(w, "warning") for w in result.warnings]
+    blocks += [
+        r.heading("The cut surface"),
+        html(surface(result)),
+        picture(result),
+        *stock_picture(result),
+        *maps(result),
+        r.heading("Along the program"),
+        cut_path(scenario),
+    ]
+    for c in result.characteristics:
+        blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
+    blocks += [r.heading("How it was computed"), html(computed(result.uncertainty))]
+    footer = (
+        f"vcmm {__version__}, seed {result.uncertainty.seed}. Machining error = actual - commanded; departure of the "
+        "surface along the outward normal, plus is material left."
+    )
+    return r.page(
+        f"Virtual machining: {scenario.name}",
+        blocks,
+        subtitle=f"{scenario.program.name} on {scenario.machine.name}",
+        footer=footer,
+    )
+
+
+def picture(result: CutResult) -> str:
+    """All patches in their colours, drawing frame."""
+    items = []
+    for patch in result.patches:
+        height = patch.height * 1e3
+        items.append(
+            r.SceneMesh(
+                patch.net.points,
+                patch.net.faces,
+                values=height,
+                unit="µm",
+                symmetric=True,
+                edges=False,
+                cull=False,
+            )
+        )
+    if not items:
+        return ""
+    return r.scene(
+        items,
+        title="Departure of the surface",
+        caption="Drawing frame; along the outward normal, red is material left.",
+    )
+
+
+MOST_FACES = 24_000  # of the picture of the stock: the scene refuses more than 30 000
+
+
+def stock_picture(result: CutResult) -> list[str]:
+    """What is left of the blank; of a map of heights every few nodes."""
+    if result.blank is None:
+        return []
+    if isinstance(result.blank, TurnedBlank):
+        return [_turned_picture(result.blank)]
+    vertices, faces = stock_mesh(result.blank.after, MOST_FACES)
+    removed = f"{result.blank.removed / 1e3:.1f} cm³ removed; kept as {result.blank.kept_as}, workpiece axes of the machine."
+    return [
+        r.scene(
+            [r.SceneMesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed
+        )
+    ]
+
+
+def _turned_picture(blank: TurnedBlank) -> str:
+    vertices, faces = mesh(blank.after, max(1, len(blank.after.z) // 300))
+    removed = f"{blank.removed / 1e3:.1f} cm³ removed; machine axes."
+    return r.scene(
+        [r.SceneMesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed
+    )
+
+
+def maps(result: CutResult) -> list[str]:
+    """A flat map of each feature, two side by side."""
+    charts = [_map(p) for p in result.patches if np.isfinite(p.height).any()]
+    return [r.columns(*charts[i : i + 2]) for i in range(0, len(charts), 2)]
+
+
+def _map(patch: Patch) -> str:
+    net = patch.net
+    first, second = (
+        np.degrees(v) if "deg" in label else v for v, label in zip((net.first, net.second), net.labels)
+    )
+    values = (patch.height * 1e3).reshape(len(second), len(first))
+    return draw.on_page(draw.heat_map,
+        values, first, second, x_label=net.labels[0], y_label=net.labels[1], unit="µm",
+        title=f"{net.feature}: departure along the normal", symmetric=True)  # fmt: skip

@@ -1,0 +1,282 @@
+"""The report of a diagnosis: what was left out, how sure, what it cannot be told from, what to measure next."""
+
+from __future__ import annotations
+
+from inspect import cleandoc
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.comparison import left_by
+from vcmm.learn.diagnosis.constants import LEAST_TOLD
+from vcmm.learn.diagnosis.log_mistakes import LOG
+from vcmm.learn.diagnosis.plain_words import plain_words
+from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.learn.diagnosis.several import Several
+from vcmm.learn.diagnosis.very_long import few_enough
+from vcmm.learn.diagnosis.written_fit import handed_over
+from vcmm.physics import BY_NAME
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
+from vcmm.show.tables.diagnosed import (
+    answers,
+    folds,
+    micro_text,
+    next_steps,
+    places,
+    probability_text,
+    seen,
+    values_text,
+)
+from vcmm.show.tables.several import by_itself, sizes
+from vcmm.show.tables.table import ResultTable, html
+from vcmm.task.response.recording import Recording
+
+VERDICT = {
+    "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
+    "explained": "The departure is explained by physics that the machine file lacks.",
+    "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
+    "named, not modelled": "What is missing has a name, but no machine file that these rows support holds it: nothing of it is written.",
+    "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
+}
+CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word
+DRAWN = 10_000  # observations in pictures: some MB of a page
+NOT_SHOWN = "Something does not fit, and neither a name nor a place for it is found."
+
+
+def sentences(d: Diagnosis) -> list[str]:
+    """The verdict in plain words."""
+    out = [
+        NOT_SHOWN if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
+        *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
+    ]
+    if d.mistake is not None and d.mistake.effect == LOG:
+        out.append(
+            f"The log looks mistaken: {d.mistake.component}, {d.mistake.what.replace('_', ' ')}. Correct the recording and diagnose it"
+            " again; nothing of it is the machine's."
+        )
+    elif d.mistake is not None:
+        out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
+    out += [_said(d, a) for a in d.found] + _of_unknown(d)
+    out += [_said(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
+    out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
+    return out
+
+
+def _said(d: Diagnosis, a: Answer) -> str:
+    """One answer: what the machine does, its numbers, what it may be instead."""
+    rivals = (
+        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them {a.with_rivals:.3f}."
+        if a.cannot_be_told_from
+        else ""
+    )
+    said = plain_words(a.effect, a.where, a.parameters)
+    if a.probability < LEAST_TOLD:  # it has the shape that was fitted, not the name
+        said = f"Most probably {' or '.join(a.cannot_be_told_from)}; what was fitted has the shape of"
+    elif a.doubtful:
+        said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}"
+    own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
+    return (
+        f"{said} {_name(a)}: {values_text(a)}; {a.share:.0%} of the excess energy, probability"
+        f" {probability_text(a)}.{rivals}{own}".strip()
+    )
+
+
+def _of_unknown(d: Diagnosis) -> list[str]:
+    """What has no name: where, how large, and its formula where there is one."""
+    if d.unknown is None:
+        return []
+    size = f" (rms {micro_text(d, d.unknown.rms)})" if d.unknown.rms > 0 else ""
+    out = [
+        f"Unknown, over {', '.join(d.unknown.covariates)}: {d.unknown.description}{size}. A proposal, not a name."
+    ]
+    if d.unknown.formula:
+        unit = "urad" if d.angle else "um"
+        out.append(
+            f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
+        )
+    return out
+
+
+def _name(a: Answer) -> str:
+    where = ", ".join(str(v) for v in a.where.values())
+    return a.effect.replace("_", " ") + (f" {where}" if where else "")
+
+
+def least_seen(d: Diagnosis) -> str:
+    """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
+    shown = (
+        f"{x.effect} {' '.join(x.where.values())}".strip() + f" {micro_text(d, x.amplitude)}"
+        for x in d.detectable
+    )
+    return ", ".join(shown)
+
+
+def diagnosis_page(
+    recording: Recording, machine: Machine, d: Diagnosis, several: Several | None = None
+) -> str:
+    """One self-contained HTML file. several: where d was found from several recordings together."""
+    blocks = [
+        r.heading("Verdict"),
+        *(r.paragraph(s) for s in sentences(d)),
+        *(r.note(w, "warning") for w in d.warnings),
+    ]
+    for table in answers(d):
+        blocks += [r.heading(table.title[:1].upper() + table.title[1:]), *_answers(table)]
+    if several is not None:
+        blocks += [r.heading("What is common and what is each one's own"), html(sizes(several))]
+        blocks += [r.heading("Each recording by itself"), html(by_itself(several))]
+    if d.unknown is not None and d.unknown.shape is not None:
+        blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
+    drawn = few_enough(recording, DRAWN)
+    blocks += [r.heading("Residual before and after")]
+    if drawn is not recording:
+        blocks += [r.paragraph(f"Drawn are {drawn.m} of {recording.m} observations, evenly over the rows.")]
+    blocks += _residuals(drawn, machine, d)
+    blocks += [r.heading("On rows never fitted"), html(folds(d))]
+    if d.location:
+        blocks += [r.heading("Where the residual departs"), html(places(d))]
+    blocks += location_bars(d)
+    if d.noise_findings:
+        blocks += [r.heading("Noise"), *(r.paragraph(t) for t in d.noise_findings)]
+    blocks += [
+        r.heading("What to measure next"),
+        _next(d),
+        r.heading("What this recording could have shown"),
+        *_power(d),
+    ]
+    footer = f"vcmm {__version__}, seed {d.seed}. Threshold {d.threshold:.1f} nats from the simulator's own null recordings."
+    return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
+
+
+def without_pictures(recording: Recording, d: Diagnosis, why: str) -> str:
+    """The verdict alone, and why nothing could be drawn."""
+    blocks = [r.heading("Verdict"), *(r.paragraph(s) for s in sentences(d)), r.note(why, "warning")]
+    return r.page(f"Diagnosis of {recording.name}", blocks)
+
+
+def _answers(table: ResultTable[Answer]) -> list[str]:
+    out = [html(table)]
+    items = [(_name(a), 100 * a.share) for a in table.rows]
+    out.append(draw.on_page(draw.bars, items, unit="%", title="Share of the excess energy", share="none"))
+    for a in table.rows:
+        kind = BY_NAME.get(a.effect)
+        if kind is not None:
+            out.append(
+                r.details(
+                    f"{_name(a)}: what it is",
+                    r.paragraph(cleandoc(kind.__doc__ or "")),
+                    r.paragraph(f"Source: {kind.cites}"),
+                )
+            )
+    return out
+
+
+def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str]:
+    """Residuals by order and over the covariate that tells most, nuisances taken off by least squares; after: what the
+    machine that is written leaves, and in words what else it would be with the candidates.
+    """
+    before = left_by(recording, machine).residual
+    after = left_by(recording, handed_over(d, machine)).residual
+    explained = bool(written(d.answer)) or d.mistake is not None
+    scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
+    charts = [
+        _scatter(
+            np.arange(1.0, len(before) + 1),
+            before * scale,
+            after * scale,
+            "observation, in the order made",
+            unit,
+            explained,
+        )
+    ]
+    place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
+    if place is not None:
+        x = _covariate(recording, place.covariate)
+        assert x is not None
+        charts.append(_scatter(x, before * scale, after * scale, place.covariate, unit, explained))
+    charts.append(_histogram(before * scale, after * scale, unit))
+    maps = zone_maps(recording, before * scale, after * scale, unit)
+    shown = [r.columns(*maps)] if maps else []
+    return [
+        r.paragraph(after_text(d)),
+        r.columns(*charts),
+        *shown,
+        *arrows(recording, machine.prepare(recording.run).tip, before, after),
+    ]
+
+
+def after_text(d: Diagnosis) -> str:
+    """What stands behind "after": all rows as they are, with the machine that is written; and what was thought of beside it."""
+    fit = d.fit
+    said = (
+        f"All rows as they are, the nuisance refitted: rms {micro_text(d, fit.before)} with the machine file as it was,"
+        f" {micro_text(d, fit.after)} with the one that is written"
+    )
+    if fit.candidates < CLEARLY_LESS * fit.after:
+        said += (
+            f", {micro_text(d, fit.candidates)} if the candidates and what belongs to the instrument or to single events were"
+            " taken off too"
+        )
+    return f"{said}; the scatter found is {micro_text(d, fit.noise)}."
+
+
+def _covariate(recording: Recording, name: str) -> Array | None:
+    """A column or axis position at each observation; None for names that are no single column."""
+    run = recording.run
+    for key in (name, f"{name}_s", f"{name}_mm", f"{name}_C", f"{name}_rad", f"{name}_mm_s"):
+        if key in run.columns:
+            return run.columns[key][recording.row]
+    return run.position[name][recording.row] if name in run.position else None
+
+
+def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
+    series = [draw.PlotSeries(x, before, "before", marker=True, line=False)]
+    if found:
+        series.append(draw.PlotSeries(x, after, "after", marker=True, line=False))
+    return draw.on_page(
+        draw.curve,
+        series,
+        x_label=label,
+        y_label=f"residual / {unit}",
+        title=f"Residual over {label.split(',')[0]}",
+    )
+
+
+def _histogram(before: Array, after: Array, unit: str) -> str:
+    edges = np.histogram_bin_edges(np.concatenate([before, after]), bins=40)
+    return draw.on_page(
+        draw.distribution,
+        edges,
+        np.histogram(after, edges)[0],
+        unit=unit,
+        label=f"residual after / {unit}",
+        title="Residual after",
+    )
+
+
+def _next(d: Diagnosis) -> str:
+    if not d.next_measurement:
+        return r.paragraph("No add-on of the list would tell more.")
+    return html(next_steps(d))
+
+
+def _power(d: Diagnosis) -> list[str]:
+    out = [
+        r.details(
+            "Smallest amplitude seen per effect, at the place where it shows best (rms over the recording)",
+            html(seen(d)),
+        )
+    ]
+    if d.invisible:
+        out.append(r.paragraph("Invisible in this recording: " + ", ".join(d.invisible) + "."))
+    if d.not_testable:
+        lacking = "; ".join(
+            f"{name} ({', '.join(columns)})" for name, columns in sorted(d.not_testable.items())
+        )
+        out.append(r.paragraph(f"Not testable, columns missing: {lacking}."))
+    return out

@@ -1,0 +1,19 @@
+"""The page of a folder of recordings: what changed on each machine, what every recording holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vcmm import __version__
+from vcmm.learn.diagnosis.fleet import Change
+from vcmm.show import report as r
+from vcmm.show.tables import fleet as tables
+from vcmm.show.tables.table import html
+
+
+def fleet_page(folder: str, records: Sequence[tables.Record], found: Sequence[Change]) -> str:
+    """One self-contained HTML file."""
+    far = [i for i, c in enumerate(found) if not c.steady]
+    blocks = [r.heading("What changed"), html(tables.changes(found), emphasise=far)] if found else []
+    blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]
+    return r.page(f"Recordings of {folder}", blocks, footer=f"vcmm {__version__}")

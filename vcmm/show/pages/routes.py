@@ -1,0 +1,31 @@
+"""The page of a comparison of routes."""
+
+from __future__ import annotations
+
+from vcmm import __version__
+from vcmm.answer.routes.job import Routed
+from vcmm.show import report as r
+from vcmm.show.tables.routed import agreements_table, contributions_table, routes_table
+from vcmm.show.tables.table import html
+from vcmm.task.measuring.scenario import Scenario
+
+
+def routes_page(scenario: Scenario, found: Routed) -> str:
+    """One self-contained HTML file."""
+    verdict = "All routes agree." if found.agree else "Not all routes agree: at least one |E_n| is above 1."
+    notes = [
+        *found.remarks,
+        *(f"{c.name}, {e.route}: {t}" for c in found.characteristics for e in c.routes for t in e.remarks),
+    ]
+    blocks = [r.note(verdict, "info" if found.agree else "warning")]
+    blocks += [r.heading("By every route"), html(routes_table(found))]
+    blocks += [r.heading("Agreement"), html(agreements_table(found))]
+    blocks += [r.heading("What the uncertainties are made of"), html(contributions_table(found))]
+    blocks += [r.note(text) for text in dict.fromkeys(notes)]
+    how = (
+        "Everything was measured on one drawn machine; the routes do not know it." if found.simulated else ""
+    )
+    footer = f"vcmm {__version__}, seed {found.seed}. {how}"
+    return r.page(
+        f"Routes to one result: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
+    )

@@ -1,0 +1,195 @@
+"""The sheet for an auditor: one page per characteristic in print, as a calibration laboratory signs it.
+
+Result in words, who and when, serial numbers, files with their hashes, temperatures and what is done about them, and the budget
+by EA-4/02 with the evidence of every line and its effective degrees of freedom (Welch-Satterthwaite, JCGM 100:2008, G.4).
+What the scenario does not state is a blank to be filled in by hand.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from vcmm import __version__
+from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult
+from vcmm.answer.inference.job import Evaluated, EvaluatedPart
+from vcmm.core.run import T0_DEG_C
+from vcmm.show import report as r
+from vcmm.show.report.table import Raw
+from vcmm.show.tables.evaluated import BUDGET, budget_rows, not_added_up
+from vcmm.show.tables.quantities import SMALL_SCALE
+from vcmm.show.tables.table import SMALL, ResultTable, html
+from vcmm.task.measuring.scenario import Scenario
+
+WORDS = {
+    "by": "evaluated by", "date": "date", "laboratory": "laboratory", "machine_serial": "machine, serial number",
+    "machine_certificate": "certificate of the machine", "probe": "probe and styli", "part_serial": "part, serial number",
+    "drawing": "drawing and revision", "order": "order", "remarks": "remarks",
+}  # fmt: skip
+ALWAYS = (
+    "by",
+    "date",
+    "machine_serial",
+    "machine_certificate",
+    "part_serial",
+    "drawing",
+)  # a blank where not stated
+BLANK = "_" * 16  # a line to write on
+LINES = 8  # of a budget, so that a characteristic keeps to one page; the rest is one line
+
+
+def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
+    """nu_eff = u^4 / sum(u_i^4 / nu_i); infinite where all lines are."""
+    rest = sum(line.u**4 / line.dof for line in lines if math.isfinite(line.dof) and line.dof > 0)
+    return math.inf if rest == 0 or not math.isfinite(u) else u**4 / rest
+
+
+CENTRED = (
+    0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
+)
+
+
+def rounded(value: float, expanded: float) -> tuple[str, str]:
+    """Value and U in mm or rad, U with two significant digits, the value to the same place (JCGM 100, 7.2.6; EA-4/02, 6.3)."""
+    if not math.isfinite(expanded) or expanded <= 0:
+        return f"{value:.6f}", f"{expanded:.2g}"
+    places = max(0, 1 - math.floor(math.log10(expanded)))
+    return f"{value:.{places}f}", f"{expanded:.{places}f}"
+
+
+def in_words(e: Evaluated) -> str:
+    """The result as it stands in a certificate."""
+    c, unit = e.result, e.unit
+    half = (c.interval[1] - c.interval[0]) / 2
+    if c.true_value is not None:
+        if not math.isfinite(c.interval[1]):
+            return f"{c.name}: indicated {e.measured * 1e3:.2f} µm. These points do not bound the true value: {c.why_not_shown}."
+        low, high = (f"{x * 1e3:.2f}" for x in c.interval)
+        if c.true_value.counted is None:  # no inverse: what a mesh indicates, and nothing more
+            return (
+                f"{c.name}: indicated {e.measured * 1e3:.2f} µm. Measured again it lies between {low} µm and {high} µm with a probability "
+                f"of {c.p:.0%}; nothing is claimed of the true value: {c.why_not_shown}."
+            )
+        stated = f" Stated with {c.filtered}." if c.filtered else ""
+        claim = "" if c.true_value.claimed else " Its coverage was counted and is not claimed."
+        return (
+            f"{c.name}: indicated {e.measured * 1e3:.2f} µm. The true value lies between {low} µm and {high} µm with a coverage "
+            f"probability of {c.p:.0%}.{claim}{stated}"
+        )
+    middle = sum(c.interval) / 2
+    value, expanded = rounded(c.value if abs(middle - c.value) < CENTRED * half else middle, half)
+    k = "" if not math.isfinite(c.k) else f", k = {c.k:.2f}"
+    shown = "" if c.coverage_shown else f" The coverage is not shown: {c.why_not_shown}."
+    return (
+        f"{c.name} = {value} {unit} ± {expanded} {unit}{k}. The stated expanded uncertainty is half the {c.interval_kind} coverage interval "
+        f"for a coverage probability of {c.p:.0%}.{shown}"
+    )
+
+
+def _decided(c: CharacteristicResult) -> str:
+    if c.decision is None or c.tolerance is None:
+        return "no requirement stated"
+    p = "" if c.decision.p_conform is None else f", probability of conformance {c.decision.p_conform:.1%}"
+    low, high = c.tolerance
+    reason = f" ({c.decision.reason})" if c.decision.reason else ""
+    return f"{c.decision.text}{reason}; limits {low:.6g} to {high:.6g} {c.unit}, rule: {c.decision.rule} (ISO 14253-1){p}"
+
+
+def hashes(files: Sequence[Path]) -> list[list[object]]:
+    """File and the SHA-256 of its bytes."""
+    return [[str(f), Raw(f"<code>{hashlib.sha256(f.read_bytes()).hexdigest()}</code>")] for f in files]
+
+
+def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -> str:
+    """The whole sheet as one HTML file: a page for every characteristic, then the files and a place to sign."""
+    blocks = []
+    for number, e in enumerate(part.characteristics, 1):
+        blocks.append(f'<section class="sheet">{_section(scenario, part, e, number)}</section>')
+    blocks += [r.heading("Files and their hashes (SHA-256)"), r.table(["file", "hash"], hashes(files))]
+    blocks += [r.note(w, "warning") for w in part.warnings]
+    signed = [
+        ["evaluated by", scenario.record.get("by", BLANK)],
+        ["approved by", BLANK],
+        ["date, signature", BLANK],
+    ]
+    blocks += [r.heading("Signed"), r.table(["", ""], signed)]
+    footer = f"vcmm {__version__}, seed {part.uncertainty.seed}. The same files, version and seed give the same numbers."
+    name = f", part {part.part}" if part.part else ""
+    return r.page(
+        f"Measurement result: {scenario.name}{name}", blocks, subtitle=scenario.machine.name, footer=footer
+    )
+
+
+def _section(scenario: Scenario, part: EvaluatedPart, e: Evaluated, number: int) -> str:
+    c = e.result
+    rows: list[list[object]] = [
+        ["requirement", _decided(c)],
+        ["indicated value", _indicated(e)],
+        ["evaluated as", c.tier],
+        ["temperatures", _temperatures(scenario)],
+        ["compensation", _compensated(scenario)],
+        ["machine", f"{scenario.machine.name}; errors {scenario.machine.state}, active: {', '.join(scenario.machine.compensation) or 'not stated'}"],
+    ]  # fmt: skip
+    heading = r.heading(f"{number} of {len(part.characteristics)}: {c.name} ({c.type})")
+    facts = r.columns(r.table(["", ""], rows), r.table(["", ""], _stated(scenario.record)))
+    return "\n".join([heading, r.note(in_words(e)), facts, _budget(c), *_without_evidence(c)])
+
+
+def _indicated(e: Evaluated) -> str:
+    c = e.result
+    if c.true_value is not None:
+        off = "not known" if math.isnan(c.bias) else f"{c.bias * 1e3:.3f} µm, which the interval takes off"
+        return f"{e.measured:.6f} mm; bias {off}"
+    if c.unit != "mm":
+        return f"{e.measured:.8f} rad, known bias {c.bias * 1e6:+.3f} µrad"
+    return f"{e.measured:.6f} mm, known bias {c.bias * 1e3:+.3f} µm{' (corrected)' if c.corrected else ''}"
+
+
+def _budget(c: CharacteristicResult) -> str:
+    """EA-4/02: the largest lines, the rest together, and y, u, degrees of freedom, k and U."""
+    ranked = sorted(budget_rows(c), key=lambda row: -row.line.u)
+    columns = tuple(column for column in BUDGET if column.head != "redraw")
+    table = ResultTable("", columns, ranked[:LINES])
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    rest, nu = ranked[LINES:], effective_dof(c.budget, c.u)
+    u_rest = r.number(math.hypot(*(row.line.u for row in rest)) * scale, 2)
+    further = f"{len(rest)} further lines together {u_rest} {word} (all in budget.csv). " if rest else ""
+    total = (
+        f"{further}u(y) = {r.number(c.u * scale, 3)} {word}, ν_eff = {'∞' if math.isinf(nu) else f'{nu:.0f}'}, "
+        f"k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word}, p = {c.p:.0%}."
+    )
+    return "".join([html(table), r.paragraph(total), *(r.paragraph(said) for said in not_added_up([c]))])
+
+
+def _without_evidence(c: CharacteristicResult) -> list[str]:
+    """Lines of which the scenario does not say where they come from: what an auditor asks for first."""
+    names = [line.input for line in c.budget if not line.evidence and line.share > 1e-3]
+    return [r.paragraph(f"No evidence is stated for: {', '.join(names)}.")] if names else []
+
+
+def _stated(record: Mapping[str, str]) -> list[list[object]]:
+    return [[words, record.get(key, BLANK)] for key, words in WORDS.items() if key in record or key in ALWAYS]
+
+
+def _temperatures(scenario: Scenario) -> str:
+    """Part and scales, and the others where they are not at 20 degC."""
+    held = {k: v for k, v in scenario.constants.items() if k.startswith("temp_") and k != "temp_gradient_C"}
+    shown = {k: v for k, v in held.items() if "part" in k or "scale" in k or v != T0_DEG_C}
+    return ", ".join(f"{k[5:-2].replace('_', ' ')} {v:g} °C" for k, v in shown.items()) or "20 °C throughout"
+
+
+def _compensated(scenario: Scenario) -> str:
+    """Which expansions are taken off, with which coefficient."""
+    out = []
+    for role, what in (("part temperature", "part"), ("scale temperature", "scales")):
+        with_ = {float(e.corrected) for e in scenario.machine.effects if e.role == role}  # type: ignore[attr-defined]
+        if not with_:
+            out.append(f"{what}: no expansion stated")
+        elif with_ == {0.0}:
+            out.append(f"{what}: not corrected to 20 °C")
+        else:
+            said = ", ".join(f"{v * 1e6:g}" for v in sorted(with_))
+            out.append(f"{what}: corrected to 20 °C with {said} µm/(m K)")
+    return "; ".join(out)

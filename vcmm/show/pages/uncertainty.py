@@ -1,0 +1,222 @@
+"""The report of an uncertainty evaluation: results, decisions, budgets, pictures, how it was computed."""
+
+from __future__ import annotations
+
+import math
+
+from vcmm import __version__
+from vcmm.answer.evaluation.result import (
+    CharacteristicResult,
+    UncertaintyResult,
+    budget_interaction,
+    common_causes,
+)
+from vcmm.answer.evaluation.truth import Predicted
+from vcmm.show import charts as draw
+from vcmm.show import report as r
+from vcmm.show.charts.distribution import filled
+from vcmm.show.pages.deviations import deviations_block
+from vcmm.show.pages.view import Item, task_in_machine, touches_of
+from vcmm.show.tables.evaluated import (
+    BUDGET,
+    budget_rows,
+    computed,
+    more_than_rounding,
+    results,
+    stated_with,
+    undecided_because,
+)
+from vcmm.show.tables.quantities import SMALL_SCALE
+from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
+from vcmm.task.measuring.scenario import Scenario
+
+
+def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
+    """One self-contained HTML file."""
+    why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
+    leaves = [
+        [
+            r.heading("Results"),
+            html(results(result)),
+            *(r.note(w) for w in why),
+            *(r.note(w, "warning") for w in result.warnings),
+            r.heading("What was assumed"),
+            assumptions(scenario, result),
+        ],
+        [
+            r.heading("Where it was measured"),
+            *pictures(result),
+            *deviations_block(result.model.task),
+            r.heading("How it was computed"),
+            html(computed(result)),
+        ],
+    ]
+    part = "a part with this form" if result.model.task.form.any() else "the nominal part"
+    leaves += [
+        [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c, part)] for c in result.characteristics
+    ]
+    blocks = [r.leaf(*leaf) for leaf in leaves]
+    footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
+    return r.page(
+        f"Measurement uncertainty: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
+    )
+
+
+def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
+    """Machine, pose, styli, touches, temperatures, decision rule: what an assessor asks first."""
+    task, machine = result.model.task, scenario.machine
+    turns = ", ".join(f"{math.degrees(t):.4g}" for t in scenario.pose.turns())
+    shift = ", ".join(f"{v:.6g}" for v in scenario.pose.shift)
+    styli = "; ".join(
+        f"{s.name}: tip Ø {2 * s.tip_radius:g} mm at ({', '.join(f'{v:g}' for v in s.offset)}) mm, "
+        + ("qualified" if s.name in scenario.qualifications else "taken as perfectly qualified")
+        for s in scenario.plan.styli.values()
+    )
+    warm = [
+        f"{k[5:-2].replace('_', ' ')} {v:g} °C"
+        for k, v in scenario.constants.items()
+        if k.startswith("temp_") and k != "temp_gradient_C"
+    ]
+    counts = ", ".join(f"{name} {len(rows)}" for name, rows in task.touches.rows.items())
+    rule = next((c.decision.rule for c in result.characteristics if c.decision), scenario.settings.rule)
+    rows = [
+        ["machine", f"{machine.name}, structure {machine.chain.structure}, error state {machine.state}"],
+        ["part in the machine", f"shift ({shift}) mm, turned ({turns})° about fixed x, y, z"],
+        ["touches", f"{task.touches.run.n}: {counts}"],
+        ["styli", styli],
+        ["temperatures", ", ".join(warm) or "20 °C throughout"],
+        [
+            "decision",
+            f"{rule}, ISO 14253-1:2017; limits are compared with {_compared(scenario, result)}",
+        ],
+    ]
+    return r.table(["", ""], rows)
+
+
+def _compared(scenario: Scenario, result: UncertaintyResult) -> str:
+    """What a limit is compared with: extreme values are read by the interval of the true value, whatever is done about a bias."""
+    by_belts = [c.true_value is not None and c.true_value.counted is not None for c in result.characteristics]
+    other = f"the {'corrected' if scenario.settings.known_bias == 'corrected' else 'indicated'} value"
+    if not any(by_belts):
+        return other
+    true = "the interval of the true value"
+    return true if all(by_belts) else f"{other} of sizes, distances and angles, with {true} of all else"
+
+
+def pictures(result: UncertaintyResult) -> list[str]:
+    """The part in the machine, and the part with the ellipsoids of its touches."""
+    overview, close = scenes(result)
+    return [
+        r.scene(
+            overview,
+            title="Part in the machine",
+            caption="Machine frame; the wire box is the reach of the tip.",
+        ),
+        r.scene(
+            close,
+            title="Touches and their standard uncertainty",
+            caption="Ellipsoids: all Inputs together, k = 1.",
+        ),
+    ]
+
+
+def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
+    """What the two pictures hold."""
+    task = result.model.task
+    return task_in_machine(task), touches_of(task, result.model.influences)
+
+
+def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
+    """Decision zones, distribution, budget bars and table. part: whose indicated values the trials are."""
+    return [*characteristic_charts(c, part), budget_table(c)]
+
+
+def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
+    """Decision zones, distribution and budget bars side by side; nothing where there is none of them."""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    charts = [_zones(c, word, scale), _histogram(c, part)]
+    bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
+    if bars:
+        charts.append(
+            draw.on_page(
+                draw.bars,
+                bars,
+                unit=word,
+                title="Budget: contributions u_i",
+                total=c.u * scale if math.isfinite(c.u) else None,
+            )
+        )
+    shown = [x for x in charts if x]
+    return [r.columns(*shown)] if shown else []
+
+
+def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
+    if c.tolerance is None or c.decision is None or not math.isfinite(c.u):
+        return ""
+    low, high = ((t - c.nominal) * scale if math.isfinite(t) else None for t in c.tolerance)
+    guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
+    lower = None if c.type not in ("size", "distance", "angle") else low
+    span = None
+    if c.true_value is not None and c.true_value.counted and math.isfinite(c.interval[1]):
+        # decided by the interval of the true value, about which what is indicated may lie anywhere
+        span, guard = (
+            ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale),
+            c.decision.guard or 0.0,
+        )
+    title = f"Deviation from nominal, {c.decision.rule} (ISO 14253-1)"
+    title += f"; undecided: {c.decision.reason}" if c.decision.reason else ""
+    return draw.on_page(
+        draw.zones,
+        lower,
+        high,
+        (c.value - c.nominal) * scale,
+        c.stated[0] * scale,
+        guard * scale,
+        unit=word,
+        title=title,
+        decision=c.decision.text,
+        span=span,
+    )
+
+
+def _histogram(c: CharacteristicResult, part: str) -> str:
+    if c.summary is None:
+        return ""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    edges, counts = c.summary.histogram
+    edges, counts = filled((edges - c.nominal) * scale, counts)
+    interval: tuple[float, float] | None = (
+        (c.interval[0] - c.nominal) * scale,
+        (c.interval[1] - c.nominal) * scale,
+    )
+    marks = {"y": (c.value - c.nominal) * scale, "mean": (c.summary.mean - c.nominal) * scale}
+    title = f"Distribution of the {_what(c, part)}, {c.trials:,} trials"
+    if c.true_value is not None:
+        interval = None
+    return draw.on_page(
+        draw.distribution, edges, counts, unit=word, label=f"deviation from nominal / {word}", title=title, interval=interval,
+        marks=marks)  # fmt: skip
+
+
+def _what(c: CharacteristicResult, part: str) -> str:
+    if isinstance(c.truth, Predicted):
+        return "finished part"
+    return "true value when y is indicated" if c.true_value is None else f"indicated value of {part}"
+
+
+def budget_table(c: CharacteristicResult) -> str:
+    """EA-4/02 columns: quantity, estimate, u, law, degrees of freedom, redraw, sensitivity, contribution, share."""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    rows = [row for row in budget_rows(c) if more_than_rounding(row)]
+    table = ResultTable("", BUDGET, rows)
+    blank = [""] * (len(on_page(table).heads) - 2)
+    more: list[list[object]] = []
+    left = len(c.budget) - len(rows)
+    if left:
+        more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
+    for cause, (share, names) in common_causes(c.budget).items():
+        more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
+    if rest := budget_interaction(c):
+        more.append(["100 % less the shares above: what inputs do only together", *blank, f"{rest:.1%}"])
+    total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"
+    return html(table, more=more, foot=[[total, *blank, ""]])

@@ -1,0 +1,115 @@
+"""One self-contained HTML page from blocks of HTML. Works offline, prints, follows the reader's light or dark setting.
+
+    html = page("Plate 0815", [heading("Results"), table(...), columns(bars(...), zones(...))])
+    write("report.html", html)
+
+Every block is a string and every function is pure; nothing outside the file is ever requested, and the page says
+so to the browser (content security policy).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Literal
+
+from vcmm.core.errors import Environment
+from vcmm.show.report.palette import css_variables
+from vcmm.show.report.plotly_source import packed_plotly
+from vcmm.show.report.text import escape
+
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
+
+
+def asset(name: str) -> str:
+    return resources.files("vcmm.show.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def scene_script() -> str:
+    """The script that draws 3-D scenes, without indentation and comments."""
+    lines = (line.strip() for line in asset("scene.js").splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
+
+
+def scripts() -> str:
+    """What a page with scenes needs once: plotly, packed, and the script that unpacks and uses it."""
+    library = f'<script type="application/octet-stream" id="plotly-gz">{packed_plotly()}</script>\n'
+    return f"{library}<script>\n{scene_script()}</script>\n"
+
+
+def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str = "") -> str:
+    """The whole document. `blocks` are HTML strings made by this package; texts are escaped here."""
+    body = "\n".join(blocks)
+    script = scripts() if "data-scene" in body else ""
+    style = css_variables() + "\n" + asset("style.css")
+    below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
+    foot = f"<footer>{escape(footer)}</footer>\n" if footer else ""
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="color-scheme" content="light dark">\n'
+        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+        f"<header><h1>{escape(title)}</h1>{below}</header>\n<main>\n{body}\n</main>\n{foot}{script}</body>\n</html>\n"
+    )
+
+
+def write(path: str | Path, html: str) -> Path:
+    """Write the page so that a reader sees the old file or the new one, never half of it. Returns the path.
+
+    Environment: the folder or the file cannot be written; nothing is left behind.
+    """
+    target = Path(path)
+    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        draft.write_text(html, encoding="utf-8")
+        os.replace(draft, target)
+    except OSError as problem:
+        _remove(draft)
+        why = problem.strerror or problem
+        raise Environment(
+            f"The report cannot be written to {target}: {why}. Name a file in an existing folder you may write to."
+        ) from problem
+    return target
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:  # its folder is not a folder: there was never a file
+        return
+
+
+def heading(text: str, level: int = 2) -> str:
+    """A heading, level 2 (section) to 4; level 1 is the page's own title."""
+    level = min(max(level, 2), 4)
+    return f"<h{level}>{escape(text)}</h{level}>"
+
+
+def paragraph(text: str) -> str:
+    """Running text."""
+    return f"<p>{escape(text)}</p>"
+
+
+def note(text: str, kind: Literal["info", "warning"] = "info") -> str:
+    """A remark set apart; a warning is announced as such in words, not by colour alone."""
+    word = "<strong>Warning.</strong> " if kind == "warning" else ""
+    return f'<p class="note {kind}" role="note">{word}{escape(text)}</p>'
+
+
+def columns(*blocks: str) -> str:
+    """Blocks side by side where the screen is wide enough, below each other where not."""
+    cells = "".join(f"<div>{block}</div>" for block in blocks)
+    return f'<div class="columns">{cells}</div>'
+
+
+def details(summary: str, *blocks: str) -> str:
+    """Blocks that the reader opens by a click; printed open."""
+    return f"<details><summary>{escape(summary)}</summary>\n{''.join(blocks)}\n</details>"
+
+
+def leaf(*blocks: str) -> str:
+    """Blocks that are printed on a sheet of paper of their own; on the screen they follow each other."""
+    return f'<section class="leaf">\n{"".join(blocks)}\n</section>'

@@ -1,0 +1,116 @@
+"""A rewritten program as tables: what departs before and after, the shift of the work offsets, corrected points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, Protocol
+
+from vcmm.compensation.points import CorrectedPoints
+from vcmm.compensation.result import CompensatedProgram, Departure, OrientationProof
+from vcmm.core.run import Array
+from vcmm.show.tables.quantities import fixed, in_file
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, csv_text, entry, records
+
+Named = tuple[str, Departure]
+Shift = tuple[str, Array]
+
+DEPARTURES: tuple[Column[Named], ...] = (
+    Column("", lambda n: n[0]),
+    Column("largest", lambda n: n[1].largest, fixed(2, "um", 1e3)),
+    Column("rms", lambda n: n[1].rms, fixed(2, "um", 1e3)),
+    entry("max_um", lambda n: n[1].largest * 1e3),
+    entry("rms_um", lambda n: n[1].rms * 1e3),
+    Column("at line", lambda n: n[1].line, NUMBER_TEXT, key="line"),
+)
+
+POINTINGS: tuple[Column[Named], ...] = (
+    Column("", lambda n: n[0]),
+    Column("largest", lambda n: n[1].largest, fixed(1, "urad", 1e6)),
+    Column("rms", lambda n: n[1].rms, fixed(1, "urad", 1e6)),
+    entry("max_urad", lambda n: n[1].largest * 1e6),
+    entry("rms_urad", lambda n: n[1].rms * 1e6),
+    Column("at line", lambda n: n[1].line, NUMBER_TEXT, key="line"),
+)
+
+
+def _along(axis: int, shift: Shift) -> float:
+    return float(shift[1][axis])
+
+
+SHIFTS: tuple[Column[Shift], ...] = (
+    Column("offset", lambda s: s[0]),
+    *(Column(c, partial(_along, i), fixed(1, "um", 1e3, signed=True)) for i, c in enumerate("XYZ")),
+)
+
+
+class Compared(Protocol):
+    """What every rewriting says of itself."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def machine(self) -> str: ...
+    @property
+    def shifts(self) -> Mapping[str, Array]: ...
+
+
+def departures(result: Compared, rows: list[Named]) -> ResultTable[Named]:
+    title = f"{result.name} on {result.machine}: departure of the cut path from the programmed one"
+    return ResultTable(title, DEPARTURES, rows)
+
+
+def pointings(proof: OrientationProof) -> ResultTable[Named]:
+    rows = [("as programmed", proof.before), ("compensated program", proof.after)]
+    return ResultTable(
+        "angle between the tool and where it is programmed to point, over the cuts", POINTINGS, rows
+    )
+
+
+def pointing_json(departure: Departure) -> dict[str, Any]:
+    """The same of one program."""
+    return records(POINTINGS, [("", departure)])[0]
+
+
+def shifts(result: Compared) -> ResultTable[Shift]:
+    return ResultTable("best shift of the work offsets alone", SHIFTS, list(result.shifts.items()))
+
+
+def before_and_after(result: CompensatedProgram) -> list[Named]:
+    """The program as it is, with shifted offsets, and rewritten; then with what rewriting does not correct."""
+    rows = [
+        ("as programmed", result.before),
+        ("work offsets shifted", result.offset_only),
+        ("compensated program", result.after),
+    ]
+    if result.whole is not None:
+        rows.append(("as programmed, with reversal and lag", result.whole[0]))
+        rows.append(("compensated, with reversal and lag", result.whole[1]))
+    return rows
+
+
+def departure_json(departure: Departure) -> dict[str, Any]:
+    return records(DEPARTURES, [("", departure)])[0]
+
+
+def shifts_json(result: Compared) -> dict[str, list[float]]:
+    return {name: [float(v) for v in shift] for name, shift in result.shifts.items()}
+
+
+def _component(what: str, axis: int, found: CorrectedPoints, row: int) -> float:
+    return float(getattr(found, what)[row, axis])
+
+
+def points_csv(found: CorrectedPoints) -> str:
+    """Corrected and indicated points, mm, and the errors that were taken off, um."""
+    columns: list[Column[int]] = []
+    for what, heading, file in (
+        ("corrected", "corrected_{}_mm", in_file(6)),
+        ("indicated", "indicated_{}_mm", in_file(6)),
+        ("error", "e{}_um", in_file(4, 1e3)),
+    ):
+        columns += [
+            Column(None, partial(_component, what, i, found), csv=heading.format(c), file=file)
+            for i, c in enumerate("xyz")
+        ]
+    return csv_text(ResultTable("", columns, range(len(found.error))))

@@ -1,0 +1,259 @@
+"""A virtual cut as tables: the finished part, who owns the uncertainty, what a batch shares, the surface point by point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
+
+from vcmm.answer.evaluation.result import CharacteristicResult, budget_interaction
+from vcmm.core.run import Array
+from vcmm.shop.machining.result import CutResult, SurfaceExtremes, expected
+from vcmm.show.tables.evaluated import (
+    BUDGET,
+    DECISION,
+    BudgetRow,
+    budget_rows,
+    characteristic_json,
+    decided,
+    from_nominal,
+    p_conform,
+)
+from vcmm.show.tables.quantities import (
+    DEVIATION,
+    LENGTH,
+    SHARE,
+    SIZE,
+    SPAN,
+    in_file,
+    percent_text,
+    whole_percent,
+)
+from vcmm.show.tables.table import Column, ResultTable, Writing, csv_text, listing, records
+
+PART: tuple[Column[CharacteristicResult], ...] = (
+    Column("characteristic", lambda c: c.name),
+    Column("nominal", lambda c: c.nominal, LENGTH),
+    Column("deviation", expected, DEVIATION),
+    Column("known errors", lambda c: c.bias, DEVIATION),
+    Column("U", lambda c: c.expanded, SIZE),
+    Column("interval", lambda c: from_nominal(c.interval, c), SPAN),
+    Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
+    Column("decision", decided, DECISION),
+    Column("p conform", p_conform, SHARE, page_head="conforms with"),
+)
+
+
+def finished_part(result: CutResult) -> ResultTable[CharacteristicResult]:
+    """What to expect of each characteristic, and whether it will conform; beside it what the own machine would read."""
+    p = result.characteristics[0].p
+    caption = (
+        f"Deviation to expect, of it by the known errors of the machine, and coverage interval for p = {p:.0%}; lengths "
+        "in mm and µm, angles in deg and µrad."
+    )
+    title = f"the finished part: expected deviation from nominal and its coverage interval for p = {p:.0%}"
+    columns = list(PART)
+    if result.own_reading is not None:
+        columns.insert(3, Column("own reading", partial(_own_reading, result), DEVIATION))
+    return ResultTable(title, columns, result.characteristics, page_caption=caption)
+
+
+def _own_reading(result: CutResult, c: CharacteristicResult) -> float:
+    """Deviation from nominal that the machine that cut the part reads of it."""
+    assert result.own_reading is not None
+    return expected(next(r for r in result.own_reading.characteristics if r.name == c.name))
+
+
+def _own_readings(result: CutResult) -> list[dict[str, Any]]:
+    """Per characteristic what the own machine would read, from nominal; nothing where another measures."""
+    if result.own_reading is None:
+        return [{} for _ in result.characteristics]
+    return [
+        {f"own_reading_{c.unit}": expected(c), f"own_reading_U_{c.unit}": c.expanded}
+        for c in result.own_reading.characteristics
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Owned:
+    """A characteristic with its share of u² by owner, and what repeats and scatters in a batch (mm, rad)."""
+
+    of: CharacteristicResult
+    shares: dict[str, float]
+    repeats: float
+    scatters: float
+
+    @property
+    def unit(self) -> str:
+        return self.of.unit
+
+
+def owned(result: CutResult) -> list[Owned]:
+    return [
+        Owned(c, dict(result.shares[c.name]), result.repeats[c.name], result.scatters[c.name])
+        for c in result.characteristics
+    ]
+
+
+GROUP_WORDS = {"machine": "machine tool", "setup": "set-up"}  # as pages name them
+OWNER = Writing(lambda value, unit: percent_text(value), lambda value, unit: whole_percent(value))
+_NAME: Column[Owned] = Column("characteristic", lambda o: o.of.name)
+REPEATS: Column[Owned] = Column("u, repeats in every part", lambda o: o.repeats, SIZE, key="u_repeats_{unit}", page_head="u repeats")  # fmt: skip
+SCATTERS: Column[Owned] = Column("u, scatters from part to part", lambda o: o.scatters, SIZE, key="u_scatters_{unit}", page_head="u scatters")  # fmt: skip
+ADDED: tuple[Column[Owned], ...] = (  # what cutting adds to the characteristics of JSON
+    Column(None, lambda o: expected(o.of), key="deviation_{unit}"),
+    Column(None, lambda o: o.shares, key="groups"),
+    REPEATS,
+    SCATTERS,
+)
+
+
+def _share(name: str, row: Owned) -> float:
+    return row.shares[name]
+
+
+def owners(result: CutResult) -> ResultTable[Owned]:
+    """Whose uncertainty it is; on the page also what of it a batch shares."""
+    rows = owned(result)
+    u: Column[Owned] = Column("u", lambda o: o.of.u, SIZE, on="page")
+    shares: list[Column[Owned]] = [
+        Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
+    ]
+    if any(budget_interaction(row.of) for row in rows):
+        shares.append(Column("together", lambda o: budget_interaction(o.of), OWNER))
+    batch = [Column(c.head, c.cell, c.writing, page_head=c.page_head, on="page") for c in (REPEATS, SCATTERS)]
+    caption = (
+        "Shares of u² by owner, each input alone with the others held still; together: what inputs of any owner do only together, "
+        "100 % less the others, where the output is not linear (negative: they cover each other). What repeats is common to all parts cut with this set-up; what scatters differs from part to "
+        "part."
+    )
+    return ResultTable("share of u² by owner", [_NAME, u, *shares, *batch], rows, page_caption=caption)
+
+
+def largest_contributions(result: CutResult, most: int = 4) -> ResultTable[BudgetRow]:
+    columns = [c for c in BUDGET if c.head != "law"]
+    rows = [row for c in result.characteristics for row in budget_rows(c)[:most]]
+    return ResultTable("largest contributions", columns, rows)
+
+
+def batch(result: CutResult) -> ResultTable[Owned]:
+    return ResultTable("in a batch", [_NAME, REPEATS, SCATTERS], owned(result))
+
+
+def surface(result: CutResult) -> ResultTable[Any]:
+    """What the nets over all features say of the surface, for the page."""
+    s = result.surface
+    minutes, seconds = divmod(result.seconds, 60)
+    rows = [
+        ["largest departure", s.reason if s.max_um is None else f"{s.max_um:.2f} µm"],
+        ["rms departure", "–" if s.rms_um is None else f"{s.rms_um:.2f} µm"],
+        ["points looked at, on nets over all features", f"{s.points:,}"],
+        *([["features without a net, not in it", ", ".join(s.without)]] if s.without and s.points else []),
+        ["of these left uncut", f"{s.uncut:,}"],
+        [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["contacts against displaced tools", f"{result.recut.largest * 1e3:.3f} µm" if result.recut else "–"],
+        ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
+    ]
+    return listing("", ["", ""], rows)
+
+
+def threads(result: CutResult) -> ResultTable[Any]:
+    """Pitch and diameter of every thread, U for k = 2."""
+    rows = [
+        [
+            f"{t.line}", f"{t.lead_mm:.4g} mm", f"{t.length_mm:.4g} mm", f"{t.pitch_um:+.2f} ± {t.pitch_U_um:.2f} µm",
+            f"{t.diameter_um:+.2f} ± {t.diameter_U_um:.2f} µm", f"{t.gauge_um:.2f} µm",
+        ]
+        for t in result.threads
+    ]  # fmt: skip
+    heads = ["thread, line", "lead", "length", "pitch, cumulative", "diameter", "a gauge feels"]
+    return listing("threads: deviation and expanded uncertainty (k = 2)", heads, rows)
+
+
+def grooves(result: CutResult) -> ResultTable[Any]:
+    """Width, place and floor of every groove, U for k = 2."""
+    rows = [
+        [
+            " and ".join(f"{n}" for n in dict.fromkeys(g.lines)), f"{g.width_mm:.4g} mm", f"{g.middle_mm:.5g} mm",
+            f"{g.width_um:+.2f} ± {g.width_U_um:.2f} µm", f"{g.middle_um:+.2f} ± {g.middle_U_um:.2f} µm",
+            f"{g.diameter_um:+.2f} ± {g.diameter_U_um:.2f} µm",
+        ]
+        for g in result.grooves
+    ]  # fmt: skip
+    heads = ["groove, lines", "width", "middle, Z", "width", "middle", "diameter of the floor"]
+    return listing("grooves: deviation and expanded uncertainty (k = 2)", heads, rows)
+
+
+def cut_json(result: CutResult) -> dict[str, Any]:
+    """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
+    s = result.surface
+    added = records(ADDED, owned(result))
+    return {
+        "trials": result.uncertainty.trials,
+        "characteristics": [
+            characteristic_json(c) | more | own for c, more, own in zip(result.characteristics, added, _own_readings(result))
+        ],
+        "surface": {
+            "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
+            "gouge_depth_um": s.deep_um, "reason": s.reason or None, "without": list(s.without),
+            "recut": None if result.recut is None else {"points": result.recut.points, "largest_um": result.recut.largest * 1e3},
+        },
+        "time_s": result.seconds,
+        "grooves": [asdict(g) for g in result.grooves],
+        "threads": [asdict(t) | {"gauge_um": t.gauge_um} for t in result.threads],
+        "stock": None if result.blank is None else {
+            "removed_mm3": result.blank.removed,
+            "kept_as": result.blank.kept_as,
+            "collisions": [{"line": line, "depth_mm": depth} for line, depth in result.blank.collisions],
+            "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in result.blank.shanks],
+        },
+    }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoint:
+    """A point of a map: place and normal (6,) mm, drawing frame; departures in mm, NaN where nothing was cut."""
+
+    feature: str
+    place: Array
+    deviation: float
+    program_alone: float
+
+
+def _surface_points(result: CutResult) -> Iterator[SurfacePoint]:
+    for patch in result.patches:
+        net = patch.net
+        for point, normal, height, nominal in zip(net.points, net.normals, patch.height, patch.nominal):
+            yield SurfacePoint(net.feature, (*point, *normal), float(height), float(nominal))  # type: ignore[arg-type]
+
+
+def _coordinate(index: int, point: SurfacePoint) -> float:
+    return float(point.place[index])
+
+
+SURFACE: tuple[Column[SurfacePoint], ...] = (
+    Column(None, lambda p: p.feature, csv="feature"),
+    *(
+        Column(None, partial(_coordinate, i), csv=name, file=in_file(6))
+        for i, name in enumerate(("x_mm", "y_mm", "z_mm", "nx", "ny", "nz"))
+    ),
+    Column(None, lambda p: p.deviation, csv="deviation_um", file=in_file(4, 1e3)),
+    Column(None, lambda p: p.program_alone, csv="program_alone_um", file=in_file(4, 1e3)),
+)
+
+
+def surface_csv(result: CutResult) -> str:
+    """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
+    return csv_text(ResultTable("", SURFACE, list(_surface_points(result))))
+
+
+def surface_text(s: SurfaceExtremes) -> str:
+    """One line for the terminal."""
+    if s.max_um is None:
+        return f"surface: no figure; {s.reason}"
+    without = f"; not in it, since they have no net: {', '.join(s.without)}" if s.without else ""
+    return (
+        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
+        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um){without}"
+    )

@@ -1,0 +1,129 @@
+"""The loop from a measured part to the next one, as a document and in words: the answer first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from vcmm.answer.evaluation.virtual_measurement import Measurement
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
+from vcmm.shop.machining.measured import MeasuredCut
+from vcmm.shop.machining.proof import CutProof
+from vcmm.show.tables.proofs import proof_json
+
+
+class Looped(Protocol):
+    """What the command hands over."""
+
+    @property
+    def cut(self) -> MeasuredCut: ...
+    @property
+    def diagnosis(self) -> Diagnosis: ...
+    @property
+    def machine(self) -> Any: ...
+    @property
+    def program(self) -> Any: ...
+    @property
+    def proof(self) -> CutProof: ...
+    @property
+    def before(self) -> Measurement: ...
+    @property
+    def after(self) -> Measurement | None: ...
+    @property
+    def refused(self) -> str: ...
+    @property
+    def left(self) -> str: ...
+    @property
+    def setting(self) -> str: ...
+    @property
+    def rest(self) -> Array: ...
+    @property
+    def met(self) -> bool: ...
+
+
+def loop_json(loop: Looped) -> dict[str, Any]:
+    """The body of vcmm.loop/1."""
+    d, proof = loop.diagnosis, loop.proof
+    crisp = {id(a) for a in written(d.answer)}
+    found = [answer | {"written": id(a) in crisp} for answer, a in zip(diagnosis_json(d)["answer"], d.answer)]
+    now = {"by": "measured", **_figures(loop.cut.off), "characteristics": _measured(loop.cut)}
+    after = None
+    if proof.after is not None and not loop.refused:
+        after = {
+            "by": "cut",
+            **_figures(proof.after.off),
+            "met": loop.met,
+            "allowed_um": proof.allowed * 1e3,
+        }
+        after["not_explained"] = _figures(loop.rest)
+        after["characteristics"] = _values(loop.after)
+    return {
+        "verdict": d.verdict, "found": found, "machine": _name(loop.machine), "program": _name(loop.program),
+        "rms_um": {"before": _um(d.fit.before), "after": _um(d.fit.after), "noise": _um(d.fit.noise)},
+        "open": loop.left or loop.setting or None, "part_now": now, "part_next": after, "refused": loop.refused or None, **proof_json(proof),
+    }  # fmt: skip
+
+
+def loop_text(loop: Looped, said: Sequence[str]) -> Iterator[str]:
+    """Lines for the terminal: what the next part will be, then what was found (said), then the characteristics."""
+    now, proof = loop.cut.off * 1e3, loop.proof
+    was = f"this part departs by {np.abs(now).max():.2f} um at most and {np.abs(now).mean():.2f} um in the mean ({len(now)} measured points)"
+    if loop.refused:
+        yield f"No program for the next part: it would be worse. {loop.refused}. {was[0].upper()}{was[1:]}."
+    elif proof.after is not None:
+        yield (
+            f"The next part, cut by {loop.program}, departs by {proof.after.largest * 1e3:.2f} um at most ({proof.after.worst}) and "
+            f"{proof.after.mean * 1e3:.2f} um in the mean; {was}."
+        )
+        more = "" if loop.met == proof.met else "; the real part is not assured of it, see below"
+        yield (
+            f"Allowed are {proof.allowed * 1e3:.2f} um: {'met' if proof.met else 'NOT met'} by the cut on the machine with what was found{more}."
+        )
+    if loop.left:
+        yield f"Open: {loop.left}."
+    elif loop.setting:
+        yield f"Not in that figure: {loop.setting}."
+    yield from said
+    if loop.after is not None:
+        yield ""
+        yield "characteristic, from nominal: measured now, next part"
+        for row, after in zip(_measured(loop.cut), _values(loop.after)):
+            unit, small, factor = ("mm", "um", 1e3) if "deviation_mm" in row else ("rad", "urad", 1e6)
+            a, b = (float(r[f"deviation_{unit}"]) * factor for r in (row, after))
+            yield f"  {row['name']}: {a:+.2f}, {b:+.2f} {small}"
+
+
+def _figures(off: Array) -> dict[str, Any]:
+    size = np.abs(off) * 1e3
+    return {"largest_um": float(size.max()), "mean_um": float(size.mean()), "points": len(off)}
+
+
+def _measured(cut: MeasuredCut) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": c.name,
+            f"measured_{c.unit}": c.measured,
+            f"deviation_{c.unit}": c.measured - c.nominal,
+            f"predicted_{c.unit}": c.predicted,
+        }
+        for c in cut.compared
+    ]
+
+
+def _values(found: Measurement | None) -> list[dict[str, Any]]:
+    return [
+        {"name": c.name, f"value_{c.unit}": c.value, f"deviation_{c.unit}": c.value - c.nominal}
+        for c in (found.values if found else ())
+    ]
+
+
+def _um(value: float | None) -> float | None:
+    return None if value is None else value * 1e3
+
+
+def _name(path: Any) -> str | None:
+    return None if path is None else str(path)

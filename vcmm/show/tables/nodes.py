@@ -1,0 +1,77 @@
+"""Nodes found from LaserTracer lengths as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.learn.calibration.nodes import NodeScatter
+from vcmm.show.tables.quantities import fixed
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry
+
+
+@dataclass(frozen=True, eq=False)
+class NodeRow:
+    """One node of a result."""
+
+    found: NodeScatter
+    number: int
+
+    def three(self, name: str) -> list[float]:
+        """x, y, z of a quantity of the node, um."""
+        return [float(v) * 1e3 for v in getattr(self.found, name)[self.number]]
+
+
+def _three(name: str) -> Callable[[NodeRow], str]:
+    return lambda row: " ".join(f"{v:.2f}" for v in row.three(name))
+
+
+def _node(row: NodeRow) -> str:
+    return " ".join(f"{v:g}" for v in row.found.place[row.number])
+
+
+def _key(name: str) -> Column[NodeRow]:
+    return entry(f"{name}_um", lambda row: row.three(name))
+
+
+NODE_COLUMNS: tuple[Column[NodeRow], ...] = (
+    Column("node / mm", _node),
+    Column("mean - nominal / um", _three("deviation"), NUMBER_TEXT),
+    Column("d / um", _three("d"), NUMBER_TEXT),
+    Column("instrument's share / um", _three("instrument"), NUMBER_TEXT),
+    Column("one approach / um", _three("single"), NUMBER_TEXT),
+    Column("least p of the law", lambda row: float(row.found.test[row.number].min()), fixed(3)),
+    entry("place_mm", lambda row: row.found.place[row.number].tolist()),
+    *(_key(name) for name in ("deviation", "deviation_u", "d", "instrument", "changing", "single")),
+    entry("approaches", lambda row: int(row.found.dof[row.number]) + 1),
+    entry("p_of_the_law", lambda row: row.found.test[row.number].tolist()),
+)
+
+
+def nodes_table(found: NodeScatter) -> ResultTable[NodeRow]:
+    """One line per node."""
+    rows = [NodeRow(found, k) for k in range(len(found.place))]
+    return ResultTable("Nodes: where the machine stops when it comes from many sides", NODE_COLUMNS, rows)
+
+
+def sentences(found: NodeScatter) -> list[str]:
+    """What the lengths say as a whole."""
+    one = found.located
+    d, own, single = (np.quantile(v, [0, 0.5, 1]) * 1e3 for v in (found.d, found.instrument, found.single))
+    known = float(np.sqrt((found.deviation_u**2).mean())) * 1e3
+    covered = float((found.instrument > found.d / 2).mean())
+    return [
+        f"{len(one.residual)} lengths, {len(one.points)} points, {len(one.stations)} stations: {one.left} degrees of freedom, residuals "
+        f"{one.u * 1e3:.3f} um",
+        f"d {_range(d)} um; of it the lengths' own u makes {_range(own)} um, more than half of d in {covered:.0%} of the directions",
+        f"one approach: {_range(single)} um, d freed of what changes between stations and of the instrument",
+        f"mean deviations are known to {known:.2f} um (rms of their u)",
+        f"chi-squared against the t-law: {found.rejected():.0%} of {found.test.size} tests below 0.05",
+    ]
+
+
+def _range(three: Array) -> str:
+    return f"{three[0]:.2f} to {three[2]:.2f} (median {three[1]:.2f})"

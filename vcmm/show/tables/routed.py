@@ -1,0 +1,130 @@
+"""Routes to one result as tables: what each says, how far it is from the truth where that is known, and E_n between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from vcmm.answer.routes.estimate import Contribution, RouteAgreement, RouteEstimate
+from vcmm.answer.routes.job import Routed, RoutedCharacteristic
+from vcmm.show.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
+from vcmm.show.tables.table import WORDS, Column, ResultTable, entry, records
+
+
+@dataclass(frozen=True)
+class RouteRow:
+    """One route of one characteristic."""
+
+    of: RoutedCharacteristic
+    route: RouteEstimate
+
+    @property
+    def unit(self) -> str:
+        return self.of.unit
+
+
+@dataclass(frozen=True)
+class AgreementRow:
+    """Two routes of one characteristic."""
+
+    of: RoutedCharacteristic
+    pair: RouteAgreement
+
+    @property
+    def unit(self) -> str:
+        return self.of.unit
+
+
+@dataclass(frozen=True)
+class ContributionRow:
+    """One contribution to one route."""
+
+    row: RouteRow
+    one: Contribution
+
+    @property
+    def unit(self) -> str:
+        return self.row.unit
+
+
+def _dof(dof: float) -> float | None:
+    return None if dof == float("inf") else dof
+
+
+CONTRIBUTIONS: tuple[Column[ContributionRow], ...] = (
+    Column("characteristic", lambda r: r.row.of.name, csv="characteristic"),
+    Column("route", lambda r: r.row.route.route, WORDS, csv="route"),
+    Column("contribution", lambda r: r.one.name, WORDS, key="name", csv="contribution"),
+    Column("u", lambda r: r.one.u, SIZE, key="u_{unit}", csv="u_{unit}", page_head="u / {small}"),
+    Column("nu", lambda r: _dof(r.one.dof), fixed(0), key="dof", csv="dof"),
+)
+
+ROUTES: tuple[Column[RouteRow], ...] = (
+    Column("characteristic", lambda r: r.of.name, csv="characteristic"),
+    Column("route", lambda r: r.route.route, WORDS, key="route", csv="route"),
+    Column("value", lambda r: r.route.value, LENGTH, key="value_{unit}", csv="value_{unit}", page_head="value / {large}"),
+    Column("u", lambda r: r.route.u, SIZE, key="u_{unit}", csv="u_{unit}", page_head="u / {small}"),
+    Column("k", lambda r: r.route.k, fixed(2), key="k", csv="k"),
+    Column("U", lambda r: r.route.expanded, SIZE, key="U_{unit}", csv="U_{unit}", page_head="U / {small}"),
+    entry("dof", lambda r: _dof(r.route.dof)),
+    Column("(value - truth) / U", lambda r: r.of.error(r.route), fixed(2, signed=True), key="error_over_U", csv="error_over_U"),
+    entry("contributions", lambda r: records(CONTRIBUTIONS, [ContributionRow(r, c) for c in r.route.contributions])),
+    entry("remarks", lambda r: list(r.route.remarks)),
+)  # fmt: skip
+
+AGREEMENTS: tuple[Column[AgreementRow], ...] = (
+    Column("characteristic", lambda r: r.of.name, csv="characteristic"),
+    Column("routes", lambda r: f"{r.pair.first} - {r.pair.second}", WORDS),
+    entry("between", lambda r: [r.pair.first, r.pair.second]),
+    Column("difference", lambda r: r.pair.difference, DEVIATION, key="difference_{unit}", csv="difference_{unit}", page_head="difference / {small}"),
+    Column("U of the difference", lambda r: r.pair.expanded, SIZE, key="U_difference_{unit}", csv="U_difference_{unit}", page_head="its U / {small}"),
+    entry("covariance_{unit}2", lambda r: r.pair.covariance),
+    Column("shared", lambda r: ", ".join(r.pair.shared) or "nothing", WORDS),
+    entry("shared", lambda r: list(r.pair.shared)),
+    Column("E_n", lambda r: r.pair.en, fixed(2, signed=True), key="E_n", csv="E_n"),
+    Column("", lambda r: "agree" if r.pair.agrees else "do not agree", WORDS),
+)  # fmt: skip
+
+CHARACTERISTICS: tuple[Column[RoutedCharacteristic], ...] = (
+    entry("name", lambda c: c.name),
+    entry("reading_{unit}", lambda c: c.reading),
+    entry("reading_given", lambda c: c.stated),
+    entry("true_{unit}", lambda c: c.truth),
+    entry("routes", lambda c: records(ROUTES, _route_rows([c]))),
+    entry("agreements", lambda c: records(AGREEMENTS, _pair_rows([c]))),
+)
+
+
+def _route_rows(found: Iterable[RoutedCharacteristic]) -> list[RouteRow]:
+    return [RouteRow(c, r) for c in found for r in c.routes]
+
+
+def _pair_rows(found: Iterable[RoutedCharacteristic]) -> list[AgreementRow]:
+    return [AgreementRow(c, a) for c in found for a in c.agreements]
+
+
+def routes_table(found: Routed) -> ResultTable[RouteRow]:
+    where = ", measured on a drawn machine and parts that no route knows" if found.simulated else ""
+    shown = ROUTES if found.simulated else tuple(c for c in ROUTES if c.head != "(value - truth) / U")
+    return ResultTable(f"the true value by every route{where}", shown, _route_rows(found.characteristics))
+
+
+def agreements_table(found: Routed) -> ResultTable[AgreementRow]:
+    caption = (
+        "E_n = difference / U of the difference; what both routes share is not in it. |E_n| <= 1: they agree."
+    )
+    return ResultTable("do the routes agree?", AGREEMENTS, _pair_rows(found.characteristics), caption)
+
+
+def contributions_table(found: Routed) -> ResultTable[ContributionRow]:
+    rows = [ContributionRow(r, c) for r in _route_rows(found.characteristics) for c in r.route.contributions]
+    return ResultTable("contributions", CONTRIBUTIONS, rows)
+
+
+def routes_json(found: Routed) -> dict[str, Any]:
+    """The body of the JSON document."""
+    return {
+        "simulated": found.simulated, "agree": found.agree,
+        "characteristics": records(CHARACTERISTICS, found.characteristics),
+    }  # fmt: skip

@@ -1,0 +1,129 @@
+"""What a certificate states: limits of ISO 10360-2, 10360-5 and ISO 230-2, and the prior over machines that keep them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.run import Array
+from vcmm.task.certified.findings import Findings, over_the_limit
+from vcmm.task.certified.mpe import parts_of
+
+PRIORS: Mapping[str, str] = {
+    "limit": "a machine may use all of every limit: the cautious choice",
+    "uniform": "machines use any share of every limit, all shares alike",
+    "typical": "machines use about half of every limit",
+}
+COARSEST = 0.2  # mm on the shortest length: measuring arms and the largest machines keep a few hundredths
+POSITIONING = ("A", "E", "R", "B", "M")
+
+
+@dataclass(frozen=True)
+class LengthLimit:
+    """A limit that may grow with the length: fixed mm + length / per, both sides (mm from mm)."""
+
+    fixed: float
+    per: float = float("inf")
+
+    def __call__(self, length: float) -> float:
+        return self.fixed + 1e-3 * length / self.per
+
+    def at(self, lengths: Array) -> Array:
+        """(n,) mm for lengths (n,) mm."""
+        return self.fixed + 1e-3 * lengths / self.per
+
+
+def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
+    """ "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2 and on data sheets (vcmm.task.certified.mpe). UsageError: what is not understood or not positive."""
+    if not isinstance(text, str):
+        raise UsageError(
+            f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
+        )
+    found = LengthLimit(*parts_of(text, name, example))
+    if not (found.fixed >= 0 and found.per > 0) or (found.fixed == 0 and found.per == float("inf")):
+        raise UsageError(f'{name} = "{text}": a limit is positive; write for example {name} = "{example}"')
+    return found
+
+
+def short_limit(text: object, name: str) -> float:
+    """A limit that is one length, mm."""
+    found = length_limit(text, name, "1.9 um")
+    if found.per != float("inf"):
+        raise UsageError(
+            f'{name} = "{text}" does not grow with a length; write for example {name} = "1.8 um"'
+        )
+    return found.fixed
+
+
+@dataclass(frozen=True)
+class MachineCertificate:
+    """Limits in mm; None where the certificate does not state one. positioning: (figure, axis or "") -> mm of ISO 230-2."""
+
+    E0: LengthLimit | None = None
+    E150: LengthLimit | None = None
+    R0: float | None = None
+    form: float | None = None
+    size: float | None = None
+    positioning: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    prior: str = "limit"
+    found: Findings = field(default_factory=Findings)
+
+    def __post_init__(self) -> None:
+        if self.prior not in PRIORS:
+            raise UsageError(f'prior = "{self.prior}": no such prior.{choose_from(self.prior, PRIORS)}')
+        if self.E0 is not None and self.E0(0.0) > COARSEST:
+            raise UsageError(
+                f"E0_MPE allows {self.E0(0.0):g} mm on the shortest length; no measuring machine is certified so coarsely: check the unit "
+                "(um)"
+            )
+        if self.E0 is None and not self.positioning:
+            raise UsageError(
+                "the certificate states neither E0_MPE nor iso230_2; without one of them machines can be as wrong as they like: "
+                'write for example E0_MPE = "1.8 um + L/350"'
+            )
+        if self.E0 and self.R0 is not None and 2.0 * self.E0(1e4) < self.R0:
+            raise UsageError(
+                "R0_MPL is more than twice E0_MPE of 10 m: no machine that keeps E0 could use it; check the units"
+            )
+        if self.E0 and self.E150 and self.E150(0.0) < 0.5 * self.E0(0.0):
+            raise UsageError(
+                "E150_MPE is less than half of E0_MPE: an offset stylus measures no better; check the two limits"
+            )
+
+        over_the_limit(self.found, self.E0, {"R0": self.R0, "P_Form": self.form, "P_Size": self.size})
+
+    def positioning_limit(self, figure: str, axis: str) -> float | None:
+        return self.positioning.get((figure, axis), self.positioning.get((figure, "")))
+
+    def limits_accuracy(self, axis: str) -> bool:
+        """Whether A, E or M of an axis is limited."""
+        return any(self.positioning_limit(figure, axis) is not None for figure in "AEM")
+
+    def limits(self, test: str) -> dict[str, LengthLimit]:
+        """Stated limits by the name of the figure, for a test such as "10360-2" or "230-2"."""
+        if test == "10360-2":
+            short = {"R0": self.R0, "P_Form_Sph_1x25": self.form, "P_Size_Sph_1x25": self.size}
+            long = {"E0": self.E0, "E150": self.E150}
+            return {n: x for n, x in long.items() if x} | {
+                n: LengthLimit(x) for n, x in short.items() if x is not None
+            }
+        if test == "230-2":
+            return {f"{f} {a}".strip(): LengthLimit(x) for (f, a), x in self.positioning.items()}
+        return {}
+
+    def words(self) -> str:
+        """What is stated, as evidence of the Input."""
+        parts = [
+            f"{n} {x.fixed * 1e3:g} um" + (f" + L/{x.per:g}" if x.per < float("inf") else "")
+            for n, x in (("E0", self.E0), ("E150", self.E150))
+            if x
+        ]
+        parts += [
+            f"{n} {x * 1e3:g} um"
+            for n, x in (("R0", self.R0), ("P_Form", self.form), ("P_Size", self.size))
+            if x is not None
+        ]
+        parts += [f"{f}{' ' + a if a else ''} {x * 1e3:g} um" for (f, a), x in self.positioning.items()]
+        found = self.found.words()
+        return f"certificate: {', '.join(parts)}; prior {self.prior}" + (f"; found {found}" if found else "")

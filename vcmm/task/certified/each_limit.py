@@ -1,0 +1,228 @@
+"""Machines whose geometry, tip and scatter each use all of their own limit: the far end of what a certificate allows.
+
+A certificate is an upper bound: the machine lies anywhere between perfect and the limit, in every kind of error by itself. So
+no error may be made smaller here because another limit is wide (a wide R0 would otherwise leave little of E0 to the
+geometry, and a worse certificate would give a smaller U). Every kind of error is scaled until it alone meets each limit that
+it shows in, and every one of them grows with every limit or stays:
+
+    geometry    the largest of |error| / limit over 35 lengths (E0, E150), each drawn machine by itself, is 1; then errors of
+                position are made smaller where a limit of ISO 230-2 asks for it, and nothing takes their place
+    tip form    the form of 25 points on a sphere is P_Form; pairs of touches keep E0
+    tip size    a diameter errs by P_Size, up or down; at most by E0 of the shortest length
+    scatter     the expected range of three repeats over 35 lengths is R0; the form of the sphere keeps P_Form, lengths keep E0
+
+What was found in the test (`[certificate.measured]`) is an observation: it takes the place of the limit, and where it tells
+the size of an error by itself (scatter from R0; with it the tip form from P_Form) this error is there, no longer bounded only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
+from vcmm.task.certified.findings import Found
+from vcmm.task.certified.lines import RAM, REPEATS, SHARES, length_run, ram_lines, seven_lines
+from vcmm.task.certified.machines import (
+    NODES,
+    SEED,
+    CertifiedMachines,
+    along_axis,
+    drawn_modes,
+    error_tables,
+    expected_form,
+    expected_range,
+    per_mode,
+    shares_of,
+    tip_forms,
+    tip_reading,
+)
+from vcmm.task.certified.positioning import axis_run, axis_scale
+
+GEOMETRY, TIP, SIZE, SCATTER, AXES, FINDING = range(
+    6
+)  # streams: what one limit draws does not depend on another
+KEPT = 0.02  # of the machines must keep E0 with their scatter
+TRIED = 500
+
+
+def machines_at_each_limit(machine: Machine, c: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
+    """UsageError: scatter alone exceeds E0."""
+    effects, kinds = error_tables(machine)
+    bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
+    modes = drawn_modes(np.random.default_rng([seed, GEOMETRY]), kinds)
+    if c.E0 is None:
+        return _by_positioning(bare, c, modes, seed)
+    scatter = _scatter(bare, c, c.E0, _shares(c, seed, SCATTER, len(modes)), seed)
+    modes = _kept_by_axes(bare, c, modes * _by_lengths(bare, c, c.E0, modes, seed)[:, None], seed)
+    return CertifiedMachines(
+        modes, _tip(bare, c, c.E0, scatter, seed), _radius(bare, c, c.E0, len(modes), seed), scatter
+    )
+
+
+def _shares(c: MachineCertificate, seed: int, stream: int, count: int) -> Array:
+    """(count,): which share of a limit the machines use."""
+    return shares_of(np.random.default_rng([seed, stream, 1]), c.prior, 1.0)[:count]
+
+
+def _found(one: Found, seed: int, stream: int, count: int) -> Array:
+    """(count,) mm: a finding with its uncertainty, never below 0."""
+    rng = np.random.default_rng([seed, FINDING, stream])
+    return np.maximum(one.error + one.u * rng.normal(size=count), 0.0)
+
+
+def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes: Array, seed: int) -> Array:
+    """(m,): by which the geometric errors are multiplied."""
+    run, lengths = length_run(machine, seven_lines(machine))
+    limits, shown = [e0.at(lengths)], [per_mode(machine, run)]
+    if c.E150 is not None:
+        for side in (-RAM, RAM):
+            ram, far = length_run(machine, ram_lines(machine), np.array([0.0, side, 0.0]))
+            limits.append(c.E150.at(far))
+            shown.append(per_mode(machine, ram))
+    limit = np.concatenate(limits)
+    used = (np.abs(modes @ np.concatenate(shown).T) / limit).max(axis=1)
+    scale = _shares(c, seed, GEOMETRY, len(modes)) / np.maximum(used, 1e-15)
+    if c.found.largest is not None:
+        _check_largest(c.found.largest, float(e0.at(lengths).max()))
+        most = np.abs(modes @ shown[0].T).max(axis=1)
+        scale = np.minimum(
+            scale, _found(c.found.largest, seed, GEOMETRY, len(modes)) / np.maximum(most, 1e-15)
+        )
+    if c.found.lengths:
+        scale = np.minimum(scale, _by_found_lengths(c, e0, modes @ shown[0].T, lengths, seed))
+    return np.asarray(scale)
+
+
+def _check_largest(largest: Found, most: float) -> None:
+    """UsageError where it exceeds the limit of the longest length of the machine."""
+    if abs(largest.error) > most:
+        raise UsageError(
+            f"measured E0_largest: {abs(largest.error) * 1e3:g} um is more than E0_MPE allows on the longest length of this machine "
+            f"({most * 1e3:.3g} um): such a machine did not pass; correct the value, or state the limit that it was held to"
+        )
+
+
+def _by_found_lengths(
+    c: MachineCertificate, e0: LengthLimit, errors: Array, lengths: Array, seed: int
+) -> Array:
+    """(m,): at which the machine shows as large a share of E0 on lengths such as were measured as was found there.
+
+    errors (m, 35) mm of the unscaled machines. Where each length lay is not known: on any of the seven lines that is long
+    enough. Few lengths may so have missed what the machine can do, and leave it more.
+    """
+    rng = np.random.default_rng([seed, FINDING, GEOMETRY])
+    steps = len(SHARES)
+    ends = lengths[steps - 1 :: steps]
+    along = np.concatenate(
+        [np.zeros((len(errors), len(ends), 1)), errors.reshape(len(errors), -1, steps)], axis=2
+    )
+    rows, seen, found = np.arange(len(errors)), np.zeros(len(errors)), np.zeros(len(errors))
+    for length, one in c.found.lengths:
+        fit = np.flatnonzero(ends >= length)
+        line = rng.choice(fit if len(fit) else [int(np.argmax(ends))], len(errors))
+        place = np.minimum(length / ends[line], 1.0) * steps
+        below = np.minimum(place.astype(int), steps - 1)
+        step = place - below
+        error = along[rows, line, below] * (1 - step) + along[rows, line, below + 1] * step
+        limit = e0(length)
+        seen = np.maximum(seen, np.abs(error) / limit)
+        found = np.maximum(found, (abs(one.error) + one.u * rng.normal(size=len(errors))) / limit)
+    return np.asarray(found / np.maximum(seen, 1e-15))
+
+
+def _kept_by_axes(machine: Machine, c: MachineCertificate, modes: Array, seed: int) -> Array:
+    """Errors of the position of an axis made smaller where its limit of ISO 230-2 asks for it."""
+    out = modes.copy()
+    for i, axis in enumerate("XYZ"):
+        if axis not in machine.axes or not c.limits_accuracy(axis):
+            continue
+        along = along_axis(machine, axis_run(machine, axis), i)
+        own = np.abs(along).max(axis=0) > 0
+        rng, share = np.random.default_rng([seed, AXES, i]), _shares(c, seed, AXES, len(modes))
+        _, most = axis_scale(c, axis, modes[:, own] @ along[:, own].T, rng, (share, share), alone=True)
+        out[:, own] *= np.minimum(most, 1.0)[:, None]
+    return out
+
+
+def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Array, seed: int) -> Array:
+    """(m,) mm standard deviation of a touch."""
+    _, lengths = length_run(machine, seven_lines(machine))
+    rng = np.random.default_rng([seed, SCATTER])
+    if c.found.R0 is not None:
+        return _scatter_as_found(c.found.R0, len(share), len(lengths), seed)
+    smallest = min(e0.fixed or e0(100.0), c.form if c.form is not None else np.inf)
+    repeat = c.R0 if c.R0 is not None else smallest
+    scatter = share * repeat / expected_range(rng, len(lengths))
+    for sphere in (c.form, c.found.form.error + 2 * c.found.form.u if c.found.form else None):
+        if sphere is not None:  # scatter alone shows as form of the test sphere
+            scatter = np.minimum(scatter, sphere / expected_form())
+    noise = np.sqrt(2.0) * np.abs(rng.normal(size=(TRIED, len(lengths), REPEATS))).max(axis=2)
+    kept = (scatter[:TRIED, None] * noise[: len(scatter)] <= e0.at(lengths)).all(axis=1)
+    if kept.mean() < KEPT:
+        raise UsageError(
+            "no machine keeps these limits together: scatter (R0_MPL) alone exceeds E0_MPE; check the units of the certificate"
+        )
+    limit = e0.at(lengths)
+    if c.found.largest is not None:
+        limit = np.minimum(limit, c.found.largest.error + 2 * c.found.largest.u)
+    return np.minimum(scatter, 1.0 / (noise / limit).max(axis=1).mean())
+
+
+def _scatter_as_found(found: Found, count: int, lengths: int, seed: int) -> Array:
+    """(count,) mm: the range found over the range of as many repeats of unit scatter, drawn for every machine: all that
+    scatters in such a range is the range itself (a pivot).
+    """
+    rng = np.random.default_rng([seed, SCATTER, 2])
+    unit = np.array(
+        [np.ptp(np.sqrt(2.0) * rng.normal(size=(lengths, REPEATS)), axis=1).max() for _ in range(count)]
+    )
+    return _found(found, seed, SCATTER, count) / unit
+
+
+def _tip(machine: Machine, c: MachineCertificate, e0: LengthLimit, scatter: Array, seed: int) -> Array:
+    """(m, 12) mm: form of the tip alone; with the scatter as found, what it leaves of the form as found."""
+    rng, count = np.random.default_rng([seed, TIP]), len(scatter)
+    limit = c.form if c.form is not None else e0.fixed
+    if c.found.form is None:
+        form = tip_forms(rng, limit, np.zeros(count), _shares(c, seed, TIP, count))
+    else:
+        beside = scatter if c.found.R0 is not None else np.zeros(count)
+        size = max(c.found.form.error, 1e-9)
+        form = tip_forms(rng, size, beside, _found(c.found.form, seed, TIP, count) / size)
+    run, lengths = length_run(machine, seven_lines(machine))
+    shown = (np.abs(tip_reading(run, form, np.zeros(count))) / e0.at(lengths)[:, None]).max(axis=0)
+    return form / np.maximum(shown, 1.0)[:, None]
+
+
+def _radius(machine: Machine, c: MachineCertificate, e0: LengthLimit, count: int, seed: int) -> Array:
+    """(m,) mm: radius of the tip too large."""
+    _, lengths = length_run(machine, seven_lines(machine))
+    sign = np.random.default_rng([seed, SIZE]).choice([-1.0, 1.0], count)
+    if c.found.size is not None:
+        return 0.5 * sign * _found(c.found.size, seed, SIZE, count)
+    size = min(c.size if c.size is not None else 0.5 * e0.fixed, e0(float(lengths.min())))
+    return 0.5 * size * sign * _shares(c, seed, SIZE, count)
+
+
+def _by_positioning(machine: Machine, c: MachineCertificate, modes: Array, seed: int) -> CertifiedMachines:
+    """Every axis until its test of ISO 230-2 finds A (or E, M) without scatter; scatter from R. Squareness by the mean."""
+    letters = [a for a in "XYZ" if a in machine.axes]
+    scatter, scaled = np.zeros(len(modes)), modes.copy()
+    each = 6 * NODES
+    for i, axis in enumerate(letters):
+        block = slice(i * each, (i + 1) * each)
+        number = "XYZ".index(axis)
+        shape = modes[:, block] @ along_axis(machine, axis_run(machine, axis), number)[:, block].T
+        rng, share = np.random.default_rng([seed, AXES, number]), _shares(c, seed, AXES, len(modes))
+        s, scale = axis_scale(c, axis, shape, rng, (share, share), alone=True)
+        scaled[:, block] *= scale[:, None]
+        scatter = np.maximum(scatter, s)
+    last = each * len(letters)
+    usual = [np.log(np.abs(a[:, :last]) + 1e-12).mean(axis=1) for a in (scaled, modes)]
+    scaled[:, last:] *= np.exp(usual[0] - usual[1])[:, None]
+    return CertifiedMachines(scaled, np.zeros((len(modes), 12)), np.zeros(len(modes)), scatter)

@@ -1,0 +1,107 @@
+"""What a machine file says of a machine of which only a certificate is known: effects, and Inputs with samples of their joint law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.effect import Effect
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.laws import MultivariateSamples, Normal
+from vcmm.core.machine import Machine
+from vcmm.physics import made_for
+from vcmm.task.certified.certificate import MachineCertificate
+from vcmm.task.certified.each_limit import machines_at_each_limit
+from vcmm.task.certified.machines import (
+    SEED,
+    CertifiedMachines,
+    drawn_machines,
+    error_tables,
+    mirrored_rows,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedKnowledge:
+    """Effects and Inputs of a machine that is known by its certificate only."""
+
+    effects: tuple[Effect, ...]
+    inputs: tuple[Input, ...]
+
+
+def certified(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedKnowledge:
+    """Effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep.
+
+    Inputs are `bound` where a limit is all that is known: they are the far end of what the machine may be.
+    """
+    effects, _ = error_tables(machine)
+    return _knowledge(effects, certificate, machines_at_each_limit(machine, certificate, seed))
+
+
+def passing_machines(
+    machine: Machine, certificate: MachineCertificate, seed: int = SEED
+) -> CertifiedKnowledge:
+    """The same of machines that pass the test with all their errors together, for what a test of such a machine would find."""
+    effects, _ = error_tables(machine)
+    return _knowledge(effects, certificate, drawn_machines(machine, certificate, seed))
+
+
+def _knowledge(
+    effects: Sequence[Effect], c: MachineCertificate, drawn: CertifiedMachines
+) -> CertifiedKnowledge:
+    """Samples as Inputs, about their mean of zero: every machine and its mirror image."""
+    evidence = c.words()
+    touch = made_for("repeatability", "[certificate]")
+    tables = effects[0].name
+    inputs = [
+        Input(
+            tables,
+            EVERY,
+            "modes",
+            MultivariateSamples(mirrored_rows(drawn.modes)),
+            "machine",
+            evidence,
+            bound=True,
+        ),
+        Input(
+            touch.name,
+            "",
+            "value",
+            Normal(float(np.sqrt((drawn.scatter**2).mean()))),
+            "touch",
+            evidence,
+            bound=c.found.R0 is None,
+        ),
+    ]
+    further: list[Effect] = [touch()]
+    if drawn.form.any():
+        tip = made_for("tip out of round", "P_Form_Sph_1x25")
+        further.append(tip(coefficients=np.zeros(12)))
+        inputs.append(
+            Input(
+                tip.name,
+                "",
+                "coefficients",
+                MultivariateSamples(mirrored_rows(drawn.form)),
+                "machine",
+                evidence,
+                bound=c.found.R0 is None or c.found.form is None,
+            )
+        )
+    if drawn.radius.any():
+        size = made_for("tip size", "P_Size_Sph_1x25")
+        further.append(size())
+        inputs.append(
+            Input(
+                size.name,
+                "",
+                "dr",
+                MultivariateSamples(mirrored_rows(drawn.radius[:, None])),
+                "machine",
+                evidence,
+                bound=True,
+            )
+        )
+    return CertifiedKnowledge((*effects, *further), tuple(inputs))

@@ -1,0 +1,196 @@
+"""Simulators of the reversals: what the probes of a test read on a given machine with a given artefact.
+
+The machine's own kinematics make the readings, so that errors that a test does not ask for (another tilt, an Abbe arm, an
+offset of the axis) are in them as on a real machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.task.instruments.reversal import REVERSED, ReversalTest
+from vcmm.task.instruments.reversal_line import LineScan
+from vcmm.task.instruments.reversal_turns import TURN, TurnGroup, turn_group
+
+Form = Callable[[Array], Array]  # angle (n,) rad or place (n,) mm -> (n,) mm
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """turns of per_turn readings each; u: noise of a reading, mm; mounting: once per turn, rad (face) or mm, drawn per set-up."""
+
+    turns: int = 20
+    per_turn: int = 360
+    u: float = 0.0
+    mounting: float = 0.0
+
+
+def axis_motion(
+    machine: Machine,
+    axis: str,
+    angle: Array,
+    place: Sequence[float],
+    others: Mapping[str, float] | None = None,
+) -> Array:
+    """(n, 3) mm: how the turning part moves at a fixed place (3,) mm, in fixed directions, its own motion, at angles (n,) rad.
+
+    place: from the centre line of the axis. others: where the other axes stand, mm and rad; default zero. Exact kinematics.
+    """
+    run = fixed_places(machine, axis, angle, place, others)
+    return own_motion(machine, axis, angle, machine.tip_error(run, exact=True))
+
+
+def fixed_places(
+    machine: Machine,
+    axis: str,
+    angle: Array,
+    place: Sequence[float],
+    others: Mapping[str, float] | None = None,
+) -> Run:
+    """The rows of `axis_motion`. Raises UsageError for an axis that the machine lacks or that does not turn about Z."""
+    if axis not in machine.axes or axis[0] != "C":
+        raise UsageError(
+            f'the axis "{axis}" does not turn about Z here; the machine has {" ".join(machine.axes)}'
+        )
+    n = len(angle)
+    at = {a: np.full(n, (others or {}).get(a, 0.0)) for a in machine.chain.letters}
+    fixed = np.tile(np.asarray(place, dtype=float) + np.asarray(machine.axes[axis].centre), (n, 1))
+    if axis not in machine.chain.work:
+        return Run({**at, axis: angle}, _turned(fixed, -angle))
+    for i, letter in enumerate("XYZ"):
+        fixed[:, i] -= at.get(letter, 0.0)
+    return Run({**at, axis: angle}, fixed)
+
+
+def own_motion(machine: Machine, axis: str, angle: Array, moved: Array) -> Array:
+    """Tip errors (..., n, 3) mm in workpiece axes as the axis's own motion in fixed directions."""
+    return -_turned(moved, -angle) if axis in machine.chain.work else moved
+
+
+def _turned(vectors: Array, angle: Array) -> Array:
+    """Vectors (..., n, 3) turned about z by angles (n,)."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+
+
+def simulated_turns(
+    test: ReversalTest,
+    machine: Machine,
+    artefact: Form,
+    setups: Sequence[str],
+    orders: int,
+    sampling: Sampling,
+    rng: np.random.Generator,
+    axis: str = "C",
+) -> list[TurnGroup]:
+    """The groups of a whole test. artefact: its form under the outer (or only) probe, mm over its own angle."""
+    read = simulated_values(test, machine, artefact, setups, sampling, rng=rng, axis=axis)
+    return [turn_group(setup, probe, angle, value, orders) for setup, probe, angle, value in read]
+
+
+def simulated_values(
+    test: ReversalTest,
+    machine: Machine,
+    artefact: Form,
+    setups: Sequence[str],
+    sampling: Sampling,
+    rng: np.random.Generator,
+    axis: str = "C",
+) -> Iterator[tuple[str, str, Array, Array]]:
+    """(set-up, probe, angles (n,) rad, readings (n,) mm) of a whole test."""
+    angle = np.arange(sampling.turns * sampling.per_turn) * TURN / sampling.per_turn
+    for setup in setups:
+        lies = sampling.mounting * (rng.standard_normal(2) if sampling.mounting else np.zeros(2))
+        for probe, arm in (test.arms or {"": 0.0}).items():
+            at = angle[: sampling.per_turn]
+            read = reading(test, machine, artefact, setup=setup, probe=probe, angle=at, axis=axis)
+            reach = (arm if setup != REVERSED else -arm) if test.test == "face" else 1.0
+            wave = lies[0] * np.cos(angle) + lies[1] * np.sin(angle)
+            noise = sampling.u * rng.standard_normal(len(angle))
+            yield setup, probe, angle, np.tile(read, sampling.turns) + reach * wave + noise
+
+
+def reading(
+    test: ReversalTest,
+    machine: Machine,
+    artefact: Form,
+    setup: str,
+    probe: str,
+    angle: Array,
+    axis: str = "C",
+) -> Array:
+    """(n,) mm: what one probe reads in one set-up at angles (n,) rad, without noise and mounting."""
+    turned = setup == REVERSED
+    if test.test == "face":
+        arm = (test.arms or {})[probe] * (-1.0 if turned else 1.0)
+        place = (arm, 0.0, 0.0) if test.tilt[1] == "B" else (0.0, arm, 0.0)
+        seen = axis_motion(machine, axis, angle, place)[:, 2]
+        return np.asarray(test.sense * seen + (0.0 if test.on_axis(probe) else artefact(angle)))
+    seen = axis_motion(machine, axis, angle, (0.0, 0.0, 0.0))[:, "XYZ".index(test.error[1])]
+    sense = test.sense * (-1.0 if turned and test.test == "donaldson" else 1.0)
+    if test.test == "direct":
+        return np.asarray(sense * seen)
+    index = np.radians(float(setup)) if test.test == "multi-step" else 0.0
+    return np.asarray(sense * seen + artefact(angle - index))
+
+
+def simulated_straightness(
+    machine: Machine,
+    axis: str,
+    direction: str,
+    straightedge: Form,
+    places: Array,
+    scans: int,
+    u: float,
+    rng: np.random.Generator,
+    lying: float = 1e-5,
+    at: Mapping[str, float] | None = None,
+    height: Sequence[float] = (0.0, 0.0, 0.0),
+) -> list[LineScan]:
+    """Scans along a linear axis, `scans` in either set-up; the straightedge lies along it within `lying` rad in every scan.
+
+    height (3,) mm: the place of the probe from the axis frame (a carried probe) or of the tip offset. The straightness is the
+    axis's own motion: that of the table for an axis that carries the workpiece.
+    """
+    n, carried = len(places), axis in machine.chain.work
+    position = {a: np.full(n, (at or {}).get(a, 0.0)) for a in machine.chain.letters} | {axis: places}
+    offset = np.tile(np.asarray(height, dtype=float), (n, 1))
+    if carried:  # the probe is on the table, the straightedge on the tool's side: the place on it moves on
+        offset[:, "XYZ".index(axis)] -= places
+    moved = machine.tip_error(Run(position, offset), exact=True)[:, "XYZ".index(direction)]
+    own = -moved if carried else moved
+    form, out = straightedge(places), []
+    for setup, sense in (("normal", 1.0), ("reversed", -1.0)):
+        for _ in range(scans):
+            line = lying * rng.standard_normal() * places
+            out.append(LineScan(setup, places, form + sense * own + line + u * rng.standard_normal(n)))
+    return out
+
+
+def simulated_half_turn(
+    machine: Machine,
+    flat: Callable[[Array], Array],
+    places: Array,
+    scans: int,
+    u: float,
+    rng: np.random.Generator,
+    axis: str = "X",
+    turning: str = "C",
+    at: Mapping[str, float] | None = None,
+) -> list[LineScan]:
+    """Scans of a flat on the turning axis, at 0 and 180 deg; flat: its height (n,) mm over its own x (n,) mm, tilt included."""
+    out = []
+    for setup, angle in (("normal", 0.0), ("reversed", np.pi)):
+        position = {a: np.full(len(places), (at or {}).get(a, 0.0)) for a in machine.chain.letters}
+        position |= {axis: places, turning: np.full(len(places), angle)}
+        moved = machine.tip_error(Run(position, np.zeros((len(places), 3))), exact=True)[:, 2]
+        seen = flat(places * (1.0 if setup == "normal" else -1.0)) - moved
+        out += [LineScan(setup, places, seen + u * rng.standard_normal(len(places))) for _ in range(scans)]
+    return out

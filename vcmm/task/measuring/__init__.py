@@ -1,0 +1,1 @@
+"""The measuring task: plan, strategies, contact, qualification, fixture, scenario."""

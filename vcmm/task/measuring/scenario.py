@@ -1,0 +1,89 @@
+"""Scenario: machine, part, plan, pose and environment put together into a measuring task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.part.form import Lobes
+from vcmm.part.part import Part
+from vcmm.task.measuring.fixture import Placement
+from vcmm.task.measuring.obstacles import Surroundings
+from vcmm.task.measuring.plan import Plan, Touches, touches
+from vcmm.task.measuring.qualification import Qualification, qualified_machine
+from vcmm.task.measuring.settings import Settings
+from vcmm.task.measuring.task import Task
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from vcmm.show import charts
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """A measuring job as data. constants: run columns with one value, such as temp_part_C."""
+
+    name: str
+    machine: Machine
+    part: Part
+    plan: Plan
+    pose: Pose = field(default_factory=Pose.identity)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    inputs: tuple[Input, ...] = ()
+    forms: Mapping[str, Lobes] = field(default_factory=dict)
+    qualifications: Mapping[str, Qualification] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+    places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
+    placement: Placement | None = None  # what `place` may move, and what it minimises
+    surroundings: Surroundings = field(default_factory=Surroundings)
+    record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the sheet
+
+    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+        """Touches of the plan with their outward normals, in workpiece axes of the machine."""
+        from vcmm.show import charts
+
+        placed = self.task().touches
+        normals = placed.pose.turn(placed.normals)
+        at, names = placed.pose.apply(placed.points), placed.run.labels["feature"]
+        return charts.touches(at, normals, names, self.name, ax)
+
+    def at(self, pose: Pose) -> Scenario:
+        """The same job with the part elsewhere in the machine."""
+        return replace(self, pose=pose)
+
+    def informed_machine(self) -> Machine:
+        """The machine with its styli qualified and every Input of the job. Raises UsageError for what is said twice."""
+        machine, remaining = qualified_machine(self.machine, self.plan, self.qualifications)
+        return informed(machine, inputs=(*self.inputs, *remaining))
+
+    def task(self) -> Task:
+        """The plan placed in the machine, with all Inputs; made once, since nothing here changes. Raises ModelLimit for points
+        out of reach.
+        """
+        return self._placed
+
+    @cached_property
+    def _placed(self) -> Task:
+        machine = self.informed_machine()
+        placed = touches(self.plan, self.pose, machine, self.constants)
+        form = _form(self, placed)
+        return Task(machine, self.part, self.plan, placed, machine.inputs, form, forms=self.forms)
+
+
+def _form(scenario: Scenario, placed: Touches) -> Array:
+    out = np.zeros(placed.run.n)
+    for name, form in scenario.forms.items():
+        rows = placed.rows.get(name)
+        if rows is not None:
+            out[rows] = form.deviation(scenario.part.features[name], placed.points[rows])
+    return out

@@ -1,0 +1,230 @@
+"""Carrier: how the error motion of an effect is carried to the tip and seen along a direction. One home of the columns of G.
+
+    seen = s d . t + r d . g        t translation of the tip (of a sight that turns: its rotation w), g reading
+
+s = -1 and r = +1 give indicated - true along d; observations of a recording have s and r of their own (see
+`vcmm.task.response.observe`). First order is linear in the six numbers of a link, so that its way to the sight is worked out
+once, as the transpose of `tip_motion`; thousands of effects then cost one small product each.
+
+Uncertainty looks along x, y and z of every row, a placement along the normal of every touch, a diagnosis along the
+sensitive direction of both ends of every observation: all three ask a Carrier.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.effect import Effect, basis, parameter, projected_basis, with_parameter
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import LinkFrames, link_frames, sensed, turn_sensed
+from vcmm.core.knowledge import acted_on
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run, Series
+
+Ints = npt.NDArray[np.intp]
+STEP = {"_C": 0.5, "_mm": 1e-3, "_rad": 1e-5}  # for run columns, by the unit in their name; others 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """Along what is looked: direction (m, 3) in workpiece axes, one per observation; zero where nothing is seen.
+
+    rows (m,): the row of the run of each observation, None = row by row. motion, reading: the signs s and r of the head of
+    this file. turning: rotations of the tip (rad) are seen, not translations (mm).
+    """
+
+    direction: Array
+    rows: Ints | None = None
+    motion: float = -1.0
+    reading: float = 1.0
+    turning: bool = False
+    turned: float = (
+        1.0  # sign besides of readings that a finished part shows the other way (Effect.on_cut_part)
+    )
+
+    def of_rows(self, values: Array) -> Array:
+        """What belongs to the rows of the run (n, ...), one per observation (m, ...)."""
+        return values if self.rows is None else values[self.rows]
+
+    def of(self, motion: Array, reading: Array) -> Array:
+        """(m, k) by tip motions (n, 6, k) mm and rad, and readings (n, 3, k) mm, of all rows of the run."""
+        moved = motion[:, 3:] if self.turning else motion[:, :3]
+        return np.einsum(
+            "mi,mik->mk", self.direction, self.of_rows(self.motion * moved + self.reading * reading)
+        )
+
+
+@dataclass(eq=False)
+class Carrier:
+    """Effects of a machine seen along a sight. run: prepared by the machine."""
+
+    machine: Machine
+    run: Run
+    sight: Sight
+
+    def __post_init__(self) -> None:
+        self._ways: dict[tuple[str, str], Array] = {}
+        self._beside: dict[str, tuple[Run, Run, float]] = {}
+
+    @cached_property
+    def _where(self) -> tuple[Run, LinkFrames]:
+        """Where the axes stand in each observation, and the frames of the links there."""
+        position = {a: self.sight.of_rows(q) for a, q in self.run.position.items()}
+        run = Run(position, self.sight.of_rows(self.run.offset))
+        return run, link_frames(self.machine.chain, self.machine.axes, run)
+
+    def along(self, direction: Array) -> Carrier:
+        """The same machine and run seen along another direction (m, 3); the frames of the links are shared."""
+        other = Carrier(self.machine, self.run, replace(self.sight, direction=direction))
+        other.__dict__["_where"] = self._where
+        return other
+
+    def weights(self, effect: Effect) -> Array:
+        """(m, 6): what is seen per unit of each of the six numbers of the effect's link."""
+        key = (effect.link, "" if effect.link == "reading" else effect.place)
+        if key not in self._ways:
+            self._ways[key] = self._way(key)
+        turned = self.sight.turned if effect.link == "reading" and effect.on_cut_part == "turned" else 1.0
+        factor = turned * self.machine.sign(effect)
+        return self._ways[key] if factor == 1.0 else factor * self._ways[key]
+
+    def _way(self, link: tuple[str, str]) -> Array:
+        sight = self.sight
+        if link[0] == "reading":
+            return np.concatenate([sight.reading * sight.direction, np.zeros_like(sight.direction)], axis=1)
+        run, frames = self._where
+        along = turn_sensed if sight.turning else sensed
+        return sight.motion * along(frames, self.machine.axes, run, link, sight.direction)
+
+    def through(self, effect: Effect, six: Array) -> Array:
+        """(m,) or (m, k) by error motions (n, 6) or (n, 6, k) of the effect's link."""
+        return np.einsum("mj,mj...->m...", self.weights(effect), self.sight.of_rows(six))
+
+    def parameter(self, effect: Effect, name: str, run: Run | None = None) -> Array:
+        """(m, k) per unit of each element of a parameter of an effect. run: another run of the same rows."""
+        run = self.run if run is None else run
+        if self.sight.rows is None:
+            return projected_basis(effect, name, run, self.weights(effect))
+        return self.through(effect, basis(effect, name, run))
+
+    def of_input(self, one: Input, effects: Sequence[Effect]) -> Array:
+        """(m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
+        if one.members:
+            parts = [self.of_input(m, acted_on(self.machine, m)) for m in one.members]
+            return one.joined(parts)
+        if one.is_channel:
+            parts = [self.through(effect, self.unit_motion(one, effect)) for effect in effects]
+            return np.asarray(sum(parts, np.zeros((len(self.sight.direction), 1))))
+        parts = [self.parameter(effect, one.parameter) for effect in effects]
+        return np.asarray(sum(parts)) if parts else np.zeros((len(self.sight.direction), 1))
+
+    def unit_motion(self, one: Input, effect: Effect) -> Array:
+        """(n, 6, k): the error motion of an effect per unit of an Input; of a column by central difference."""
+        if not one.is_channel:
+            return basis(effect, one.parameter, self.run)
+        high, low, step = self.beside(one.parameter)
+        return ((effect.error_motion(high) - effect.error_motion(low)) / (2 * step))[:, :, None]
+
+    def beside(self, column: str) -> tuple[Run, Run, float]:
+        """`beside` of the run, kept: many effects read one temperature."""
+        if column not in self._beside:
+            self._beside[column] = beside(self.run, column)
+        return self._beside[column]
+
+    def product(self, one: Input, other: Input) -> Array:
+        """(m,) per product of the departures of two scalar Inputs; zero where they do not meet."""
+        total = np.zeros(len(self.sight.direction))
+        for a, share in one.scalars:
+            for b, other_share in other.scalars:
+                effects = shared(self.machine, a, b)
+                if effects:
+                    total += share * other_share * self._product(a, b, effects)
+        return total
+
+    def _product(self, one: Input, other: Input, effects: Sequence[Effect]) -> Array:
+        """(m,): the response to one with the other to both sides."""
+        if one.is_channel:
+            one, other = other, one  # the first is a parameter: temperatures do not meet one another
+        total = np.zeros((len(self.sight.direction), 1))
+        for effect in effects:
+            if other.is_channel:
+                high, low, step = self.beside(other.parameter)
+                pair = [self.parameter(effect, one.parameter, run) for run in (high, low)]
+            else:
+                spec = parameter(effect, other.parameter)
+                name, step = spec.name, other.size if spec.metadata["scan"] else 1.0
+                value = float(getattr(effect, name))
+                moved = [with_parameter(effect, name, value + v) for v in (step, -step)]
+                pair = [self.parameter(e, one.parameter) for e in moved]
+            total += (pair[0] - pair[1]) / (2 * step)
+        return total[:, 0]
+
+
+def meet(machine: Machine, one: Input, other: Input) -> bool:
+    """Whether two scalar Inputs are multiplied in an effect."""
+    return any(shared(machine, a, b) for a, _ in one.scalars for b, _ in other.scalars)
+
+
+def shared(machine: Machine, one: Input, other: Input) -> list[Effect]:
+    """Effects in which two single quantities meet as a product."""
+    if one.is_channel and other.is_channel:
+        return []  # an effect is linear in each temperature
+    if one.is_channel or other.is_channel:
+        channel, param = (one, other) if one.is_channel else (other, one)
+        return [e for e in acted_on(machine, param) if channel.parameter in e.required()]
+    if one.effect == other.effect and one.where == other.where:
+        return list(acted_on(machine, one))
+    return []
+
+
+def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]) -> list[Array]:
+    """(m, k) of each of several carriers of one run, per unit of an Input; the unit motions are worked out once for all.
+
+    Raises UsageError for an Input on several effects (where = "*") whose parameters differ in size.
+    """
+    if one.members:
+        by_member = [_of_member(carriers, m) for m in one.members]
+        return [one.joined([seen[i] for seen in by_member]) for i in range(len(carriers))]
+    totals: list[Array] = []
+    for effect in effects:
+        six = carriers[0].unit_motion(one, effect)
+        parts = [carrier.through(effect, six) for carrier in carriers]
+        if totals and parts[0].shape != totals[0].shape:
+            raise UsageError(
+                f'{one.id}: where = "*" needs parameters of one size; name the effects one by one'
+            )
+        totals = [t + p for t, p in zip(totals, parts)] if totals else parts
+    return totals
+
+
+def _of_member(carriers: Sequence[Carrier], one: Input) -> list[Array]:
+    found = responses(carriers, one, acted_on(carriers[0].machine, one))
+    return found or [np.zeros((len(c.sight.direction), 1)) for c in carriers]
+
+
+def beside(run: Run, column: str) -> tuple[Run, Run, float]:
+    """The run with a column a step higher and a step lower, and the step, for central differences."""
+    step = next((s for ending, s in STEP.items() if column.endswith(ending)), 1e-3)
+    return shifted(run, column, np.full(run.n, step)), shifted(run, column, np.full(run.n, -step)), step
+
+
+def shifted(run: Run, channel: str, amount: Array) -> Run:
+    """A run whose column (and the log behind it) is raised by amount (n,)."""
+    if channel not in run.columns:
+        raise UsageError(
+            f'channel = "{channel}" is not a column of this run.{choose_from(channel, sorted(run.columns))}'
+        )
+    out = run.with_columns({channel: run.column(channel) + amount})
+    sensor = channel.removeprefix("temp_").removesuffix("_C")
+    if sensor in run.series:
+        log = run.series[sensor]
+        out = replace(
+            out, series={**run.series, sensor: Series(log.time, log.value + float(np.mean(amount)))}
+        )
+    return out

@@ -1,0 +1,126 @@
+"""Influence: how one Input moves every observation. The columns of G before any fit.
+
+For an Input on `effect[where].parameter` the unit response of the effect is carried to the tip and seen along x, y and z
+(`vcmm.task.response.carrier`); for an Input on a run column the whole machine is evaluated a little to either side. Both give
+d(indicated - true) / d(input) in workpiece axes, (n, 3, k). Two Inputs of one effect (a coefficient and its temperature)
+also have a product term.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.knowledge import acted_on, targets
+from vcmm.core.laws import MultivariateNormal, MultivariateSamples
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.task.response.carrier import Carrier, Sight, beside, meet, responses
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """response (n, 3, k): change of indicated - true per unit of each element of the Input; workpiece axes, mm.
+
+    copies: labels of the independent draws; codes (n,): which draw acts on which row.
+    """
+
+    input: Input
+    response: Array
+    copies: tuple[str, ...]
+    codes: Any
+
+
+def influences(machine: Machine, run: Run, inputs: Sequence[Input]) -> tuple[Influence, ...]:
+    """One Influence per Input. `run` is prepared. Raises UsageError for a target that does not exist."""
+    along, out = _carriers(machine, run), []
+    for one in inputs:
+        response = _response(machine, run, one, along)
+        _check_size(one, response.shape[2])
+        copies, codes = run.copies(one.redraw)
+        out.append(Influence(one, response, tuple(copies), codes))
+    return tuple(out)
+
+
+def _response(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) -> Array:
+    if one.members:
+        acting = [m.is_channel or bool(acted_on(machine, m)) for m in one.members]
+        parts = [
+            _response(machine, run, m, along) if acts else np.zeros((run.n, 3, 1))
+            for m, acts in zip(one.members, acting)
+        ]
+        return one.joined(parts)
+    if one.is_channel:
+        return _of_column(machine, run, one.parameter)
+    return _of_parameter(machine, run, one, along)
+
+
+def _check_size(one: Input, k: int) -> None:
+    """The law fits the number of elements of the parameter."""
+    law, scale = one.law, one.scale
+    given = None if scale is None or np.size(scale) == 1 else np.size(scale)
+    if isinstance(law, MultivariateNormal):
+        given = len(law.covariance)
+    elif isinstance(law, MultivariateSamples):
+        given = law.values.shape[1]
+    if given is not None and given != k:
+        raise UsageError(
+            f"{one.id}: the law is for {given} numbers, but the parameter has {k}; give one for each"
+        )
+
+
+def _carriers(machine: Machine, run: Run) -> tuple[Carrier, ...]:
+    """indicated - true along x, y and z of every row."""
+    first = Carrier(machine, run, Sight(np.tile([1.0, 0.0, 0.0], (run.n, 1))))
+    return (first, *(first.along(np.tile(axis, (run.n, 1))) for axis in np.eye(3)[1:]))
+
+
+def _of_column(machine: Machine, run: Run, column: str) -> Array:
+    """(n, 3, 1): the whole machine with the column a little to either side."""
+    high, low, step = beside(run, column)
+    return ((machine.indication_error(high) - machine.indication_error(low)) / (2 * step))[:, :, None]
+
+
+def _of_parameter(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) -> Array:
+    """(n, 3, k): unit motions of the effects, carried to the tip."""
+    effects = targets(machine, one)
+    for effect in effects:
+        machine.check_columns(effect, run)
+    return np.stack(responses(along, one, effects), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Product:
+    """Second-order term of two scalar Inputs: response (n, 3) per product of their departures at each row.
+
+    first, second: numbers of the Influences. Which copies meet in a row is told by their codes.
+    """
+
+    first: int
+    second: int
+    response: Array
+
+
+def products(machine: Machine, run: Run, known: Sequence[Influence]) -> tuple[Product, ...]:
+    """Mixed terms d2(indicated - true) / dx_i dx_j for pairs of scalar Inputs that meet in one effect.
+
+    GUM H.1: alpha_s dTheta + theta dAlpha; the product of the two departures remains where an estimate is zero.
+    """
+    along: tuple[Carrier, ...] = ()
+    out = []
+    scalar = [i for i, f in enumerate(known) if f.response.shape[2] == 1]
+    scalar = [i for i in scalar if not isinstance(known[i].input.law, MultivariateSamples)]
+    for a, i in enumerate(scalar):
+        for j in scalar[a + 1 :]:
+            one, other = known[i].input, known[j].input
+            if meet(machine, one, other):
+                along = along or _carriers(machine, run)
+                response = np.stack([carrier.product(one, other) for carrier in along], axis=1)
+                if np.abs(response).max(initial=0.0) > 1e-12:
+                    out.append(Product(i, j, response))
+    return tuple(out)
