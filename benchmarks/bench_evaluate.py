@@ -17,7 +17,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.inference.audit import audited
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.task.measuring.plan import Plan, Step
@@ -33,7 +33,7 @@ SETTINGS = Settings(trials=24_000, certify=100)
 
 def ring(n: int, c: Characteristic) -> Task:
     """n points on a ring in the machine of the plate."""
-    plate = load_scenario(path("plate"))
+    plate = load_scenario(example("plate"))
     plan = Plan((Step("ring", "down", *plan_points(RING, Around(n))),), plate.plan.styli)
     return replace(plate, part=Part({"ring": RING}, (c,)), plan=plan).task()
 
@@ -54,7 +54,7 @@ def audit_of(c: Characteristic) -> Callable[[], object]:
 
 
 def plate() -> Callable[[], object]:
-    scenario = load_scenario(path("plate"))
+    scenario = load_scenario(example("plate"))
     return lambda: evaluate(scenario.task(), scenario.settings)
 
 

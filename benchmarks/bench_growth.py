@@ -25,9 +25,9 @@ RING = "ring_gauge"
 def ring_of(points: int, folder: Path) -> Job:
     """The uncertainty of a diameter by so many touches, 10^5 trials."""
     import vcmm
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
 
-    text = path(RING).read_text().replace("n = 16 ", f"n = {points} ")
+    text = example(RING).read_text().replace("n = 16 ", f"n = {points} ")
     (folder / "ring.toml").write_text(text)
     scenario = vcmm.load_scenario(folder / "ring.toml")
     return lambda: vcmm.uncertainty(scenario, trials=100_000)
@@ -36,14 +36,14 @@ def ring_of(points: int, folder: Path) -> Job:
 def table_of(inputs: int, folder: Path) -> Job:
     """The same with six error curves along X, each known at its nodes, errors of neighbours correlated."""
     import vcmm
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
 
     rows = [
         f"{x:.6f}" + " 0.0001" * 3 + " 0.000001" * 3 for x in np.linspace(0, 700, max(2, round(inputs / 6)))
     ]
     (folder / "errors.csv").write_text("\n".join(["X EXX EYX EZX EAX EBX ECX", *rows]) + "\n")
     known = '[machine.errors]\ntable = "errors.csv"\nuncertainty = { translation = "0.3 um", rotation = "1 urad", squareness = "1 urad", correlation_length = "150 mm" }\n[machine.repeatability]'
-    text = path(RING).read_text().replace("[machine.repeatability]", known, 1)
+    text = example(RING).read_text().replace("[machine.repeatability]", known, 1)
     (folder / "ring.toml").write_text(text)
     return lambda: vcmm.uncertainty(vcmm.load_scenario(folder / "ring.toml"), trials=10_000)
 
@@ -51,9 +51,9 @@ def table_of(inputs: int, folder: Path) -> Job:
 def trials_of(trials: int, folder: Path) -> Job:
     """A diameter by 16 touches."""
     import vcmm
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
 
-    scenario = vcmm.load_scenario(path(RING))
+    scenario = vcmm.load_scenario(example(RING))
     return lambda: vcmm.uncertainty(scenario, trials=trials)
 
 

@@ -62,10 +62,10 @@ class Documents:
     """One job done in many ways; each way starts without finished blocks."""
 
     def __init__(self, folder: Path, trials: int) -> None:
-        from vcmm.files.own.library import path
+        from vcmm.files.own.library import example
 
         self.folder, self.scenario = folder, folder / "ring.toml"
-        self.scenario.write_text(path("ring_gauge").read_text())
+        self.scenario.write_text(example("ring_gauge").read_text())
         self.job = ("uncertainty", "ring.toml", "--engine", "exact", "--trials", str(trials))
         os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
 

@@ -22,7 +22,7 @@ from vcmm.answer.placing.fixture_boxes import boxes, default_fixture
 from vcmm.answer.placing.objective import Uncertain
 from vcmm.answer.placing.travels import Travels
 from vcmm.core.run import Array
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.fixture import Goal, pose_of, six_of
 from vcmm.task.measuring.scenario import Scenario
@@ -74,7 +74,7 @@ def timed(call: Callable[[], object], repeats: int = 3) -> float:
 
 def compare(name: str, poses: int) -> str:
     """One line: times of the three ways on the smooth characteristics of an embedded scenario."""
-    scenario = load_scenario(path(name))
+    scenario = load_scenario(example(name))
     smooth = [c for c in scenario.part.characteristics if c.type in ("size", "distance")]
     scenario = replace(scenario, part=replace(scenario.part, characteristics=tuple(smooth)))
     objective = Uncertain.of(scenario, Goal({"U": 1.0}))

@@ -38,9 +38,9 @@ SIZES = {
 
 
 def ring_text(points: int) -> str:
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
 
-    return path(RING).read_text().replace("n = 16 ", f"n = {points} ")
+    return example(RING).read_text().replace("n = 16 ", f"n = {points} ")
 
 
 def trials_words(trials: int, folder: Path, workers: int) -> tuple[str, ...]:

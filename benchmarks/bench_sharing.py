@@ -163,9 +163,9 @@ def main() -> int:
         clusters = True
     except ImportError:
         clusters = False
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
 
-    ring = str(path("ring_gauge"))
+    ring = str(example("ring_gauge"))
     jobs = {
         "trials": (f"{given.trials:,} trials", ("uncertainty", ring, "--trials", str(given.trials), "--engine", "montecarlo", "--json")),
         "audit": (f"audit of {given.parts:,} parts", ("audit", ring, "--parts", str(given.parts), "--json")),

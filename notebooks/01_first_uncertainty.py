@@ -16,9 +16,8 @@
 
 # %%
 import vcmm
-from vcmm.files.own.library import path
 
-scenario = vcmm.load_scenario(path("ring_gauge"))
+scenario = vcmm.load_scenario(vcmm.example("ring_gauge"))
 scenario.plot()
 
 # %% [markdown]

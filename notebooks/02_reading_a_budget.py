@@ -17,9 +17,8 @@
 from dataclasses import replace
 
 import vcmm
-from vcmm.files.own.library import path
 
-scenario = vcmm.load_scenario(path("plate"))
+scenario = vcmm.load_scenario(vcmm.example("plate"))
 
 # %% [markdown]
 # One virtual measurement, all errors at their estimates: what would this machine indicate?

@@ -16,9 +16,8 @@
 
 # %%
 import vcmm
-from vcmm.files.own.library import path
 
-file = path("certificate")
+file = vcmm.example("certificate")
 scenario = vcmm.load_scenario(file)
 result = vcmm.uncertainty(scenario)
 for c in result.characteristics:

@@ -22,10 +22,9 @@
 import numpy as np
 
 import vcmm
-from vcmm.files.own.library import path
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, pose_of, six_of
 
-scenario = vcmm.load_scenario(path("plate"))
+scenario = vcmm.load_scenario(vcmm.example("plate"))
 
 # %% [markdown]
 # What may move, and what counts: anywhere on the table, turned about the vertical, and the distance of bore and front.

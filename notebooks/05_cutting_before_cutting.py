@@ -20,11 +20,10 @@ from dataclasses import replace
 import numpy as np
 
 import vcmm
-from vcmm.files.own.library import path
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.preparation import set_up
 
-scenario = vcmm.load_cut(path("turned_shaft"))
+scenario = vcmm.load_cut(vcmm.example("turned_shaft"))
 result = vcmm.cut(scenario, trials=1000)
 for c in result.uncertainty.characteristics[:4]:
     owner = max(result.shares[c.name], key=result.shares[c.name].get)

@@ -21,7 +21,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vcmm
-from vcmm.files.own.library import folder, path
+from vcmm.files.own.library import folder
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.machine_file import machine_texts, residual_texts
 from vcmm.learn.calibration.tested import put_to_test
@@ -29,7 +29,7 @@ from vcmm.learn.calibration.thermal import thermal_model
 from vcmm.learn.calibration.thermal_file import thermal_text
 from vcmm.show.charts.canvas import canvas
 
-lengths, bare = vcmm.load_recording(path("traced_cmm"))
+lengths, bare = vcmm.load_recording(vcmm.example("traced_cmm"))
 found = calibrate([lengths], bare)
 print(f"{lengths.m} lengths; identified: {', '.join(found.identified.names)}")
 

@@ -17,10 +17,9 @@
 from dataclasses import replace
 
 import vcmm
-from vcmm.files.own.library import path
 from vcmm.learn.diagnosis.improve import improved
 
-recording, machine = vcmm.load_recording(path("worn_cmm"))
+recording, machine = vcmm.load_recording(vcmm.example("worn_cmm"))
 print(recording.name, recording.m, "observations,", ", ".join(sorted(recording.run.series)))
 
 # %% [markdown]
@@ -51,7 +50,7 @@ for fold in found.fit.held_out:
 # The improved machine serves every other job. Here: the plate, measured in a room at 22 degC.
 
 # %%
-job = vcmm.load_scenario(path("plate"))
+job = vcmm.load_scenario(vcmm.example("plate"))
 job = replace(job, constants={**job.constants, "temp_air_C": 22.0})
 better = improved(job.machine, tuple((a.fitted, a.inputs) for a in found.answer))
 for name, one in (("as filed", job.machine), ("as diagnosed", better)):

@@ -24,7 +24,6 @@ import vcmm
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array, Run
-from vcmm.files.own.library import path
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +55,7 @@ assert np.allclose(RamDroop("Y", c=2e-9).error_motion(run), [[0, 0, -5e-4, 0, 0,
 # A machine is a frozen value: a copy of the plate's machine with the effect, 40 um/m², known to 10 %.
 
 # %%
-plate = vcmm.load_scenario(path("plate"))
+plate = vcmm.load_scenario(vcmm.example("plate"))
 droop = RamDroop("Y", c=40e-9)
 known = vcmm.Input("ram_droop", "Y", "c", Normal(4e-9))
 machine = replace(

@@ -21,11 +21,11 @@ import numpy as np
 
 import vcmm
 from vcmm.files.own.design import load_design
-from vcmm.files.own.library import folder, path
+from vcmm.files.own.library import folder
 from vcmm.papers.abbe_milling import twin, validation
 from vcmm.papers.virtual_cut import departure, thinned
 
-scenario = vcmm.load_cut(path("abbe_milling"))
+scenario = vcmm.load_cut(vcmm.example("abbe_milling"))
 for letter, axis in scenario.machine.axes.items():
     print(letter, "reflector at", axis.measured_at, "mm in the frame of the axis")
 

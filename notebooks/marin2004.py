@@ -17,11 +17,10 @@
 # %%
 
 import vcmm
-from vcmm.files.own.library import path
 from vcmm.papers.marin2004 import twin
 from vcmm.papers.marin2004.day import PARAMETERS, UNITS
 
-scenario = vcmm.load_cut(path("marin2004"))
+scenario = vcmm.load_cut(vcmm.example("marin2004"))
 result = twin.run(scenario)
 print(f"tip errors up to {result.largest_um:.1f} um")
 for a in result.agreements:

@@ -20,12 +20,11 @@ import numpy as np
 
 import vcmm
 from vcmm.files.columns import run_columns
-from vcmm.files.own.library import path
 from vcmm.files.own.measured import read_measured_points
 from vcmm.shop.machining.measured import measured_cut
 from vcmm.shop.machining.part_recording import part_recording
 
-file = path("measured_block")
+file = vcmm.example("measured_block")
 scenario = vcmm.load_cut(file)
 points = read_measured_points(file.parent / "measured_block" / "points.csv")[0]
 back = measured_cut(scenario, points, u_point=0.3e-3)

@@ -19,10 +19,9 @@ import numpy as np
 import vcmm
 from vcmm.cases import test_piece_errors as twin
 from vcmm.cases.test_piece_page import tables
-from vcmm.files.own.library import path
 from vcmm.show.tables.table import text
 
-scenario = vcmm.load_cut(path("test_piece"))
+scenario = vcmm.load_cut(vcmm.example("test_piece"))
 result = twin.run(scenario)
 for shown in tables(result):
     print(shown.title, "/ um")

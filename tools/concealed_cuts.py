@@ -26,7 +26,7 @@ from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.inference.given import GivenPoints
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import run_columns
-from vcmm.files.own.library import path as example
+from vcmm.files.own.library import example as example
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_writer import save_recording

@@ -25,7 +25,7 @@ import vcmm
 from vcmm.compensation.job import compensate
 from vcmm.compensation.surface import surface_errors
 from vcmm.core.run import Array
-from vcmm.files.own.library import path as example
+from vcmm.files.own.library import example as example
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.measured import known_columns

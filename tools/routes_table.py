@@ -20,7 +20,7 @@ from vcmm.answer.routes.job import routes
 from vcmm.answer.routes.positions import LENGTH, PER_TIP, RING, StandardReadings, corrections
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import normal
@@ -33,7 +33,7 @@ SCENARIOS = ("ring_gauge", "plate", "certificate")
 
 def counted(name: str, machines: int) -> list[str]:
     """Rows of one scenario: characteristic, share held by every route, share of agreement of every pair."""
-    scenario = load_scenario(path(name))
+    scenario = load_scenario(example(name))
     held: dict[str, dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
     for seed in range(machines):
         found = routes(scenario, settings=replace(scenario.settings, trials=2000, seed=seed))
@@ -73,7 +73,7 @@ def lanes(task: Task) -> Lanes:
 
 def shared(name: str) -> list[str]:
     """Per characteristic: u of the machine's part in the model and in the positions, um, and their correlation."""
-    scenario = load_scenario(path(name))
+    scenario = load_scenario(example(name))
     features = scenario.part.features
     smooth = tuple(c for c in scenario.part.characteristics if gps.is_linear(c, features))
     scenario = replace(scenario, part=replace(scenario.part, characteristics=smooth))

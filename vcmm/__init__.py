@@ -17,6 +17,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOME = {
+    "example": "vcmm.files.own.library",
     "load_machine": "vcmm.files.own.machine",
     "load_scenario": "vcmm.files.own.scenario",
     "Machine": "vcmm.core.machine",

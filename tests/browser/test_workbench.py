@@ -15,7 +15,7 @@ from tests.plate import PLATE
 from tests.show.pages.test_hostile_names import plate
 from vcmm.face.workbench.bench import Bench
 from vcmm.face.workbench.server import WorkbenchServer
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 
 pytestmark = pytest.mark.thorough
@@ -122,7 +122,7 @@ def test_the_scenes_follow_a_knob(plugged: Any, server: WorkbenchServer) -> None
 
 def test_a_dropped_recording_is_diagnosed(plugged: Any, server: WorkbenchServer) -> None:
     """The ball bar of `vcmm new ballbar`, its files dropped side by side."""
-    head = path("ballbar")
+    head = example("ballbar")
     files = {name: (head.parent / "ballbar" / name).read_text() for name in ("circles.csv", "machine.toml")}
     files["ballbar.toml"] = head.read_text().replace("ballbar/", "")
     with Watched(plugged) as seen:

@@ -7,7 +7,7 @@ import pytest
 
 import vcmm
 from vcmm.cases import ball_bar
-from vcmm.files.own.library import companions, folder, path
+from vcmm.files.own.library import companions, example, folder
 
 
 def test_the_files_of_the_example_are_what_the_case_makes():
@@ -25,7 +25,7 @@ def test_a_quarter_by_hand():
 
 
 def test_play_and_squareness_are_named():
-    recording, machine = vcmm.load_recording(path("ballbar"))
+    recording, machine = vcmm.load_recording(example("ballbar"))
     found = vcmm.diagnose(recording, machine)
     sizes = {(a.effect, *a.where.values()): a for a in found.found}
     assert set(sizes) == {("backlash", "Y"), ("backlash", "X"), ("squareness", "C0Y")}

@@ -14,7 +14,7 @@ from vcmm.cases import test_piece as piece
 from vcmm.cases import test_piece_errors as twin
 from vcmm.cases import test_piece_page as page
 from vcmm.face.cli import run as command
-from vcmm.files.own.library import folder, path
+from vcmm.files.own.library import example, folder
 from vcmm.papers.virtual_cut import departure, seen
 from vcmm.physics.lag import ServoLag
 from vcmm.physics.scale import ScaleFactor
@@ -24,7 +24,7 @@ from vcmm.shop.machining.preparation import set_up
 
 @pytest.fixture(scope="module")
 def scenario():
-    return vcmm.load_cut(path("test_piece"))
+    return vcmm.load_cut(example("test_piece"))
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 import vcmm
 from vcmm.cases import traced_cmm
-from vcmm.files.own.library import companions, folder, path
+from vcmm.files.own.library import companions, example, folder
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.tested import put_to_test
 from vcmm.learn.calibration.thermal import thermal_model
@@ -29,7 +29,7 @@ def numbers(text: str) -> np.ndarray:
 
 def test_its_curves_lie_within_their_bands():
     """All 21 errors; the curves at their nodes without mean or line, 18 of them, hold the truth at 95 % of the nodes."""
-    recording, bare = vcmm.load_recording(path("traced_cmm"))
+    recording, bare = vcmm.load_recording(example("traced_cmm"))
     found = calibrate([recording], bare)
     assert len(found.identified.names) == 21
     inside = []

@@ -13,7 +13,7 @@ from vcmm.cases import worn_cmm as twin
 from vcmm.cases import worn_cmm_page as page
 from vcmm.core.run import Run, Series
 from vcmm.face.cli import run as command
-from vcmm.files.own.library import companions, folder, path
+from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
 from vcmm.physics.backlash import Backlash
 from vcmm.physics.thermal import ThermalDrift
@@ -24,12 +24,12 @@ DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
 
 @pytest.fixture(scope="module")
 def recording():
-    return vcmm.load_recording(path("worn_cmm"))
+    return vcmm.load_recording(example("worn_cmm"))
 
 
 @pytest.fixture(scope="module")
 def result(recording):
-    return twin.run(*recording, vcmm.load_scenario(path("plate")))
+    return twin.run(*recording, vcmm.load_scenario(example("plate")))
 
 
 def one_row(**columns) -> Run:
@@ -74,7 +74,7 @@ def test_the_shipped_files_are_what_the_code_makes():
 
 def test_the_machine_is_that_of_the_plate(recording):
     """The job of the twin adds what the room does; the machine itself is one."""
-    plate = {e.id: e for e in vcmm.load_scenario(path("plate")).machine.effects}
+    plate = {e.id: e for e in vcmm.load_scenario(example("plate")).machine.effects}
     for effect in recording[1].effects:
         if effect.name in ("scale_factor", "squareness", "component_polynomial"):
             assert np.array_equal(
@@ -125,7 +125,7 @@ def test_demo_new_check_and_diagnose(tmp_path, capsys, monkeypatch, recording, r
     def run(given, machine, job, *, progress):
         assert np.array_equal(given.value, recording[0].value)
         assert [e.id for e in machine.effects] == [e.id for e in recording[1].effects]
-        assert job.name == vcmm.load_scenario(path("plate")).name
+        assert job.name == vcmm.load_scenario(example("plate")).name
         return result
 
     monkeypatch.setattr(twin, "run", run)

@@ -13,7 +13,7 @@ import pytest
 
 from tests.hostile.judge import ask
 from tests.house.test_notebooks import NOTEBOOKS, read, run_cell
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 
 LESSONS = {p.stem[:2]: p for p in NOTEBOOKS if p.stem[:2].isdigit()}
 
@@ -48,7 +48,7 @@ def test_uncertainties_are_those_of_the_command(
     lesson: str, scenario: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = values_of(lesson, tmp_path, monkeypatch)["result"]
-    wanted = printed("uncertainty", str(path(scenario)), "--json")["characteristics"]
+    wanted = printed("uncertainty", str(example(scenario)), "--json")["characteristics"]
     for c, w in zip(result.characteristics, wanted, strict=True):
         assert (c.name, c.value, c.expanded) == (w["name"], w["value_mm"], w["U_mm"])
         assert [b.u for b in c.budget] == [b["u_mm"] for b in w["budget"]]
@@ -57,7 +57,7 @@ def test_uncertainties_are_those_of_the_command(
 @pytest.mark.thorough
 def test_a_cut_part_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = values_of("05", tmp_path, monkeypatch)["result"]
-    wanted = printed("cut", str(path("turned_shaft")), "--trials", "1000", "--json")["characteristics"]
+    wanted = printed("cut", str(example("turned_shaft")), "--trials", "1000", "--json")["characteristics"]
     for c, w in zip(result.uncertainty.characteristics, wanted, strict=True):
         if "value_mm" in w:
             assert (c.name, c.value, c.expanded) == (w["name"], w["value_mm"], w["U_mm"])
@@ -66,7 +66,7 @@ def test_a_cut_part_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.thorough
 def test_a_diagnosis_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = values_of("07", tmp_path, monkeypatch)["found"]
-    wanted = printed("diagnose", str(path("worn_cmm")), "--seed", "1", "--json")
+    wanted = printed("diagnose", str(example("worn_cmm")), "--seed", "1", "--json")
     assert found.verdict == wanted["verdict"]
     assert [(a.effect, a.probability) for a in found.answer] == [
         (a["effect"], a["probability"]) for a in wanted["answer"]
@@ -81,7 +81,7 @@ def test_a_pose_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.Monke
     start = lines.index("#     [placement]")
     stated = "\n".join(line.removeprefix("#     ") for line in lines[start : start + 3])
     file = tmp_path / "plate.toml"
-    file.write_text(f"{path('plate').read_text(encoding='utf-8')}\n{stated}\n", encoding="utf-8")
+    file.write_text(f"{example('plate').read_text(encoding='utf-8')}\n{stated}\n", encoding="utf-8")
     wanted = printed(
         "place", str(file), "--evaluations", "500", "--scan", "128", "--trials", "5000", "--json"
     )
@@ -95,8 +95,10 @@ def test_a_pose_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.Monke
 def test_a_calibration_is_that_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Lowest and highest value of all eighteen curves, within 0.01 nm and 0.01 nrad."""
     found = values_of("06", tmp_path, monkeypatch)["found"]
-    machine = path("traced_cmm").parent / "traced_cmm" / "machine.toml"
-    wanted = printed("calibrate", str(path("traced_cmm")), "--machine", str(machine), "--json")["identified"]
+    machine = example("traced_cmm").parent / "traced_cmm" / "machine.toml"
+    wanted = printed("calibrate", str(example("traced_cmm")), "--machine", str(machine), "--json")[
+        "identified"
+    ]
     assert [w["error"] for w in wanted] == list(found.identified.names)
     curves = [w for w in wanted if w["error"].startswith("E")]
     assert len(curves) == 18

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 
 pytestmark = pytest.mark.thorough
 VCMM = [sys.executable, "-c", "from vcmm.face.cli import main; main()"]
@@ -25,7 +25,7 @@ MANY = (
 def started(folder: Path, *words: str, **places: str) -> subprocess.Popen[str]:
     kept = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")}
     return subprocess.Popen(
-        [*VCMM, "uncertainty", str(path("ring_gauge")), *words],
+        [*VCMM, "uncertainty", str(example("ring_gauge")), *words],
         cwd=folder, env=kept | places, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 

@@ -60,7 +60,7 @@ def test_wrong_placements_are_refused_with_a_fix(tmp_path, lines, text):
 
 
 def test_machine_of_a_scenario_is_replaced(tmp_path):
-    from vcmm.files.own.library import path as shipped
+    from vcmm.files.own.library import example as shipped
 
     other = tmp_path / "other.toml"
     other.write_text(

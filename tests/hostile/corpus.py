@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.files.foreign.samples import DCC, DMIS, QIF
 from tests.plate import PLATE
 from tests.shop.machining import shop
-from vcmm.files.own.library import path as shipped
+from vcmm.files.own.library import example as shipped
 
 AXES = """[axes.X]
 travel = ["-10 mm", "600 mm"]

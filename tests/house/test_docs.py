@@ -157,11 +157,11 @@ def test_every_command_that_is_shown_is_understood():
 def test_json_keys_are_documented():
     """The keys of the uncertainty document, from a real one."""
     from vcmm.face.api import uncertainty
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.files.own.scenario import load_scenario
     from vcmm.show.tables.evaluated import uncertainty_json
 
-    document = uncertainty_json(uncertainty(load_scenario(path("plate")), trials=2000))
+    document = uncertainty_json(uncertainty(load_scenario(example("plate")), trials=2000))
     characteristic = document["characteristics"][0]
     keys = {*document, *characteristic, *characteristic["budget"][0]}
     shown = words("docs/cli.md")

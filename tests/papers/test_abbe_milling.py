@@ -15,7 +15,7 @@ from vcmm.core.kinematics import parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.face.cli import run as command
-from vcmm.files.own.library import folder, path
+from vcmm.files.own.library import example, folder
 from vcmm.papers.abbe_milling import page, twin
 from vcmm.papers.abbe_milling.spline_slot import Slot, contour, program
 from vcmm.papers.virtual_cut import departure
@@ -26,7 +26,7 @@ from vcmm.show.tables.table import text
 
 @pytest.fixture(scope="module")
 def scenario():
-    return vcmm.load_cut(path("abbe_milling"))
+    return vcmm.load_cut(example("abbe_milling"))
 
 
 def bare(structure: str, *effects) -> Machine:

@@ -10,7 +10,7 @@ import pytest
 import vcmm
 from vcmm.core.run import Run
 from vcmm.files.own.design import load_design
-from vcmm.files.own.library import folder, path
+from vcmm.files.own.library import example, folder
 from vcmm.papers.abbe_milling import survey, twin, validation
 from vcmm.papers.virtual_cut import departure, thinned
 from vcmm.physics.backlash import Backlash
@@ -26,7 +26,7 @@ def setups():
 
 @pytest.fixture(scope="module")
 def scenario():
-    return vcmm.load_cut(path("abbe_milling"))
+    return vcmm.load_cut(example("abbe_milling"))
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,13 @@ import pytest
 import vcmm
 from tests.documented import DOCS
 from vcmm.files.own.design import load_design
-from vcmm.files.own.library import companions, folder, path
+from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
 from vcmm.physics.lag import ServoLag
 
 
 def test_the_shop_knows_no_error_and_the_truth_has_one_that_no_table_holds():
-    scenario = vcmm.load_cut(path("five_papers"))
+    scenario = vcmm.load_cut(example("five_papers"))
     assert not any(e.calibrated for e in scenario.machine.effects)
     truth = load_machine(folder() / "five_papers" / "truth.toml")
     (lag,) = (e for e in truth.effects if isinstance(e, ServoLag))

@@ -14,7 +14,7 @@ import pytest
 
 from vcmm.core.laws import StudentT
 from vcmm.face.cli import run as command
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration import multilateration
 from vcmm.learn.calibration import nodes as calibrated_nodes
@@ -31,7 +31,7 @@ DOC = (DOCS / "gaska2014.md").read_text(encoding="utf-8")
 
 @cache
 def scenario():
-    return load_scenario(path("gaska2014"))
+    return load_scenario(example("gaska2014"))
 
 
 @cache

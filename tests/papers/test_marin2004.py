@@ -11,7 +11,7 @@ import vcmm
 from tests.documented import assert_documented, assert_titled
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Run
-from vcmm.files.own.library import folder, path
+from vcmm.files.own.library import example, folder
 from vcmm.papers.error_tables import effects_of
 from vcmm.papers.marin2004 import learnt, page, rewritten, twin
 from vcmm.papers.marin2004.chain import (
@@ -39,7 +39,7 @@ from vcmm.physics.squareness import Squareness
 
 @pytest.fixture(scope="module")
 def scenario():
-    return vcmm.load_cut(path("marin2004"))
+    return vcmm.load_cut(example("marin2004"))
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, sensed, tip_motion
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.physics.backlash import Backlash
 from vcmm.task.measuring.fixture import Goal, pose_of, six_of
@@ -32,12 +32,12 @@ def drawn(scenario, count, seed=0):
 
 
 def cases(tmp_path):
-    shipped = load_scenario(path("plate"))
+    shipped = load_scenario(example("plate"))
     axis = replace(shipped.machine, effects=(*shipped.machine.effects, Backlash("X", gap=1e-3)))
     backlash = Input("backlash", "X", "gap", Normal(2e-4), "stylus")
     return {
         "shipped": shipped,
-        "gaska": load_scenario(path("gaska2014")),
+        "gaska": load_scenario(example("gaska2014")),
         "field": with_field(plate(tmp_path), 1),
         "touch": with_field(plate(tmp_path), 1, "touch"),
         "backlash": replace(shipped, machine=replace(axis, inputs=(*axis.inputs, backlash))),

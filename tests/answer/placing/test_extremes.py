@@ -11,7 +11,7 @@ from tests.build import scenario
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.placing.extremes import _factors
 from vcmm.answer.placing.objective import Uncertain
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.fixture import Goal, pose_of, six_of
 
@@ -19,7 +19,7 @@ from vcmm.task.measuring.fixture import Goal, pose_of, six_of
 @pytest.mark.thorough
 def test_extreme_values_follow_the_monte_carlo_from_pose_to_pose():
     """The approximation of a form: its ratio between poses, against 20 000 trials."""
-    paper = load_scenario(path("gaska2014"))
+    paper = load_scenario(example("gaska2014"))
     objective = Uncertain.of(paper, Goal({"U": 1.0}, {"form of the bore": 1.0}))
     six = np.array([six_of(paper.places[n]) for n in ("1", "4")])
     u = objective.spread(six).u[:, 0]

@@ -14,7 +14,7 @@ from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.placing.confirmation import _batches
 from vcmm.answer.placing.objective import Uncertain, complete, exact_terms, process, width
 from vcmm.core.errors import UsageError
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.fixture import Goal, six_of
 
@@ -52,7 +52,7 @@ def test_scenario_without_characteristics_or_inputs(tmp_path):
 
 
 def test_factor_k_and_u_at_the_present_pose_are_those_of_the_evaluation():
-    scenario = load_scenario(path("plate"))
+    scenario = load_scenario(example("plate"))
     objective = Uncertain.of(scenario)
     found = objective.spread(six_of(scenario.pose)[None])
     result = evaluate(scenario.task(), replace(scenario.settings, trials=50_000))

@@ -13,7 +13,7 @@ from tests.plate import edited
 from vcmm.answer.routes.hidden import HiddenMachine, hidden_part, shows, true_values, usable_positions
 from vcmm.answer.routes.job import routes
 from vcmm.face.cli import run
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 
 QUICK = ("--trials", "2000")
@@ -82,7 +82,7 @@ def test_a_machine_that_is_not_the_one_of_the_file(
 
 
 def test_a_drawn_machine_is_kept_and_its_scatter_is_not(tmp_path: Path) -> None:
-    scenario = load_scenario(path("plate"))
+    scenario = load_scenario(example("plate"))
     task, machine = scenario.task(), HiddenMachine(3)
     first, again = machine.measured(task, 1, 0, 4), machine.measured(task, 1, 0, 4)
     assert np.array_equal(first, again)
@@ -94,7 +94,7 @@ def test_a_drawn_machine_is_kept_and_its_scatter_is_not(tmp_path: Path) -> None:
 
 def test_every_route_is_held_to_a_hidden_truth() -> None:
     """One machine: each route's value is within 1.5 U of a truth that it does not know, and no route returns the reading."""
-    scenario = load_scenario(path("ring_gauge"))
+    scenario = load_scenario(example("ring_gauge"))
     found = routes(scenario, settings=replace(scenario.settings, trials=2000, seed=4, certify=10))
     (c,) = found.characteristics
     assert found.simulated
@@ -106,14 +106,14 @@ def test_every_route_is_held_to_a_hidden_truth() -> None:
 
 def test_what_points_scaled_and_moved_do() -> None:
     """A bore of 30 mm: 30 mm per 1, -2 per mm outwards (its normal looks to the axis); its distance of 40 mm to a face: 40, and 1."""
-    scenario = load_scenario(path("plate"))
+    scenario = load_scenario(example("plate"))
     found = shows(scenario.task())
     assert found[0] == pytest.approx([30.0, -2.0], abs=1e-4)
     assert found[1] == pytest.approx([40.0, 1.0], abs=1e-4)
 
 
 def test_positions_are_within_reach_and_the_part_stays_the_same() -> None:
-    scenario = load_scenario(path("plate"))
+    scenario = load_scenario(example("plate"))
     places = usable_positions(scenario)
     assert len(places) == 4
     one = hidden_part(scenario.task(), 1, "x")
@@ -164,6 +164,6 @@ def test_the_page_shows_what_the_command_prints() -> None:
     from tests.documented import assert_documented
     from vcmm.show.tables.routed import agreements_table, routes_table
 
-    scenario = load_scenario(path("gaska2014"))
+    scenario = load_scenario(example("gaska2014"))
     found = routes(scenario, settings=replace(scenario.settings, trials=20_000))
     assert_documented("routes", [routes_table(found), agreements_table(found)])

@@ -106,13 +106,13 @@ def test_a_number_needs_its_unit(tmp_path, capsys):
 
 
 def test_a_scenario_without_the_state_of_its_control(tmp_path, capsys):
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
 
     for file in ("part.nc", "setup.toml"):
-        text = (path("test_piece").parent / "test_piece" / file).read_text()
+        text = (example("test_piece").parent / "test_piece" / file).read_text()
         (tmp_path / "test_piece").mkdir(exist_ok=True)
         (tmp_path / "test_piece" / file).write_text(text.replace("compensation = []", ""))
-    (tmp_path / "s.toml").write_text(path("test_piece").read_text())
+    (tmp_path / "s.toml").write_text(example("test_piece").read_text())
     assert vcmm(["compensate", str(tmp_path / "s.toml"), "--offset-only"]) == 2
     assert "setup.toml" in capsys.readouterr().err
 
@@ -162,16 +162,16 @@ def check_again(found, setup) -> None:
 def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
     """Known errors of its characteristics after rewriting: those of geometry go, those of reversal stay, so the cut is not within 1 um."""
     import vcmm as package
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.shop.machining import patches
     from vcmm.shop.machining.result import expected
 
     monkeypatch.setattr(patches, "MOST_ACROSS", 11)  # of the map, for the rms of the surface
-    scenario = package.load_cut(path("test_piece"))
+    scenario = package.load_cut(example("test_piece"))
     scenario = replace(
         scenario, settings=replace(scenario.settings, certify=20)
     )  # trials of the exact engine
-    assert vcmm(["compensate", str(path("test_piece")), "--out", str(tmp_path / "new.nc")]) == 1
+    assert vcmm(["compensate", str(example("test_piece")), "--out", str(tmp_path / "new.nc")]) == 1
     before = package.cut(scenario, trials=1000)
     after = package.cut(replace(scenario, program=tmp_path / "new.nc"), trials=1000)
     size = {

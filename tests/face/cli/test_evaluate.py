@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vcmm.face.cli import run
 from vcmm.face.cli.evaluate import _sheet_name
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 
 
 def test_parts_with_names_that_look_alike_keep_their_sheets() -> None:
@@ -27,7 +27,7 @@ def test_a_table_of_values_is_printed_with_the_warnings_of_its_parts_alone(tmp_p
     # places of the JSON document that are null are no business of who reads the table
     values = tmp_path / "values.csv"
     values.write_text("characteristic,value_mm\nbore diameter,30.004\n")
-    assert run(["evaluate", str(path("plate")), "--values", str(values), "--trials", "2000"]) == 0
+    assert run(["evaluate", str(example("plate")), "--values", str(values), "--trials", "2000"]) == 0
     said = capsys.readouterr()
     assert "bore diameter" in said.out
     assert "].bias_mm" not in said.out + said.err

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from tests.hostile.judge import ask, inside
-from vcmm.files.own.library import path as shipped
+from vcmm.files.own.library import example as shipped
 
 RUN = "from vcmm.face.cli import main; main()"
 

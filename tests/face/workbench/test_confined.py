@@ -20,7 +20,7 @@ import pytest
 from vcmm.core.errors import VcmmError
 from vcmm.face.workbench.bench import Bench, diagnosed
 from vcmm.face.workbench.server import WorkbenchServer
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 
 OPENED: list[str] = []
@@ -126,7 +126,7 @@ def test_the_same_files_inside_are_read(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[WorkbenchServer]:
-    with WorkbenchServer(Bench(load_scenario(path("ring_gauge")))) as made:
+    with WorkbenchServer(Bench(load_scenario(example("ring_gauge")))) as made:
         threading.Thread(target=made.serve_forever, daemon=True).start()
         yield made
         made.shutdown()

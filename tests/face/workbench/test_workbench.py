@@ -18,7 +18,7 @@ from vcmm.face.workbench.bench import MOST_PAGES, Bench, GivenUp
 from vcmm.face.workbench.knobs import knobs_of, turned
 from vcmm.face.workbench.live import preview
 from vcmm.face.workbench.server import WorkbenchServer
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.scenario import Scenario
 
@@ -161,11 +161,11 @@ def test_pages_long_closed_are_forgotten(scenario: Scenario) -> None:
 
 def test_a_warmer_room_is_that_of_the_file(tmp_path: Path) -> None:
     """Sensors read what is there: 8 K on the knob are 28 degC in the file. By hand: 50 mm, 11.5 um/(m K), scales compensated: 4.6 um."""
-    ring = load_scenario(path("ring_gauge"))
+    ring = load_scenario(example("ring_gauge"))
     stated = ", ".join(
         f'{name} = "28 degC"' for name in ("part", "scale_x", "scale_y", "scale_z", "air", "spindle")
     )
-    text = path("ring_gauge").read_text()
+    text = example("ring_gauge").read_text()
     warm = text.replace('temperature = { part = "20.0 degC" }', f"temperature = {{ {stated} }}")
     assert warm != text
     (tmp_path / "warm.toml").write_text(warm)

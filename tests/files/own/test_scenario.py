@@ -12,7 +12,7 @@ import pytest
 
 from tests.plate import PLATE, edited, line_of
 from vcmm.core.errors import DataError
-from vcmm.files.own.library import path as shipped
+from vcmm.files.own.library import example as shipped
 from vcmm.files.own.scenario import load_scenario
 from vcmm.files.own.schemas import MODELS, json_schema
 

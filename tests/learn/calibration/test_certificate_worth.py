@@ -14,7 +14,7 @@ from vcmm.answer.evaluation.at_limit import covered_at_limit
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.face.cli import run
 from vcmm.files.own.certificate import stated_certificate
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.tables.certified import COVERED
@@ -29,7 +29,7 @@ STATED = 'E0_MPE = "1.8 um + L/350"                     # L'
 
 def sizes_only(folder: Path, more: str = "") -> Path:
     """The shipped scenario with its two lengths, and further facts on its certificate."""
-    whole = path("certificate").read_text(encoding="utf-8")
+    whole = example("certificate").read_text(encoding="utf-8")
     head, rest = whole.split('[[part.characteristics]]\nname = "bore square to top"')
     whole = head + rest[rest.index("[pose]") :]
     assert STATED in whole
@@ -96,7 +96,7 @@ def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) ->
     """docs/certificate.md, of the scenario that comes with vcmm."""
     scenario = load_scenario(sizes_only(tmp_path))
     result = evaluate(scenario.task(), replace(scenario.settings, trials=20_000, certify=20))
-    certificate = stated_certificate(path("certificate"))
+    certificate = stated_certificate(example("certificate"))
     assert certificate is not None
     table = ResultTable("", COVERED, covered_at_limit(scenario.machine, certificate, result))
     shown = (Path(__file__).parents[3] / "docs" / "certificate.md").read_text(encoding="utf-8")
@@ -146,5 +146,5 @@ def test_a_scenario_is_held_to_the_certificate_it_states(
         assert ("errors or certificate are wrong" in form) == told
     assert run(["certificate", str(file)]) == 2
     assert "states errors of its own beside its certificate" in capsys.readouterr().err
-    assert run(["certificate", str(path("plate"))]) == 2
+    assert run(["certificate", str(example("plate"))]) == 2
     assert "the machine states no certificate; add [machine.certificate]" in capsys.readouterr().err

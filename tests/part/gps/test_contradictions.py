@@ -9,7 +9,7 @@ import pytest
 
 from tests.plate import edited
 from vcmm.face.cli import run
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.gps.contradictions import free_words, left_free
 from vcmm.part.part import Characteristic
@@ -66,7 +66,7 @@ def test_datums_that_leave_a_feature_free(tmp_path: Path, capsys: pytest.Capture
         assert f"leave bore free to move ({free}" in said
         assert "follows the alignment of the plan" in said
     assert "without datums bore is free to move" in told(capsys, tmp_path, place.format(""))[1]
-    features = load_scenario(path("plate")).part.features
+    features = load_scenario(example("plate")).part.features
     both = Characteristic("p", "position", of=("bore",), datums=("top", "front"), zone=0.05)
     assert left_free(both, features) == pytest.approx(
         np.array([[1.0, 0, 0, 0, 0, 0]]) * np.sign(left_free(both, features)[0, 0])

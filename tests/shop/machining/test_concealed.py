@@ -13,7 +13,7 @@ import pytest
 import vcmm
 from vcmm.compensation.job import compensate
 from vcmm.files.columns import run_columns
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.measured import read_measured_points
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.physics import SpindleGrowth
@@ -23,12 +23,12 @@ from vcmm.shop.machining.part_recording import part_recording
 from vcmm.shop.machining.preparation import set_up
 
 U_POINT = 0.3e-3
-FOLDER = path("measured_block").parent / "measured_block"
+FOLDER = example("measured_block").parent / "measured_block"
 
 
 @pytest.fixture(scope="module")
 def job():
-    return set_up(vcmm.load_cut(path("measured_block")))
+    return set_up(vcmm.load_cut(example("measured_block")))
 
 
 @pytest.fixture(scope="module")

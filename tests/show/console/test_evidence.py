@@ -16,7 +16,7 @@ from tests.plate import PLATE
 from vcmm.answer.evaluation.declared import KNOWN, NOT_COVERED, UNCERTAIN, declared_influences
 from vcmm.core.errors import DataError
 from vcmm.face.cli import run
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.console.evidence import ComparedNumber, differences, unpacked
 
@@ -116,7 +116,7 @@ def test_differences_by_hand() -> None:
 
 
 def test_what_the_plate_covers() -> None:
-    found = {i.influence: i for i in declared_influences(load_scenario(path("plate")).task())}
+    found = {i.influence: i for i in declared_influences(load_scenario(example("plate")).task())}
     assert found["squareness"].status == UNCERTAIN
     assert found["squareness"].inputs == ("squareness[C0Y].angle",)
     assert found["component"].status == KNOWN  # straightness stated without an uncertainty

@@ -16,7 +16,7 @@ from tests.plate import edited
 from vcmm.answer.evaluation.result import BudgetLine
 from vcmm.answer.inference.given import GivenValue
 from vcmm.answer.inference.job import evaluate_values
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.pages.sheet import BLANK, effective_dof, rounded, sheet_page
 
@@ -82,14 +82,14 @@ def test_lines_without_evidence_are_named(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 def test_every_characteristic_has_one_printed_page(tmp_path: Path) -> None:
     """Two characteristics with long budgets, one page each, and the page of files."""
-    scenario = load_scenario(path("plate"))
+    scenario = load_scenario(example("plate"))
     given = [
         GivenValue("", n, v, angle=False, deviation=False, where="values.csv:2")
         for n, v in (("bore diameter", 30.004), ("bore to front", 40.001))
     ]
     (part,) = evaluate_values(replace(scenario, settings=replace(scenario.settings, trials=2000)), [given])
     page, printed = tmp_path / "sheet.html", tmp_path / "sheet.pdf"
-    page.write_text(sheet_page(scenario, part, [path("plate")]), encoding="utf-8")
+    page.write_text(sheet_page(scenario, part, [example("plate")]), encoding="utf-8")
     words = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
     done = subprocess.run(
         [*words, f"--user-data-dir={tmp_path / 'c'}", f"--print-to-pdf={printed}", page.as_uri()],

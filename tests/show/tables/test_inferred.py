@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import vcmm
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.show.pages.sheet import in_words
 from vcmm.show.tables.inferred import batch, shown, values_csv, warnings_of_parts, wholes
 
@@ -39,7 +39,9 @@ def test_an_interval_about_the_indicated_value_is_not_called_that_of_the_true_on
     tmp_path: Path, known_bias: str
 ) -> None:
     """A steel ring of 50 mm at 22 degC reads 11.5e-6 * 2 * 50 mm = 1.15 um too large."""
-    text = path("ring_gauge").read_text(encoding="utf-8").replace('part = "20.0 degC"', 'part = "22.0 degC"')
+    text = (
+        example("ring_gauge").read_text(encoding="utf-8").replace('part = "20.0 degC"', 'part = "22.0 degC"')
+    )
     (tmp_path / "ring.toml").write_text(text.replace("seed = 1", f'seed = 1\nknown_bias = "{known_bias}"'))
     (tmp_path / "values.csv").write_text("characteristic,value_mm\ndiameter,50.0012\n")
     found = vcmm.evaluate(

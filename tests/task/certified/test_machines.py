@@ -163,10 +163,10 @@ def test_a_prior_must_be_known() -> None:
 def test_the_page_shows_what_the_scenario_gives() -> None:
     """U in um of the scenario that comes with vcmm, as docs/certificate.md has it for the default prior."""
     from vcmm.face.api import uncertainty
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.files.own.scenario import load_scenario
 
-    found = uncertainty(load_scenario(path("certificate")), trials=20_000).characteristics
+    found = uncertainty(load_scenario(example("certificate")), trials=20_000).characteristics
     shown = (Path(__file__).parents[3] / "docs" / "certificate.md").read_text(encoding="utf-8")
     assert ", ".join(f"{c.expanded * 1e3:.2f}" for c in found) + " µm" in shown
 
@@ -179,7 +179,7 @@ def test_form_of_the_test_sphere_holds_the_scatter_too(tmp_path: Path) -> None:
 
 
 def test_the_machine_of_a_scenario_is_tested(capsys: pytest.CaptureFixture[str]) -> None:
-    from vcmm.files.own.library import path as shipped
+    from vcmm.files.own.library import example as shipped
 
     assert run(["test", str(shipped("certificate")), "--iso", "10360-2", "--trials", "100", "--json"]) == 0
     figures = {f["name"]: f for f in json.loads(capsys.readouterr().out)["figures"]}

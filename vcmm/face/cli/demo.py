@@ -47,7 +47,7 @@ def demo_command(
 
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.face import api
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.files.own.scenario import load_scenario
     from vcmm.papers.gaska2014 import twin as gaska2014
     from vcmm.papers.gaska2014.page import places_table, tables, twin_page
@@ -59,7 +59,7 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.show.tables.table import csv_text
 
     folder = output_folder(out)
-    source, ring = path("gaska2014"), path("ring_gauge")
+    source, ring = example("gaska2014"), example("ring_gauge")
     scenario, plain = load_scenario(source), load_scenario(ring)
     with progress() as report:
         first = api.uncertainty(plain, progress=report)

@@ -88,7 +88,7 @@ def _warmed() -> list[str]:
 
     from vcmm.core._compile_kernels import FOLDER, KEPT
     from vcmm.face.cli import run
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.show.console.terminal import progress
 
     if not KEPT:
@@ -101,9 +101,9 @@ def _warmed() -> list[str]:
     with tempfile.TemporaryDirectory() as folder, progress() as report:
         extreme = Path(folder) / "plate.toml"
         extreme.write_text(
-            path("plate").read_text("utf-8").replace('type = "size"', 'type = "size"\ncriterion = "GX"')
+            example("plate").read_text("utf-8").replace('type = "size"', 'type = "size"\ncriterion = "GX"')
         )
-        jobs = [("uncertainty", extreme), *(("cut", path(name)) for name in WARMING)]
+        jobs = [("uncertainty", extreme), *(("cut", example(name)) for name in WARMING)]
         for i, (verb, scenario) in enumerate(jobs):
             report(f"{verb} {scenario.stem}", i / len(jobs))
             with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):

@@ -25,14 +25,14 @@ def new_command(
         Folder for the file.
     """
     from vcmm.core.errors import UsageError
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.show.console.files import output_folder
     from vcmm.show.console.terminal import say
 
     original = source or name
     stem = name.removesuffix(".toml")
     target = output_folder(out) / f"{stem}.toml"
-    texts = _texts(path(original), stem)
+    texts = _texts(example(original), stem)
     taken = [file for file in (out / one for one in texts) if file.exists()]
     if taken:
         raise UsageError(

@@ -104,11 +104,11 @@ def _cut_run(
 ) -> Outcome:
     """A twin that cuts its scenario."""
     from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.library import companions, path
+    from vcmm.files.own.library import companions, example
 
-    scenario = load_cut(path(name))
+    scenario = load_cut(example(name))
     result = twin.run(scenario, **options, progress=report)
-    return result, page.twin_page(scenario, result), [path(name), *companions(name).values()]
+    return result, page.twin_page(scenario, result), [example(name), *companions(name).values()]
 
 
 def _drawn_run(
@@ -131,10 +131,10 @@ def _recorded_run(
     report: Callable[[str, float], None],
 ) -> Outcome:
     """A twin that diagnoses its recording, and does the measuring job of the scenario plate."""
-    from vcmm.files.own.library import companions, path
+    from vcmm.files.own.library import companions, example
     from vcmm.files.own.recording import load_recording
     from vcmm.files.own.scenario import load_scenario
 
-    recording, machine = load_recording(path(name))
-    result = twin.run(recording, machine, load_scenario(path("plate")), progress=report)
-    return result, page.twin_page(result), [path(name), *companions(name).values(), path("plate")]
+    recording, machine = load_recording(example(name))
+    result = twin.run(recording, machine, load_scenario(example("plate")), progress=report)
+    return result, page.twin_page(result), [example(name), *companions(name).values(), example("plate")]

@@ -24,7 +24,7 @@ def scenarios() -> dict[str, str]:
     return found
 
 
-def path(name: str) -> Path:
+def example(name: str) -> Path:
     """Path of an embedded scenario, also by its kind (mill, lathe). Raises UsageError with the closest name."""
     known = scenarios()
     one = name if name in known else KINDS.get(name, name)

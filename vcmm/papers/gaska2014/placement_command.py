@@ -8,14 +8,14 @@ from typing import Any
 
 def show_placement(folder: Path | None, draws: int, options: dict[str, Any], json: bool) -> int:
     """Ranking, optimum and node reduction: tables, JSON, report. options: seed, evaluations, scanned, trials of `optimum`."""
-    from vcmm.files.own.library import path
+    from vcmm.files.own.library import example
     from vcmm.files.own.scenario import load_scenario
     from vcmm.papers.gaska2014 import placement as twin
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import progress, say
 
-    source = path("gaska2014")
+    source = example("gaska2014")
     scenario = load_scenario(source)
     with progress() as report:
         rankings = twin.ranking(scenario, draws, report)
