@@ -48,6 +48,15 @@ from vcmm.core.units import (
         ("2 um/m^2", "curvature", 2e-9),  # 2e-3 mm / 1e6 mm^2
         ("3 %", "number", 0.03),
         ("0.5", "number", 0.5),
+        ("5 um/(m/s^2)", "um/(m/s^2)", 5e-6),  # 5e-3 mm / (1e3 mm/s^2)
+        ("5 um s^2/m", "um/(m/s^2)", 5e-6),  # the same dimension, written otherwise
+        ("5 urad/(m/s^2)", "angle per acceleration", 5e-9),  # 5e-6 rad / (1e3 mm/s^2)
+        ("30 um/(m/s)", "time", 3e-5),  # 0.03 mm / (1e3 mm/s)
+        ("2 mm s/m", "time", 2e-3),  # 2 mm s / 1e3 mm
+        ("7 um/(N m)", "um/(N m)", 7e-6),  # 7e-3 mm / (N 1e3 mm)
+        ("4 N/um", "N/um", 4000.0),  # N / 1e-3 mm
+        ("6 um/rpm", "um/rpm", 0.18 / math.pi),  # 6e-3 mm / (2 pi / 60 rad/s) = 6e-3 x 30 / pi
+        ("3 um/(K h)", "um/(K h)", 3e-3 / 3600),
         ("1.5um", "length", 1.5e-3),
         ("-3e-1 mm", "length", -0.3),
     ],
@@ -89,6 +98,10 @@ def test_names_of_dimensions():
     assert dimension_of("um/(m K)") == "expansion"
     assert dimension_of("um/m") == "slope"
     assert dimension_of("1") == "number"
+    assert [dimension_of(u) for u in ("um/(m/s)", "mm s/m", "urad/(m/s^2)")] == [
+        "time", "time", "angle per acceleration",
+    ]  # fmt: skip
+    assert dimension_of("um/(m/s^2)") == "um/(m/s^2)"  # s^2, which has no name
     assert [channel_unit(c) for c in ("temp_part_C", "speed_X_mm_s", "time_s", "probe_angle_rad")] == [
         "K", "mm/s", "s", "rad",
     ]  # fmt: skip
@@ -119,6 +132,32 @@ def test_names_of_dimensions():
         ("5 (um", "length", ["open bracket"]),
         ("5 um)", "length", ["cannot be read after"]),
         ("5 §", "length", ["cannot be read at"]),
+        (
+            "3 kg",
+            "um/(m/s^2)",
+            [
+                "is not in um/(m/s^2) or another unit of that dimension",
+                'the unit "kg" does not fit',
+                'gap = "1 um/(m/s^2)"',
+            ],
+        ),
+        ("3", "um/(m/s^2)", ["has no unit", 'gap = "3 um/(m/s^2)"']),
+        ("3 um/(m/s^2)", "length", ["is not a length", 'the unit "um/(m/s^2)" does not fit']),
+        ("9e13 um/(m/s^2)", "um/(m/s^2)", ["times what is usual"]),
+        ("3.3 L/1000", "slope", ['"L" in "L/1000" is no unit: L is the measured length', "is 3.3 um/m"]),
+        (
+            "5 um/1000 mm",
+            "slope",
+            ['"1000" in "um/1000 mm" is no unit: no number stands within a unit', "3.3 um/m"],
+        ),
+        (
+            "68 degF",
+            "temperature",
+            ['"degF" is no unit: temperatures are written in degC', "68 degF is (68 - 32) / 1.8 = 20 degC"],
+        ),
+        ("68 °F", "temperature", ["written in degC"]),
+        ("2 thou", "length", ["a thousandth of an inch is 25.4 um"]),
+        ("2 inch", "length", ["is no unit: write in"]),
     ],
 )
 def test_messages(value, dimension, words):

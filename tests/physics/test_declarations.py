@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
 from vcmm.core.declaration import KnownRange, Site
+from vcmm.core.effect import Effect, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.run import Run
+from vcmm.core.run import Array, Run
+from vcmm.files.own.effects import build_effect
+from vcmm.files.problems import TableProblems
 from vcmm.physics import BY_NAME
 from vcmm.physics.clamping import Clamping
 from vcmm.physics.component import ComponentSpline, ComponentTable
@@ -22,6 +27,19 @@ from vcmm.physics.probe import ProbeLobing, TipRadius
 from vcmm.physics.residual import CorrelatedField
 from vcmm.physics.reversal_curve import LostMotionCurve
 from vcmm.physics.scale import ScaleFactor
+
+
+@dataclass(frozen=True, eq=False)
+class Yielding(Effect):
+    """A frame that gives way under acceleration: a parameter whose dimension, s^2, has no name."""
+
+    name = "yielding"
+    link = "X"
+    give: float = param(0.0, "um/(m/s^2)", "displacement per acceleration")
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, X=-self.give * run.column("acceleration_X_mm_s2"))
+
 
 CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
 
@@ -153,3 +171,16 @@ def test_who_answers_for_what():
     }
     assert BY_NAME["settling_drift"].reported_as() == "linear_drift"
     assert BY_NAME["linear_drift"].reported_as() == "linear_drift"
+
+
+def test_a_parameter_may_have_any_unit_that_can_be_read(monkeypatch):
+    monkeypatch.setitem(BY_NAME, "yielding", Yielding)
+    # 5e-3 mm / (1e3 mm/s^2) = 5e-6 s^2; 2 mm / (1e3 mm/s^2) = 2e-3 s^2
+    assert build_effect({"effect": "yielding", "give": "5 um/(m/s^2)"}).give == pytest.approx(5e-6, rel=1e-14)
+    rows = replace(run(X=[0.0]), columns={"acceleration_X_mm_s2": np.array([1000.0])})
+    five = build_effect({"effect": "yielding", "give": "5 um/(m/s^2)"})
+    assert five.error_motion(rows)[0, 0] == pytest.approx(-5e-3, rel=1e-14)  # at 1 m/s^2
+    assert build_effect({"effect": "yielding", "give": "2 mm s^2/m"}).give == pytest.approx(2e-3, rel=1e-14)
+    with pytest.raises(TableProblems) as caught:
+        build_effect({"effect": "yielding", "give": "5 um/m"})
+    assert "is not in um/(m/s^2) or another unit of that dimension" in str(caught.value.found[0][1])

@@ -4,6 +4,9 @@
     quantity("8.0 um/(m K)", "expansion")     -> 8.0e-6   (1/K)
     vector("0 0 20 mm", "length")             -> (0, 0, 20.0)
 
+The dimension of a unit is derived from its text; DIMENSIONS only gives names to dimensions. One without a name is named by
+the unit that states it: dimension_of("um/(m/s^2)") -> "um/(m/s^2)".
+
 Conversion happens at the border only (files in, reports out); arrays inside are plain float64.
 """
 
@@ -16,6 +19,7 @@ from functools import cache
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.text import LARGEST, brief, to_number
+from vcmm.core.unit_words import instead_of
 
 # exponents of (length, angle, time, temperature, force, mass)
 Dimension = tuple[int, int, int, int, int, int]
@@ -128,7 +132,7 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
     `what` names the key in the message, `example` shows a right value. Raises UsageError: no unit, a wrong unit, an
     unknown unit, not finite.
     """
-    example = example or EXAMPLES[dimension]
+    example = example or _example_of(dimension)
     numbers, unit = _split(text, dimension, what, example)
     if len(numbers) != 1:
         raise UsageError(
@@ -142,7 +146,7 @@ def vector(text: object, dimension: str, what: str = "value", example: str = "")
     if isinstance(text, list | tuple) and text and all(isinstance(item, str) for item in text):
         single = example and " ".join([example.split()[0], _unit_of(example).strip()])
         return tuple(quantity(item, dimension, what, single) for item in text)
-    numbers, unit = _split(text, dimension, what, example or EXAMPLES[dimension])
+    numbers, unit = _split(text, dimension, what, example or _example_of(dimension))
     return tuple(n * unit for n in numbers)
 
 
@@ -157,14 +161,21 @@ def in_unit(value: float, unit: str) -> float:
 
 
 def dimension_of(unit: str) -> str:
-    """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion', "um/m" -> 'slope'."""
+    """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion', "um/m" -> 'slope'; the text itself where
+    the dimension has no name: dimension_of("um/(m/s^2)") -> 'um/(m/s^2)'. Raises UsageError as `parse_unit`."""
     given = parse_unit(unit).dimension
     if given == _NONE:
         return "number" if unit in ("1", "%") else "slope"
-    for name, dimension in DIMENSIONS.items():
-        if dimension == given:
-            return name
-    raise UsageError(f'no dimension is known for the unit "{unit}"')
+    return next((name for name, dimension in DIMENSIONS.items() if dimension == given), unit)
+
+
+def _exponents(dimension: str) -> Dimension:
+    """Of a name that `dimension_of` gave."""
+    return DIMENSIONS[dimension] if dimension in DIMENSIONS else parse_unit(dimension).dimension
+
+
+def _example_of(dimension: str) -> str:
+    return EXAMPLES.get(dimension, f"1 {dimension}")
 
 
 def channel_unit(channel: str) -> str:
@@ -208,7 +219,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
         unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
     except UsageError as error:
         raise UsageError(f"{what} = {shown(text)}: {error}") from None
-    if unit.dimension != DIMENSIONS[dimension] and not _angle_as_slope(unit.dimension, dimension):
+    if unit.dimension != _exponents(dimension) and not _angle_as_slope(unit.dimension, dimension):
         raise UsageError(
             f'{what} = {shown(text)} is not {_a(dimension)}: the unit "{unit_text}" does not fit; {due}'
         )
@@ -228,7 +239,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
 @cache
 def usual(dimension: str) -> float:
     """The size of the example of a dimension, in canonical units."""
-    numbers, unit = _numbers_and_unit(EXAMPLES[dimension])
+    numbers, unit = _numbers_and_unit(_example_of(dimension))
     return abs(numbers[0]) * (parse_unit(unit).factor if unit else 1.0)
 
 
@@ -281,6 +292,8 @@ def _unit_of(example: str) -> str:
 
 
 def _a(dimension: str) -> str:
+    if dimension not in DIMENSIONS:
+        return f"in {dimension} or another unit of that dimension"
     return f"an {dimension}" if dimension[0] in "aeiou" else f"a {dimension}"
 
 
@@ -342,6 +355,9 @@ def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
         tokens = tokens[1:]
     elif head in UNITS:
         unit = Unit(*UNITS[head])
+    elif instead_of(head):
+        where = "" if head == text.strip() else f' in "{text}"'
+        raise UsageError(f'"{head}"{where} is no unit: {instead_of(head)}')
     else:
         raise UsageError(f'unknown unit "{head}" in "{text}".{choose_from(head, UNITS)}')
     if tokens and tokens[0] == "^":

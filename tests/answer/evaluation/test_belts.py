@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.answer.evaluation.belts import coverage, inverse_of
-from vcmm.answer.evaluation.form_family import FAMILIES, Ground, left_over, motions
+from vcmm.answer.evaluation.form_family import FAMILIES, Ground, bump, left_over, motions
 from vcmm.answer.evaluation.pairs import Pairs
 from vcmm.part.part import Characteristic, Feature, normal, surface_point
 
@@ -100,3 +100,10 @@ def test_points_without_residuals_are_read_as_those_of_the_smoothest_parts() -> 
         [5.0 - 1.96 * 0.105, 5.0 + 1.96 * 0.105], abs=0.03
     )  # 1 % of them: 0.1 x 100^0.01
     assert inverse.within(4.8, 5.2, 5.0, 0.0) == pytest.approx(0.94, abs=0.02)
+
+
+def test_a_bump_falls_as_a_normal_law():
+    """1 on top, exp(-1/2) = 0.606531 at one width, exp(-2) = 0.135335 at two; (3, 4) lies 5 off: exp(-25 / 50) for a width of 5."""
+    across, along = np.array([0.0, 0.2, 0.0, 3.0]), np.array([0.0, 0.0, -0.4, 4.0])
+    width = np.array([0.2, 0.2, 0.2, 5.0])
+    assert bump(across, along, width) == pytest.approx([1.0, 0.606531, 0.135335, 0.606531], abs=1e-6)

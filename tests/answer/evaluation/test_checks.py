@@ -48,6 +48,22 @@ def test_a_stylus_shorter_than_the_bore_is_deep():
     assert text.startswith("bore: touches 15 mm deep with stylus down, which is 5 mm long")
 
 
+def test_a_short_stylus_in_a_bore_whose_axis_points_down_or_that_is_entered_from_below():
+    """The same bore from z = 0 to 20, 100 mm higher, its axis down: the mouth under the head is at 120, the level at 105 lies 15 mm below
+    it. From below (head under the part, axis down) the mouth is at 100, and the level at 115 lies 15 mm above it."""
+    job = replace(scenario(), qualifications=QUALIFIED)
+    down = replace(
+        job.part.features["bore"], point=np.array([0.0, 0.0, 120.0]), axis=np.array([0.0, 0.0, -1.0])
+    )
+    step = replace(job.plan.steps[0], points=job.plan.steps[0].points + np.array([0.0, 0.0, 100.0]))
+    for offset in (-5.0, 5.0):
+        short = replace(job.plan.styli["down"], offset=np.array([0.0, 0.0, offset]), length=5.0)
+        plan = replace(job.plan, steps=(step,), styli={"down": short})
+        part = replace(job.part, features=dict(job.part.features) | {"bore": down})
+        (text,) = [t for t in remarks(replace(job, part=part, plan=plan)) if "deep with stylus" in t]
+        assert text.startswith("bore: touches 15 mm deep with stylus down, which is 5 mm long")
+
+
 def test_a_normal_into_the_material():
     job = replace(scenario(), qualifications=QUALIFIED)
     step = job.plan.steps[1]

@@ -102,6 +102,20 @@ def test_several_parts_and_what_each_says(tmp_path: Path, capsys: pytest.Capture
     assert code == 0  # the bore is undecided
 
 
+def test_points_that_measure_wrote_are_evaluated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The way there and back: points.csv of `measure --out` has unit normals, and gives the values of measure.json again."""
+    scenario = corrected(tmp_path)
+    assert run(["measure", str(scenario), "--seed", "3", "--out", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    written = json.loads((tmp_path / "out" / "measure.json").read_text(encoding="utf-8"))
+    points = tmp_path / "out" / "points.csv"
+    assert "nx,ny,nz" in points.read_text(encoding="utf-8").splitlines()[0]
+    _, found = document(capsys, "evaluate", str(scenario), "--points", str(points))
+    values = {v["name"]: v["value_mm"] for v in written["characteristics"]}
+    # nine digits after the point: half a nanometre of 1e-6 mm, times the lever of a fit
+    assert {c["name"]: c["measured_mm"] for c in found["characteristics"]} == pytest.approx(values, abs=1e-6)
+
+
 def test_values_and_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario, values = corrected(tmp_path), tmp_path / "values.csv"
     values.write_text("characteristic,deviation_um\nbore diameter,10\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -131,3 +132,13 @@ def test_long_scans_with_form_are_not_taken_for_memory(tmp_path: Path) -> None:
     points = outside.bore(np.random.default_rng(13), 3200, form=outside.lobed(3, 3e-3))
     points[77, :2] *= 1 - 0.1 / 15
     assert alarms(tmp_path, outside.RING, [points]) == (1, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("score", "size", "p"),
+    [(3.0, 0.35, 0.6), (3.5, -0.15, 0.8), (9.0, 9.0, 0.2), (0.0, 0.0, 1.0)],
+)
+def test_the_p_value_counts_the_part_itself(score: float, size: float, p: float) -> None:
+    """Of 4 drawn parts, as many as score and size leave above, and the part: (1 + 2) / 5, (1 + 3) / 5, 1 / 5, 5 / 5."""
+    nulls = np.array([[1.0, 2.0, 3.0, 4.0], [0.5, 0.6, 0.7, 0.8]]), np.array([0.1, 0.2, 0.3, 0.4])
+    assert ResidualTests._p(SimpleNamespace(nulls=nulls, draws=4), score, size) == pytest.approx(p)  # type: ignore[arg-type]

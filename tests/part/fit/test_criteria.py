@@ -157,6 +157,24 @@ def test_line_in_space_and_in_a_plane_by_hand() -> None:
     )
 
 
+def test_a_leaning_profile_line_by_hand() -> None:
+    """The roof of 40 mm and 0.3 mm, turned by atan(3/4): along u = (0.8, 0, 0.6), up w = (-0.6, 0, 0.8). The line of criterion C runs
+    0.15 up; its point is the foot of the centroid (20 along, 0.1 up): 20 u + 0.15 w. T from above lies 0.3 up."""
+    u, w = np.array([0.8, 0.0, 0.6]), np.array([-0.6, 0.0, 0.8])
+    across = np.array([0.0, 5.0, -3.0])  # does not count; its mean stays in the point
+    roof = np.outer([0.0, 20.0, 40.0], u) + np.outer([0.0, 0.3, 0.0], w) + np.outer(across, [0, 1, 0])
+    for criterion, up, residuals in (("C", 0.15, [-0.15, 0.15, -0.15]), ("T", 0.3, [-0.3, 0.0, -0.3])):
+        found = profile_line(criterion, roof, np.array([1.0, 0, 0]), Z).element
+        assert found.residuals == pytest.approx(residuals, abs=1e-9)
+        assert found.axis == pytest.approx(u, abs=1e-9)
+        assert found.point == pytest.approx(20 * u + up * w + [0, 2 / 3, 0], abs=1e-9)
+    # least squares of three points on a line that rises by 1 in 100
+    rising = np.array([[0.0, 0, 0], [10, 0, 0.1], [20, 0, 0.2]])
+    found = profile_line("G", rising, np.array([1.0, 0, 0]), Z).element
+    assert found.axis == pytest.approx(np.array([100, 0, 1]) / np.sqrt(10001), abs=1e-12)
+    assert found.point == pytest.approx([10, 0, 0.1], abs=1e-12)
+
+
 def test_oval_cylinder_by_hand() -> None:
     # axes 2 x 20.01 and 2 x 19.99 on two levels: circumscribed 20.01, held at two points of each level
     turn = 2.0 * np.pi * np.arange(24) / 24

@@ -39,6 +39,11 @@ def test_the_drawing_says_the_angle():
     assert nominal_angle(angled, slanted, BORE)[0] == pytest.approx(np.pi / 6)
     with pytest.raises(UsageError, match="90 deg off perpendicularity"):
         nominal_angle(replace(SQUARE, of=("left",)), LEFT, RIGHT)
+    # the normal leans by 30 deg from the axis of the bore: 30 deg off square to it, 60 deg off parallel to its side
+    with pytest.raises(UsageError, match=r"30 deg off perpendicularity"):
+        nominal_angle(SQUARE, slanted, BORE)
+    with pytest.raises(UsageError, match=r"60 deg off parallelism"):
+        nominal_angle(replace(PARALLEL, of=("top",)), slanted, BORE)
 
 
 def test_what_has_no_direction():

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
 from tests.program.meanings import ends, linuxcnc
 from vcmm.program.interpret import interpret
+from vcmm.program.iso.motion import arc_limits
 from vcmm.program.setup import Setup, Tool
 from vcmm.program.summary import arc_angle, move_length
 
@@ -112,3 +114,11 @@ def test_fanuc_lathe():
     assert [m.feed for m in moves] == pytest.approx([None, 100, 100, 100, 2000])
     assert moves[3].plane == "ZX"
     assert moves[-1].kind == "thread"
+
+
+@pytest.mark.parametrize(
+    ("unit", "step"),
+    [(1.0, 0.02828427), (25.4, 0.07184205)],  # 2 sqrt(2) x 0.01 mm; 2 sqrt(2) x 0.001 x 25.4 mm
+)
+def test_how_far_the_radii_of_an_arc_may_differ(unit: float, step: float) -> None:
+    assert arc_limits(SimpleNamespace(unit=unit)) == pytest.approx((100 * step, step, 0.001), rel=1e-6)  # type: ignore[arg-type]

@@ -55,3 +55,9 @@ def test_a_macro_without_its_arguments_is_read_as_far_as_it_goes():
     (rest,) = [a for a in program.assumed if a.what.startswith("the rest")]
     assert rest.line == 4
     assert "division by zero" in rest.value
+
+
+def test_a_block_of_the_caller_is_found_where_its_last_line_is_the_call() -> None:
+    """The subprogram follows at once: N20 is looked for in the program that called, which goes on there."""
+    text = "O1\nG0 X1\nGOTO 30\nN20 G0 X9\nM30\nN30 M98 P100\nO100\nG0 Y5\nM99 P20\n"
+    assert [m.end[:2] for m in interpret(text, "fanuc").moves] == [(1.0, 0.0), (1.0, 5.0), (9.0, 5.0)]

@@ -65,6 +65,10 @@ PROGRAMS = {
         "G90 G17 G70\nG0 X1 Y0.5\nG71\nX0 Y0\nG700 G1 X2 F1\nM30",
         "R 25.4 12.7 0; R 0 0 .; L 50.8 . .",
     ),
+    "heights of cycles in inches: RTP 2 = 50.8, RFP 0.5 = 12.7, SDIS 0.1 = 2.54 above it, DP -0.5 = -12.7, DPR 0.25 = 6.35 below RFP": (
+        "G90 G17 G70 F100\nG0 X0 Y0 Z3\nCYCLE81(2,0.5,0.1,-0.5)\nX1\nCYCLE82(2,0.5,0.1,,0.25)\nM30",
+        "R 0 0 76.2; R . . 15.24; L . . -12.7; R . . 50.8; R 25.4 . .; R . . 15.24; L . . 6.35; R . . 50.8",
+    ),
     "G55 as set up, G500 none, SUPA the machine": (
         "G90 G17 G55\nG0 X0 Y0 Z0\nSUPA Z0\nG500 X1\nM30",
         "R 100 50 -10; R . . 0; R 1 . .",

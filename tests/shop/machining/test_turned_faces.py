@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.shop.machining import lathe
-from vcmm.shop.machining.turned_faces import OFF, is_face, radii
+from vcmm.shop.machining.turned_faces import OFF, _ring_points, is_face, radii
 
 
 @pytest.fixture(scope="module")
@@ -37,3 +37,14 @@ def test_a_cylinder_keeps_from_its_fillets(job):
     """20 mm long: 1.25 noses, 1 mm, at either end."""
     over = job.process.net(job, job.scenario.part.features["journal"], 11)
     assert (over.second[0], over.second[-1]) == pytest.approx((1.0, 19.0))
+
+
+def test_the_usual_points_of_a_face(job):
+    """Four rings of 24 points each, 15 deg apart, from a tenth of the width inside either edge: 10 to 20 mm gives 11 and 19 mm."""
+    points = _ring_points(10.0, 20.0, job.scenario.part.features["step"])
+    angle, r = np.arctan2(points[:, 1], points[:, 0]), np.hypot(points[:, 0], points[:, 1])
+    assert len(points) == 96
+    assert r[::24] == pytest.approx([11.0, 11.0 + 8 / 3, 11.0 + 16 / 3, 19.0])
+    assert r == pytest.approx(np.repeat(r[::24], 24))
+    steps = np.degrees(np.diff(angle[:24])) % 360.0
+    assert np.minimum(steps, 360.0 - steps) == pytest.approx(np.full(23, 15.0))

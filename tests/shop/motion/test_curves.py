@@ -9,7 +9,7 @@ import pytest
 
 from tests.programs import AT, circle, line, mill
 from vcmm.program.moves import Move
-from vcmm.shop.motion.curves import curves_of, largest_derivatives
+from vcmm.shop.motion.curves import _six, curves_of, largest_derivatives
 from vcmm.shop.motion.timing import plan_motion
 
 
@@ -51,3 +51,11 @@ def test_bounds_of_the_derivatives_hold():
         assert (found <= bound[40:] * (1 + 1e-9)).all()
         if order > 1:
             assert found == pytest.approx(bound[40:], rel=1e-2)  # second and third are exact
+
+
+def test_axes_stand_at_the_point_plus_the_offset() -> None:
+    """1 + 10, 2 - 4, 3 + 60 mm; C stays 0.5 rad."""
+    assert _six([(1.0, 2.0, 3.0)], [(0.0, 0.0, 0.5)], [(10.0, -4.0, 60.0)]).tolist() == [
+        [11.0, -2.0, 63.0, 0.0, 0.0, 0.5]
+    ]
+    assert _six([], [], []).shape == (0, 6)

@@ -57,3 +57,11 @@ def test_c_counts_from_where_polar_interpolation_began():
 def test_a_way_through_the_axis_is_refused():
     with pytest.raises(ModelLimit, match="line 4: polar interpolation leads the tool through the axis of C"):
         polar_samples(side((20.0, 0.0), (-20.0, 0.0)), CENTRE, np.array([20.0, 0.0, 0.0]), 0.0)
+
+
+def test_a_radial_way_is_one_piece_from_its_start_to_its_end():
+    """From (10, 0) to (20, 0): X from 10 to 20 mm, C stays at 0."""
+    at, tip, angle = polar_samples(side((10.0, 0.0), (20.0, 0.0)), CENTRE, np.array([10.0, 0.0, 0.0]), 0.0)
+    assert at.tolist() == [[10.0, 0.0, 0.0], [20.0, 0.0, 0.0]]
+    assert tip[:, 0].tolist() == [10.0, 20.0]
+    assert angle.tolist() == [0.0, 0.0]

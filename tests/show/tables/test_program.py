@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
+from tests.programs import line, mill
 from vcmm.program.interpret import read_program
 from vcmm.program.summary import summary
 from vcmm.show.tables import program as tables
@@ -48,6 +50,21 @@ def test_kinds_and_extents(read):
     assert in_terminal(tables.extents(read, total)).rows[0][0] == "cutting time at the programmed feed"
 
 
+def test_travels_of_the_axes_go_with_the_tool_offset():
+    """The axes stand at the point plus the tool offset: tip at Z -5 and 10 under a tool of 60 mm is 55 to 70; X 1 + 2 to 4 + 2."""
+    ends = [(1.0, 0.0, -5.0), (4.0, 0.0, 10.0)]
+    moves = [line((0, 0, 0), end, tool_offset=(2.0, 0.0, 60.0), rotary_end=(0.0, 0.0, 0.5)) for end in ends]
+    machine = mill()
+    axes = machine.axes | {"Z": replace(machine.axes["Z"], travel=(0.0, 69.0))}
+    rows = tables.travels(SimpleNamespace(moves=moves), replace(machine, axes=axes)).rows
+    assert {r[0]: (r[1], r[3]) for r in rows} == {
+        "X": ("3.000 to 6.000 mm", "yes"),
+        "Y": ("0.000 to 0.000 mm", "yes"),
+        "Z": ("55.000 to 70.000 mm", "no"),
+        "C": ("28.648 to 28.648 deg", "yes"),  # 0.5 rad x 180 / pi
+    }
+
+
 def test_times():
     path = SimpleNamespace(
         seconds=80.0, seconds_by=lambda what: {"1": 20.0} if what == "tool" else {"feed": 60.0}
@@ -60,5 +77,10 @@ def test_times():
 
 
 def test_remarks():
-    program = SimpleNamespace(warnings=(SimpleNamespace(line=3, column=7, text="said"),))
+    """What `unused` says already is not said again."""
+    warnings = (
+        SimpleNamespace(line=3, column=7, text="said"),
+        SimpleNamespace(line=4, column=1, text="K is not used"),
+    )
+    program = SimpleNamespace(warnings=warnings, unused=(SimpleNamespace(text="K is not used"),))
     assert in_terminal(tables.remarks("p.nc", program)).rows == [["p.nc:3:7", "said"]]

@@ -30,6 +30,11 @@ LIMITS: Mapping[str, str] = {
 }
 
 
+def test_a_figure_may_have_been_two_standard_uncertainties_larger() -> None:
+    assert Found(1.2e-3, 0.15e-3).highest == pytest.approx(1.5e-3, rel=1e-14)
+    assert Found(1.2e-3).highest == 1.2e-3
+
+
 def found(**named: object) -> MachineCertificate:
     findings = Findings(**named)  # type: ignore[arg-type]
     return MachineCertificate(E0=LengthLimit(1.8e-3, 350), R0=1.5e-3, form=1.8e-3, size=1e-3, found=findings)

@@ -12,7 +12,7 @@ from vcmm.core.effect import with_parameter
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
-from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, length_limit
+from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, length_limit, smallest_limit
 from vcmm.task.certified.lines import length_run, seven_lines
 from vcmm.task.certified.machines import _largest_scale, half_sphere
 from vcmm.task.certified.positioning import axis_scale
@@ -45,6 +45,14 @@ def test_limits_in_words() -> None:
     assert limit(700.0) == pytest.approx(3.8e-3)  # 1.8 um + 700 / 350 um
     assert length_limit("L/250", "E0_MPE")(500.0) == pytest.approx(2e-3)
     assert limit.at(np.array([0.0, 350.0])) == pytest.approx([1.8e-3, 2.8e-3])
+
+
+def test_the_limit_of_scatter_where_R0_is_not_stated() -> None:
+    """E0 of the shortest length; from zero on, E0 of 100 mm: 100 / 250 um; the form of the sphere where that is smaller."""
+    assert smallest_limit(LengthLimit(1.8e-3, 350.0), None) == 1.8e-3
+    assert smallest_limit(LengthLimit(0.0, 250.0), None) == pytest.approx(0.4e-3)
+    assert smallest_limit(LengthLimit(1.8e-3, 350.0), 1.2e-3) == 1.2e-3
+    assert smallest_limit(LengthLimit(1.8e-3, 350.0), 2.2e-3) == 1.8e-3
 
 
 def test_twenty_five_points_on_half_a_sphere() -> None:

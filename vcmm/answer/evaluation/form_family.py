@@ -145,6 +145,11 @@ def _products(a: Array, b: Array, scale: float) -> Array:
     return np.concatenate([r.reshape(-1, len(a)) for r in rows])
 
 
+def bump(across: Array, along: Array, width: Array | float) -> Array:
+    """A round hill of height 1: exp(-d^2 / (2 width^2)) at the distance d from its top."""
+    return np.asarray(np.exp(-0.5 * (across**2 + along**2) / width**2))
+
+
 def edges(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
     """Departures (count, n) of another kind: two bumps or dents of random place and width, and cusped lobes."""
     at = (
@@ -158,7 +163,7 @@ def edges(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
     for a, b in ground.coordinates:
         near = a - at[0]
         near = 2.0 * np.sin(near / 2) if ground.round else near
-        bumps = (height * np.exp(-0.5 * (near**2 + (b - at[1]) ** 2) / width**2)).sum(axis=1)
+        bumps = (height * bump(near, b - at[1], width)).sum(axis=1)
         out.append(bumps + cusped * np.abs(np.sin(lobes * (a if ground.round else a + b) / 2 + phase)))
     return ground.of_unit_size([d - out[-1] @ fit for d, fit in zip(out, ground.fitted)])
 

@@ -75,8 +75,7 @@ def propose(
         if gains and sum(gains) <= 0:
             break
         chosen.append(best)
-        micro = 1e6 if problem.recording.kind == "angle" else 1e3
-        text = _written(chosen, longer, direction, size, micro)
+        text = _written(chosen, longer, direction, size, problem.recording.kind)
         found = Formula(text, float(sum(gains)), term)
     return found
 
@@ -166,9 +165,10 @@ def _product(a: Atom, b: Atom) -> Atom:
     return Atom(f"{a.covariate} and {b.covariate}", columns, texts, a.order + b.order)
 
 
-def _written(atoms: Sequence[Atom], longer: Selection, direction: str, size: float, micro: float) -> str:
-    """The formula with its numbers in um (urad), largest first."""
+def _written(atoms: Sequence[Atom], longer: Selection, direction: str, size: float, kind: str) -> str:
+    """The formula with its numbers in um (urad where angles were recorded), largest first."""
     assert longer.fit is not None
+    micro = 1e6 if kind == "angle" else 1e3
     numbers = longer.fit.mean[longer.span(len(longer.terms) - 1)] * size * micro
     texts = [t for a in atoms for t in a.texts]
     order = np.argsort(-np.abs(numbers))

@@ -46,6 +46,13 @@ def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> Le
     return found
 
 
+def smallest_limit(e0: LengthLimit, form: float | None) -> float:
+    """The limit in mm that scatter keeps where R0 is not stated: E0 of the shortest length (of 100 mm where E0 begins at
+    zero), or the form of the test sphere where that is smaller."""
+    shortest = e0.fixed or e0(100.0)
+    return shortest if form is None else min(shortest, form)
+
+
 def short_limit(text: object, name: str) -> float:
     """A limit that is one length, mm."""
     found = length_limit(text, name, "1.9 um")

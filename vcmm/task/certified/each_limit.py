@@ -24,7 +24,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
+from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, smallest_limit
 from vcmm.task.certified.findings import Found
 from vcmm.task.certified.lines import RAM, REPEATS, SHARES, length_run, ram_lines, seven_lines
 from vcmm.task.certified.machines import (
@@ -155,10 +155,9 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
     rng = np.random.default_rng([seed, SCATTER])
     if c.found.R0 is not None:
         return _scatter_as_found(c.found.R0, len(share), len(lengths), seed)
-    smallest = min(e0.fixed or e0(100.0), c.form if c.form is not None else np.inf)
-    repeat = c.R0 if c.R0 is not None else smallest
+    repeat = c.R0 if c.R0 is not None else smallest_limit(e0, c.form)
     scatter = share * repeat / expected_range(rng, len(lengths))
-    for sphere in (c.form, c.found.form.error + 2 * c.found.form.u if c.found.form else None):
+    for sphere in (c.form, c.found.form.highest if c.found.form else None):
         if sphere is not None:  # scatter alone shows as form of the test sphere
             scatter = np.minimum(scatter, sphere / expected_form())
     noise = np.sqrt(2.0) * np.abs(rng.normal(size=(TRIED, len(lengths), REPEATS))).max(axis=2)
@@ -169,7 +168,7 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
         )
     limit = e0.at(lengths)
     if c.found.largest is not None:
-        limit = np.minimum(limit, c.found.largest.error + 2 * c.found.largest.u)
+        limit = np.minimum(limit, c.found.largest.highest)
     return np.minimum(scatter, 1.0 / (noise / limit).max(axis=1).mean())
 
 

@@ -15,6 +15,11 @@ class Found:
     error: float
     u: float = 0.0
 
+    @property
+    def highest(self) -> float:
+        """What was there at the most: the figure and two standard uncertainties."""
+        return self.error + 2.0 * self.u
+
 
 @dataclass(frozen=True)
 class Findings:

@@ -24,7 +24,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.physics import made_for
-from vcmm.task.certified.certificate import MachineCertificate
+from vcmm.task.certified.certificate import MachineCertificate, smallest_limit
 from vcmm.task.certified.lines import RAM, REPEATS, length_run, ram_lines, seven_lines
 from vcmm.task.certified.positioning import axis_run, axis_scale
 from vcmm.task.response.influence import influences
@@ -139,7 +139,7 @@ def _by_lengths(
 ) -> CertifiedMachines:
     assert c.E0 is not None
     run, lengths = length_run(machine, seven_lines(machine))
-    repeat = c.R0 if c.R0 is not None else min(c.E0.fixed or c.E0(100.0), c.form or np.inf)
+    repeat = c.R0 if c.R0 is not None else smallest_limit(c.E0, c.form)
     scatter = shares_of(rng, c.prior, 0.8) * repeat / expected_range(rng, len(lengths))
     if c.form is not None:  # scatter alone shows as form of the test sphere
         scatter = np.minimum(scatter, c.form / expected_form())

@@ -1,0 +1,24 @@
+"""Words that people write as units and that are none, with what is written instead. A table beside `vcmm.core.units`."""
+
+from __future__ import annotations
+
+# in small letters
+INSTEAD: dict[str, str] = {
+    "l": "L is the measured length in a limit of ISO 10360, such as 1.9 um + 3.3 L/1000; 3.3 L/1000 with L in mm, in um, is 3.3 um/m",
+    "degf": "temperatures are written in degC, their differences in K: 68 degF is (68 - 32) / 1.8 = 20 degC, a difference of 1.8 degF is 1 K",
+    "inch": "write in",
+    "inches": "write in",
+    "mil": "a thousandth of an inch is 25.4 um; write um or in",
+    "thou": "a thousandth of an inch is 25.4 um; write um or in",
+    "micron": "write um",
+    "microns": "write um",
+    "sec": "write s, or arcsec for an angle",
+    "hr": "write h",
+}  # fmt: skip
+
+
+def instead_of(word: str) -> str:
+    """What to write instead of a word or number within a unit; "" where nothing is known of it."""
+    if word.isdigit():
+        return "no number stands within a unit; write for example 3.3 um/m"
+    return INSTEAD.get(word.lower(), "")
