@@ -95,7 +95,7 @@ def test_where_falls_back_to_the_table(tmp_path):
         ("a = 1\na = 2\n", 2, ["each key and each table is written once"]),
         ("[t]\nx = 1\n[t]\ny = 2\n", 3, ["each key and each table is written once"]),
         ('a = "open\n', 1, ['a = "open']),
-        ("a = [1,\n2\n", 2, ["not valid TOML"]),
+        ("a = [1,\n2\n", 1, ["not valid TOML", "is not closed before line 2"]),  # where the bracket stands
     ],
 )
 def test_syntax_errors_show_the_line(tmp_path, text, line, words):

@@ -33,6 +33,10 @@ class UsageError(VcmmError):
     """The call is wrong."""
 
 
+class OptionError(UsageError):
+    """What a call or a command line asks for is wrong, whatever its file says: no line of the file is to blame."""
+
+
 class DataError(VcmmError):
     """A file is wrong. `problems` holds every problem found in it, one sentence each."""
 

@@ -107,10 +107,10 @@ class Unit:
     dimension: Dimension
 
 
-def parse_unit(text: str) -> Unit:
+def parse_unit(text: str, due: str = "") -> Unit:
     """'um/(m K)' -> Unit. Products by space, '*' or '·', powers by '^', brackets allowed; both letters mu, °, °C.
 
-    Raises UsageError for an unknown unit (with the closest one) or bad syntax.
+    Raises UsageError for an unknown unit (with the closest one of the dimension `due`, where a single unit is) or bad syntax.
     """
     plain = text.replace("μ", "µ").replace("°C", "degC").replace("°", "deg")  # Greek mu -> micro sign
     if len(plain) > LONGEST_UNIT:
@@ -120,10 +120,28 @@ def parse_unit(text: str) -> Unit:
     tokens = _tokens(plain)
     if not tokens:
         raise UsageError("the unit is empty; write for example mm or um/m")
+    if len(tokens) == 1 and tokens[0] not in UNITS and (fitting := _single_units(due)):
+        head = tokens[0]  # mi is the beginning of min, mn a slip for mm, not for m
+        begun = [u for u in fitting if len(head) > 1 and u.startswith(head)]
+        slip = begun or [u for u in fitting if len(u) == len(head) and u[0] == head[0]]
+        close = (
+            f' Did you mean "{slip[0]}"? Allowed: {", ".join(fitting)}.'
+            if slip
+            else choose_from(tokens[0], fitting)
+        )
+        raise UsageError(f'unknown unit "{tokens[0]}" in "{text}".{close}')
     unit, rest = _product(tokens, text)
     if rest:
         raise UsageError(f'unit "{text}" cannot be read after "{"".join(tokens[: len(tokens) - len(rest)])}"')
     return unit
+
+
+def _single_units(due: str) -> list[str]:
+    """Units of one word that fit a dimension: of a length nm, um, mm ...; a temperature is in degC, a difference of them in K."""
+    wanted = DIMENSIONS.get(due)
+    fitting = [name for name, (_, dimension) in UNITS.items() if dimension == wanted and wanted != _NONE]
+    left_out = {"temperature": ("K", "mK"), "temperature difference": ("degC",)}.get(due, ())
+    return [name for name in fitting if name not in left_out]
 
 
 def quantity(text: object, dimension: str, what: str = "value", example: str = "") -> float:
@@ -216,7 +234,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
             f'{what} = {shown(text)} has no unit; write for example {what} = "{_per_million(text, dimension)}{_likely(numbers, dimension, example)}"'
         )
     try:
-        unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
+        unit = parse_unit(unit_text, dimension) if unit_text else Unit(1.0, _NONE)
     except UsageError as error:
         raise UsageError(f"{what} = {shown(text)}: {error}") from None
     if unit.dimension != _exponents(dimension) and not _angle_as_slope(unit.dimension, dimension):

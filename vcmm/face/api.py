@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from vcmm.shop.machining.scenario import CutScenario
 
 
-def measure(scenario: Scenario | CutScenario, seed: int | None = None) -> Measurement:
+def measure(scenario: Scenario | CutScenario | str | Path, seed: int | None = None) -> Measurement:
     """One virtual measurement; a part that is to be cut is cut first. seed=None: errors at their estimates; an int: one draw from what is known."""
+    scenario = _loaded(scenario)
     if isinstance(scenario, Scenario):
         return measure_task(scenario.task(), seed)
     from vcmm.shop.machining.job import measure_cut
@@ -33,7 +34,7 @@ def measure(scenario: Scenario | CutScenario, seed: int | None = None) -> Measur
 
 
 def uncertainty(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     *,
     seed: int | None = None,
     trials: int | None = None,
@@ -42,13 +43,12 @@ def uncertainty(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
 ) -> UncertaintyResult:
-    """Task-specific uncertainty of every characteristic; settings of the scenario unless given here.
+    """Task-specific uncertainty of every characteristic; settings of the scenario (or of its file) unless given here.
 
     sharing: who counts the trials, for example `Sharing(crew_of(workers=8))`; the result does not depend on it.
     """
-    _measuring(scenario)
-    changes = {"seed": seed, "trials": trials, "engine": engine, "digits": digits}
-    settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
+    scenario = _measuring(scenario)
+    settings = scenario.settings.asked(seed=seed, trials=trials, engine=engine, digits=digits)
     found = evaluate_task(scenario.task(), settings, progress, sharing=sharing)
     return replace(found, warnings=(*remarks(scenario), *found.warnings))
 
@@ -68,7 +68,7 @@ def check_measured(
 
 
 def evaluate(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     *,
     points: str | Path | None = None,
     values: str | Path | None = None,
@@ -84,9 +84,8 @@ def evaluate(
     from vcmm.files.own.measured import read_measured_values
 
     check_measured(points, values, frame, tip_centres)
-    _measuring(scenario)
-    changes = {"seed": seed, "trials": trials}
-    settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
+    scenario = _measuring(scenario)
+    settings = scenario.settings.asked(seed=seed, trials=trials)
     if points is None:
         assert values is not None
         found = exported_values(values, [c.name for c in scenario.part.characteristics])
@@ -150,11 +149,16 @@ def place(scenario: Scenario, **options: Any) -> Placed: ...
 def place(scenario: CutScenario, **options: Any) -> PlacedCut: ...
 
 
-def place(scenario: Scenario | CutScenario, **options: Any) -> Placed | PlacedCut:
+@overload
+def place(scenario: str | Path, **options: Any) -> Placed | PlacedCut: ...
+
+
+def place(scenario: Scenario | CutScenario | str | Path, **options: Any) -> Placed | PlacedCut:
     """The pose that serves best: `vcmm.answer.placing.placement.place`, or for a part to be cut `vcmm.shop.machining.placement.place_cut`.
 
     options: those of either; both take seed, evaluations, scanned, trials and progress.
     """
+    scenario = _loaded(scenario)
     if isinstance(scenario, Scenario):
         from vcmm.answer.placing.placement import place as place_measured
 
@@ -164,10 +168,28 @@ def place(scenario: Scenario | CutScenario, **options: Any) -> Placed | PlacedCu
     return place_cut(scenario, **options)
 
 
-def _measuring(scenario: Scenario) -> Scenario:
-    """A scenario that measures; one that cuts is pointed to its own job."""
-    if not isinstance(scenario, Scenario):
+def _loaded(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
+    """A scenario as it is, or that of a file. UsageError for anything else."""
+    from vcmm.shop.machining.scenario import CutScenario
+
+    if isinstance(scenario, Scenario | CutScenario):
+        return scenario
+    if not isinstance(scenario, str | Path):
+        raise UsageError(
+            f"a scenario or the path of its file is due, not {type(scenario).__name__}; vcmm.load_scenario(path) reads one"
+        )
+    from vcmm.files.own.cut_scenario import load_cut
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.files.toml import read_toml
+
+    return load_cut(scenario) if "cut" in read_toml(scenario).data else load_scenario(scenario)
+
+
+def _measuring(scenario: Scenario | str | Path) -> Scenario:
+    """A scenario that measures, or that of a file; one that cuts is pointed to its own job."""
+    found = _loaded(scenario)
+    if not isinstance(found, Scenario):
         raise UsageError(
             "this scenario cuts a part: use vcmm.cut(scenario), or vcmm.place(scenario) for its best place"
         )
-    return scenario
+    return found

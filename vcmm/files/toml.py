@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -120,11 +120,30 @@ def _syntax(path: Path, text: str, message: str) -> str:
     found = re.search(r"line (\d+)", message)
     lines = lines_of(text)
     number = int(found[1]) if found else len(lines)
-    line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     fix = "texts need quotes, keys need ="
+    if message.startswith("Unclosed") and (opened := _opened(lines_of(_QUOTED.sub(_blanked, text)), number)):
+        seen, (number, bracket) = number, opened
+        until = f" before line {seen}" if seen > number else ""
+        message, fix = f'the "{bracket}" is not closed{until}', f'close it with "{CLOSES[bracket]}"'
+    line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     if "verwrite" in message or "twice" in message or "more than once" in message:
         fix = "each key and each table is written once"
     return f"{path}:{number}: not valid TOML: {brief(message, 120)}: {brief(line)}\n    {fix}"
+
+
+CLOSES = {"[": "]", "{": "}"}
+
+
+def _opened(lines: Sequence[str], most: int) -> tuple[int, str] | None:
+    """Line and kind of the last bracket that was opened before line `most` and not closed (on that line by one of its own kind)."""
+    waiting: list[tuple[int, str]] = []
+    for number, line in enumerate(lines[:most], 1):
+        for character in line.partition("#")[0]:
+            if character in CLOSES and (number < most or not waiting or waiting[-1][0] == most):
+                waiting.append((number, character))
+            elif waiting and character == CLOSES[waiting[-1][1]]:
+                waiting.pop()
+    return waiting[-1] if waiting else None
 
 
 def file_named(text: str, folder: Path) -> Path | None:

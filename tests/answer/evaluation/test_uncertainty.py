@@ -17,6 +17,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples, Normal, Samples, StudentT, Uniform
 from vcmm.core.pose import Pose
 from vcmm.part.form import Lobes
+from vcmm.part.gps.decision import RULES
 from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.physics.cutting import ToolRunout
 from vcmm.physics.encoder import EncoderInterpolation
@@ -229,11 +230,25 @@ def test_decision_follows_the_probability():
     assert off.interval == pytest.approx((29.994 - 0.98e-3, 29.994 + 0.98e-3), abs=1e-6)
 
 
-def test_nothing_is_decided_behind_an_uncorrected_bias():
-    # the tip is 3 um too large: the bore reads 6 um too little, U = 0.98 um; +-10 um holds what is read, not what is
+def test_a_bias_that_is_left_in_is_decided_with_U_and_bias():
+    # the tip is 3 um too large: the bore reads 6 um too little, U = 1.96 x 0.5 + 6 = 6.98 um (JCGM 100, F.2.4.5) about -6 um
     off = by_name(evaluate(scenario(TipRadius("", 3e-3)).task(), QUICK))["diameter"]
-    assert (off.coverage_shown, off.decision.text, off.decision.p_conform) == (False, "undecided", None)
-    assert off.decision.reason == "the known bias is not corrected"
+    assert off.expanded == pytest.approx(6.98e-3, abs=2e-6)
+    assert off.interval == pytest.approx((30 - 12.98e-3, 30 + 0.98e-3), abs=3e-6)
+    # the true value is nominal and surely within +-10 um; -6 um less 6 um is not, so that U + |bias| decides nothing
+    assert (off.coverage_shown, off.decision.text) == (True, "undecided")
+    assert off.decision.p_conform == pytest.approx(1.0, abs=1e-9)
+    assert off.decision.reason == "its known bias is not corrected, and with U + |bias| a limit is in reach"
+    # -3 um -3 um and 1.645 x 0.5 um are within 10 um; 18 um short is out whatever the sign of the bias
+    near = by_name(evaluate(scenario(TipRadius("", 1.5e-3)).task(), QUICK))["diameter"]
+    assert (near.decision.text, near.decision.guard) == (
+        "conforms",
+        pytest.approx(3e-3 + 1.645 * 0.5e-3, abs=2e-6),
+    )
+    assert at_indication(near, 30 - 18e-3, QUICK.rule).decision.text == "does not conform"
+    for rule, y in ((RULES[0], 30 - 6.1e-3), (RULES[1], 30 - 5.9e-3)):  # guards 3.82 um and 3 + 0.98 um
+        assert at_indication(near, y, rule).decision.text == "conforms"
+        assert at_indication(near, y - 0.3e-3, rule).decision.text == "undecided"
     corrected = replace(QUICK, known_bias="corrected")
     off = by_name(evaluate(scenario(TipRadius("", 3e-3)).task(), corrected))["diameter"]
     assert (off.coverage_shown, off.decision.text) == (True, "conforms")
@@ -266,13 +281,14 @@ def test_interval_and_decision_about_the_true_value_are_mirrored():
 
 def test_attained_coverage_decides_whether_a_bias_may_stay():
     # uniform +-1 um in the radius, 2 um in the diameter: U = 1.9 um; a bias of 0.19 um is a tenth of U and leaves
-    # (2 + 1.9 - 0.19) / 4 = 92.75 % of 95 %; one of 0.09 um (1.9 + 0.09 < 2) leaves all
-    for bias, attained, shown in ((0.19e-3, 0.9275, False), (0.09e-3, 0.95, True)):
+    # (2 + 1.9 - 0.19) / 4 = 92.75 % of 95 %, so U holds it too; one of 0.09 um (1.9 + 0.09 < 2) leaves all
+    for bias, attained, expanded in ((0.19e-3, 0.9275, 2.09e-3), (0.09e-3, 0.95, 1.9e-3)):
         known = Input("tip_radius", "down", "dr", Uniform(1e-3), "machine")
         job = scenario(TipRadius("down", -bias / 2), inputs=(known,), characteristics=(DIAMETER,))
         found = evaluate(job.task(), QUICK).characteristics[0]
         assert found.bias == pytest.approx(bias, rel=1e-3)
-        assert found.coverage_shown is shown
+        assert found.coverage_shown
+        assert found.expanded == pytest.approx(expanded, rel=2e-3)
         assert found.truth.attained(0.95, "symmetric", bias) == pytest.approx(attained, abs=1e-4)
 
 
@@ -417,11 +433,12 @@ def test_a_channel_that_no_effect_declares_still_counts_in_the_exact_engine():
 def test_known_bias_reported_or_corrected():
     effect = ScaleFactor("X", 10e-6)  # length reads 1.04 um too short, U = 1.39 um
     kept = by_name(evaluate(scenario(effect).task(), QUICK))["length"]
-    assert not kept.coverage_shown
+    assert kept.coverage_shown
     corrected = by_name(evaluate(scenario(effect).task(), replace(QUICK, known_bias="corrected")))["length"]
     assert corrected.coverage_shown
+    assert kept.expanded == pytest.approx(corrected.expanded + 1.04e-3, abs=2e-6)
     assert corrected.value == pytest.approx(100.0, abs=1e-6)
-    assert corrected.interval[0] == pytest.approx(kept.interval[0] - kept.bias, abs=1e-12)
+    assert corrected.interval[0] == pytest.approx(kept.interval[0] + kept.bias_in_U - kept.bias, abs=1e-12)
     exact_length = replace(LENGTH, limits=(-3e-3, 3e-3))
     limits = by_name(
         evaluate(scenario(ScaleFactor("X", 50e-6), characteristics=(exact_length,)).task(), QUICK)
@@ -564,7 +581,7 @@ def test_lobes_of_a_known_phase_are_a_bias():
     # phase 0 and touches at 0, 120, 240 deg meet the tops: material 1 um further out, so the bore reads 2 um less
     found = evaluate(ring_of(Lobes(3, 1e-3, 0.0)).task(), QUICK).characteristics[0]
     assert found.bias == pytest.approx(-2e-3, rel=1e-3)
-    assert not found.coverage_shown
+    assert found.bias_in_U == pytest.approx(2e-3, rel=1e-3)
     corrected = evaluate(
         ring_of(Lobes(3, 1e-3, 0.0)).task(), replace(QUICK, known_bias="corrected")
     ).characteristics[0]

@@ -54,6 +54,10 @@ def test_size_form_and_budget(tmp_path):
     )  # 24 angles do not all hit the extremes of the ellipse
     assert found.shares["diameter"]["tool"] == pytest.approx(1.0, abs=1e-6)
     assert found.shares["form"]["machine"] == pytest.approx(1.0, abs=1e-3)
+    # one number: `value` is the deviation that the tables state, and lies where the trials lie; known errors stand in the bias
+    assert form.value == pytest.approx(form.mean, abs=1e-12)
+    assert form.interval[0] < form.value < form.interval[1]
+    assert form.bias == pytest.approx(1.2e-3, abs=0.02e-3)
     assert size.coverage_shown
     assert size.decision.text == "conforms"
     # 2 lines of 30 and 20 mm, a circle of 2 pi 60 mm and lines of 20 and 30 mm at 600 mm/min: 47.7 s, and the rapids

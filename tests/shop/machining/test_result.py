@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vcmm.answer.evaluation.truth import Predicted
 from vcmm.shop.machining.result import Patch, batch, expected, extremes, group_of, grouped
 from vcmm.show.tables.cut import surface_text
 
@@ -40,9 +41,11 @@ def test_shares_and_what_scatters():
 
 
 def test_of_an_extreme_value_the_mean_is_expected():
-    c = SimpleNamespace(extreme=True, mean=5.0, value=3.0, nominal=1.0)
-    assert expected(c) == 4.0
+    c = SimpleNamespace(extreme=True, mean=5.0, value=3.0, nominal=1.0, truth=None)
+    assert expected(c) == 4.0  # of what a machine would read
     assert expected(SimpleNamespace(**{**vars(c), "extreme": False})) == 2.0
+    part = Predicted(law=None, estimate=5.0)  # of the finished part the value is what is expected
+    assert expected(SimpleNamespace(**{**vars(c), "value": 5.0, "truth": part})) == 4.0
 
 
 def test_extremes_of_a_surface():

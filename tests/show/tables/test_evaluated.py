@@ -47,7 +47,7 @@ def test_results_in_the_terminal_and_on_the_page():
     assert page.rows == [
         ["bore", "30.00000", "30.00010", "0.0200", "0.400", "−0.300 … 0.500", "−10.0 … 10.0", "–"]
     ]
-    assert table.title.startswith("measured value y (bias corrected), U and symmetric")
+    assert table.title.startswith("measured value y (bias corrected), U and coverage interval for p = 95%")
     assert "less its known bias." in table.page_caption
 
 
@@ -63,7 +63,7 @@ def test_the_document_has_every_key_of_the_contract():
     (c,) = document["characteristics"]
     assert document["trials"] == 1000
     assert set(c) == {
-        "name", "type", "nominal_mm", "value_mm", "mean_mm", "bias_mm", "bias_corrected", "u_mm", "U_mm", "k", "p",
+        "name", "type", "nominal_mm", "value_mm", "mean_mm", "bias_mm", "bias_corrected", "bias_in_U_mm", "u_mm", "U_mm", "k", "p",
         "interval_mm", "interval_kind", "coverage_shown", "tolerance_mm", "decision", "decision_rule", "p_conform",
         "budget", "interaction_share", "tier", "trials", "linear_error_mm", "true_value", "why_not_shown", "filter",
         "common_causes", "zone", "acceptance_limits_mm", "specific_risk", "global_risk",
@@ -71,7 +71,7 @@ def test_the_document_has_every_key_of_the_contract():
     assert c["true_value"] is None
     form = result(true_value=TrueValue(0.001, (0.0, 0.002), True, interval_u=(0.0, 1e-5)))
     assert evaluated.characteristic_json(form)["true_value"] == {
-        "estimate_mm": 0.001, "interval_mm": [0.0, 0.002], "interval_u_mm": [0.0, 1e-5], "coverage_claimed": True,
+        "estimate_mm": 0.001, "interval_mm": [0.0, 0.002], "interval_u_mm": [0.0, 1e-5], "coverage_claimed": True, "reason": None,
     }  # fmt: skip
     assert c["U_mm"] == pytest.approx(4e-4)
     assert c["budget"][0] == {

@@ -35,7 +35,7 @@ def test_parts_as_wholes_are_counted_by_their_decision() -> None:
 
 
 @pytest.mark.parametrize("known_bias", ["reported", "corrected"])
-def test_an_interval_about_the_indicated_value_is_not_called_that_of_the_true_one(
+def test_a_bias_that_is_left_in_stands_in_the_interval_of_the_true_value(
     tmp_path: Path, known_bias: str
 ) -> None:
     """A steel ring of 50 mm at 22 degC reads 11.5e-6 * 2 * 50 mm = 1.15 um too large."""
@@ -49,14 +49,15 @@ def test_an_interval_about_the_indicated_value_is_not_called_that_of_the_true_on
     )
     table, several, row = shown(found[0]), batch(found), values_csv(found).splitlines()[1].split(",")
     heads = {str(c.head) for c in table.columns}
+    assert "true value from nominal" in heads
+    assert table.title.endswith("the 95% interval of the true value")
+    assert several.title.endswith("the 95% interval of the true value")
     if known_bias == "reported":
-        assert "interval from nominal" in heads
-        assert "true value" not in table.title + several.title
-        assert row[4:7] == ["", "", "undecided"]
-        assert in_words(found[0].characteristics[0]).startswith("diameter = 50.00120 mm ± ")
+        # about what is indicated, and by 1.15 um further on both sides: it holds 50.0012 mm - 1.15 um
+        assert float(row[4]) + float(row[5]) == pytest.approx(2 * 50.0012, abs=1e-4)
+        assert float(row[4]) < 50.0012 - 1.15e-3 < float(row[5])
+        assert "U + |bias| about the indicated value" in table.caption
+        assert in_words(found[0].characteristics[0]).startswith("diameter = 50.0012 mm ± 0.0017 mm")
     else:
-        assert "true value from nominal" in heads
-        assert table.title.endswith("the 95% interval of the true value")
-        assert several.title.endswith("the 95% interval of the true value")
         assert float(row[4]) < 50.00005 < float(row[5])
         assert in_words(found[0].characteristics[0]).startswith("diameter = 50.00005 mm ± ")

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from statistics import NormalDist
 
-from vcmm.answer.evaluation.result import CharacteristicResult, TrueValue
+from vcmm.answer.evaluation.result import BIAS_IN_REACH, CharacteristicResult, TrueValue
 from vcmm.answer.evaluation.summary import Summary
 from vcmm.answer.evaluation.truth import Additive, Predicted, Statement
-from vcmm.part.gps.decision import GUARD_BAND, Decision, decide, undecided
+from vcmm.part.gps.decision import (
+    ACCEPT,
+    CONFORMS,
+    GUARD_BAND,
+    REJECT,
+    REJECTED,
+    UNDECIDED,
+    Decision,
+    decide,
+    undecided,
+)
 
 
 def at_indication(result: CharacteristicResult, y: float, rule: str) -> CharacteristicResult:
@@ -35,9 +46,10 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.extreme and not isinstance(result.truth, Predicted):
         true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted, said.interval_u)
         bias = bias if isinstance(result.truth, Additive) else y - said.estimate
+    summed = isinstance(result.truth, Predicted) or not result.extreme  # a part to come indicates nothing
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
-        result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, bias=bias,
+        result, summary=law if isinstance(law, Summary) else None, value=said.estimate if summed else y, bias=bias,
         interval=said.interval, k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
     )  # fmt: skip
 
@@ -47,6 +59,8 @@ def _decision(result: CharacteristicResult, said: Statement, rule: str) -> Decis
         return None
     if not result.coverage_shown:
         return undecided(rule, result.why_not_shown)
+    if said.p_reach is not None and rule != GUARD_BAND:
+        return _with_bias(result, said, rule)
     low, high = said.interval
     where = (
         (low + high) / 2 if rule == GUARD_BAND else said.estimate
@@ -55,3 +69,14 @@ def _decision(result: CharacteristicResult, said: Statement, rule: str) -> Decis
         where, result.tolerance, said.p_conform, u=result.u if math.isfinite(result.u) else None, U=(high - low) / 2,
         rule=rule, one_sided=result.one_sided,
     )  # fmt: skip
+
+
+def _with_bias(result: CharacteristicResult, said: Statement, rule: str) -> Decision:
+    """By U + |bias|, where a known bias is not corrected: nothing that a value off by the bias, either way, would decide otherwise."""
+    assert said.p_reach is not None
+    least, most = said.p_reach
+    u = result.u if math.isfinite(result.u) else None
+    text = CONFORMS if least >= ACCEPT else REJECTED if most <= REJECT else UNDECIDED
+    guard = None if u is None else NormalDist().inv_cdf(ACCEPT) * u + abs(result.bias)
+    why = BIAS_IN_REACH if text == UNDECIDED else ""
+    return Decision(text, rule, said.p_conform, guard, why)

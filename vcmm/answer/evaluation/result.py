@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.one_line import answer, listed, of_name
 from vcmm.answer.evaluation.summary import Summary
-from vcmm.answer.evaluation.truth import Truth
+from vcmm.answer.evaluation.truth import Additive, Truth
+from vcmm.core.run import Array
 from vcmm.part.gps.decision import Decision
 
 if TYPE_CHECKING:
@@ -19,8 +22,8 @@ if TYPE_CHECKING:
 
     from vcmm.show import charts
 
-BIAS_LEFT_IN = (
-    "the known bias is not corrected"  # why no coverage is claimed: the interval is about the indicated value
+BIAS_IN_REACH = (
+    "its known bias is not corrected, and with U + |bias| a limit is in reach"  # why nothing is decided
 )
 SHOWN_IN = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
@@ -67,6 +70,7 @@ def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[
     return {cause: found for cause, found in out.items() if len(found[1]) > 1}
 
 
+CLOSED_BARS = 80  # of the picture of a closed form
 ROUNDING = 5e-4  # of u^2: less is printed as 0.0 %
 LEAST_U = 1e-6  # mm or rad: of a u below a nanometre no shares are told
 
@@ -101,9 +105,10 @@ class CharacteristicResult:
     """Result of one characteristic; lengths in mm, angles in rad (`unit`).
 
     value: what the machine indicates with all errors at their estimates, less the bias when `corrected` and less the mean
-    of laws that have one; mean: of all trials, departs from the value where noise alone moves an extreme value; bias:
+    of laws that have one; of a part still to be cut what is expected of it, the mean of its law; mean: of all trials, departs from the value where noise alone moves an extreme value; bias:
     indicated value minus what a machine without errors would indicate at the same points (ISO 15530 reports it apart), of an
     extreme value minus the estimate of the true one, which is what the interval takes off (NaN where the points bound nothing).
+    U, k and interval hold a bias that is left in (`bias_in_U`): U = k_p u + |bias| (JCGM 100, F.2.4.5).
     interval and decision are about the true value, given that `indicated` was read; `truth` says the same of any reading
     (vcmm.answer.evaluation.indication.at_indication).
     """
@@ -144,6 +149,14 @@ class CharacteristicResult:
         None  # mean from the middle of the tolerance, and u, of what the process makes
     )
 
+    def __repr__(self) -> str:
+        return f"<{self.name}: {answer(self)}>"
+
+    @property
+    def bias_in_U(self) -> float:
+        """|bias|, mm or rad, where a known bias is left in the value and U holds it; else 0."""
+        return abs(self.truth.left) if isinstance(self.truth, Additive) else 0.0
+
     @property
     def expanded(self) -> float:
         """U: half the width of the coverage interval; of an extreme value that of parts off as far as the zone allows."""
@@ -168,7 +181,7 @@ class CharacteristicResult:
 
         unit, scale = SHOWN_IN[self.unit]
         from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731
-        edges, counts = filled(*self.summary.histogram) if self.summary else (np.zeros(1), np.zeros(0))
+        edges, counts = filled(*self.summary.histogram) if self.summary else self._closed_form()
         return charts.distribution(
             (edges - self.nominal) * scale,
             counts,
@@ -181,6 +194,18 @@ class CharacteristicResult:
             ax=ax,
         )
 
+    def _closed_form(self) -> tuple[Array, Array]:
+        """Edges and what lies between them by the law of the true value (or of the part to come), where no trials were run."""
+        law = (
+            self.truth.of(self.indicated)
+            if isinstance(self.truth, Additive)
+            else getattr(self.truth, "law", None)
+        )
+        if not isinstance(law, Linear) or not (0.0 < self.u < math.inf):
+            return np.zeros(1), np.zeros(0)
+        edges = law.mean + self.u * np.linspace(-4.0, 4.0, CLOSED_BARS + 1)
+        return edges, np.diff(law.cdf(edges)).clip(0.0)
+
 
 class Budgets(dict[str, PlottedBudget]):
     """The budget of each characteristic by its name."""
@@ -188,8 +213,10 @@ class Budgets(dict[str, PlottedBudget]):
     def plot(self) -> list[Axes]:
         """One picture below the other."""
         from vcmm.show import charts
+        from vcmm.show.charts.bars import SHOWN
 
-        return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self)), self.items())]
+        rows = [min(sum(line.share >= ROUNDING for line in b), SHOWN) for b in self.values()]
+        return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self), rows=rows), self.items())]
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +228,19 @@ class UncertaintyResult:
     seed: int
     warnings: tuple[str, ...]
     model: LinearModel
+
+    def __repr__(self) -> str:
+        return f"<UncertaintyResult: {listed(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
+
+    def __getitem__(self, name: str) -> CharacteristicResult:
+        """The characteristic of this name. KeyError: none has it."""
+        return of_name(self.characteristics, name)
+
+    def _repr_html_(self) -> str:
+        """One line per characteristic, for notebooks."""
+        from vcmm.show.report.table import table
+
+        return table(["characteristic", "result"], [[c.name, answer(c)] for c in self.characteristics])
 
     @property
     def budget(self) -> Budgets:

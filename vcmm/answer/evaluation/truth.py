@@ -8,7 +8,7 @@ A part that is still to be cut is no indication: there the law of the trials is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from vcmm.answer.evaluation.interval import Linear
@@ -32,6 +32,9 @@ class Statement:
     short: str = ""  # why its coverage may not be claimed, where that was counted
     counted: tuple[float, float] | None = None  # of drawn parts, and of parts of another kind
     interval_u: tuple[float, float] | None = None  # of the ends, from the number of draws
+    p_reach: tuple[float, float] | None = (
+        None  # least and most probability to conform of indications off by a bias that is left in, either way
+    )
 
 
 class Truth(Protocol):
@@ -46,16 +49,32 @@ class Truth(Protocol):
 class Additive:
     """y = true value + error, whatever the true value: law is that of the indicated value for a part that reads `at`.
 
-    error: mean of the law beyond `at`, which laws of samples may have; shift: the known bias that is taken off.
+    error: mean of the law beyond `at`, which laws of samples may have; shift: the known bias that is taken off. left: one that is
+    left in the value and enlarges U to U + |bias| in its place (JCGM 100:2008, F.2.4.5; ISO 15530-3:2011, 9).
     """
 
     law: Linear | Summary | Widened
     at: float
     error: float = 0.0
     shift: float = 0.0
+    left: float = 0.0
 
     def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        return _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
+        said = _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
+        return self._enlarged(said, y, limits) if self.left else said
+
+    def _enlarged(self, said: Statement, y: float, limits: Limits | None) -> Statement:
+        """The interval reaches further by |bias| on both sides; the probability to conform is that of the true value, y - bias."""
+        low, high = said.interval
+        interval = (low - abs(self.left), high + abs(self.left))
+        if limits is None:
+            return replace(said, interval=interval)
+        lower, true, upper = (self.of(y + d).probability(*limits) for d in self._ways())
+        reach = (min(lower, upper), max(lower, said.p_conform or 0.0, upper))
+        return replace(said, interval=interval, p_conform=true, p_reach=reach)
+
+    def _ways(self) -> tuple[float, float, float]:
+        return -abs(self.left), -self.left, abs(self.left)
 
     def of(self, y: float) -> Linear | Summary | Widened:
         """The law of the true value."""

@@ -26,7 +26,6 @@ from vcmm.answer.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.answer.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.answer.evaluation.part_forms import FORM, true_values
 from vcmm.answer.evaluation.result import (
-    BIAS_LEFT_IN,
     BudgetLine,
     CharacteristicResult,
     PlottedBudget,
@@ -80,7 +79,7 @@ def evaluate(
     report("certifying the linear model", 0.0)
     base = fit_features(task, measured_points(task, model.world.errors())) if task.forms else model.base
     indicated = evaluate_all(task, base)
-    return _Evaluation(model, settings, report, indicated, sharing).result(read)
+    return Evaluation(model, settings, report, indicated, sharing).result(read)
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ class _Outcome:
         return self.law if isinstance(self.law, Summary) else None
 
 
-class _Evaluation:
+class Evaluation:
     """One run over all characteristics; terms, gradient and values are made once."""
 
     def __init__(
@@ -132,7 +131,7 @@ class _Evaluation:
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
         extreme = [i for i in sampled if not self.smooth[i] or self._curved(i)]
-        inverted = [i for i in extreme if self._invertible(i)]
+        inverted = [i for i in extreme if self.is_invertible(i)]
         inversion = inversion_of(self.model.task, self.settings, inverted) if inverted else None
         if inversion is not None and read:
             inversion.expect((i, float(self.indicated[i]), None) for i in inverted)
@@ -153,6 +152,19 @@ class _Evaluation:
         return UncertaintyResult(
             tuple(results), self.settings.trials, self.settings.seed, warnings, self.model
         )
+
+    def is_tangent(self, i: int) -> bool:
+        """Whether result i is linear over its own spread."""
+        return self.smooth[i] and not self._curved(i)
+
+    def without_trials(self, i: int, inversion: Inversion | None) -> CharacteristicResult:
+        """Result i by its closed form; with an inversion by what the machine adds, with neither interval nor decision."""
+        outcome = (
+            self._closed(i)
+            if inversion is None
+            else self._inverted(i, Linear(float(self.value[i]), ()), inversion)
+        )
+        return self._assembled(i, self.model.characteristics[i], outcome, inversion is None)
 
     def _has_closed_form(self, i: int) -> bool:
         if not self.smooth[i] or self.settings.engine != "auto":
@@ -212,7 +224,7 @@ class _Evaluation:
             tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=lines, linear_error=error, tangent=tangent, error=moved
         )  # fmt: skip
 
-    def _invertible(self, i: int) -> bool:
+    def is_invertible(self, i: int) -> bool:
         """Whether parts can be drawn for an extreme value: something is measured, on features whose forms are known by families."""
         c = self.model.characteristics[i]
         if self.model.world.predicts or not (gps.one_sided(c) or self._by_contact(c)):
@@ -224,7 +236,7 @@ class _Evaluation:
         """A size, distance or angle of elements by contact, well away from zero."""
         return not chosen(c).gauss and gps.nominal(c, self.features) > NOTED
 
-    def _inverted(self, i: int, summary: Summary, inversion: Inversion) -> _Outcome:
+    def _inverted(self, i: int, law: Linear | Summary, inversion: Inversion) -> _Outcome:
         exact, added, c = self.settings.engine == "exact", inversion.added(i), self.model.characteristics[i]
         u, form = added.u, added.by_form
         known = [j for j, f in enumerate(self.model.influences) if f.input.effect != FORM]
@@ -234,7 +246,7 @@ class _Evaluation:
         lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in known])
         between = [form_line(c, self.features, form, u)] if form > 1e-3 * added.u else []
         return _Outcome(
-            tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),
+            tier=EXACT if exact else SAMPLED, u=u, law=law, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),
             tangent=False, half=added.half, inverse=inversion,
         )  # fmt: skip
 
@@ -270,8 +282,10 @@ class _Evaluation:
             else outcome.summary.mean - float(self.value[i])
         )
         additive = Additive(law, float(self.value[i]), noise, shift)
-        part = Predicted(law, float(self.value[i]) + outcome.error)
-        why = "" if predicts else self._why_not_shown(i, c, outcome, additive)
+        # of an extreme value the mean of the trials is to be expected, which noise enlarges
+        additive = replace(additive, left=self._bias_left_in(outcome, i, additive))
+        part = Predicted(law, float(self.value[i]) + (outcome.error if outcome.tangent else noise))
+        why = "" if predicts else self._why_not_shown(c, outcome)
         why = why or _why_not_linear(outcome, self.settings)
         truth: Truth = part if predicts else additive
         truth = truth if outcome.inverse is None else Inverted(outcome.inverse, i, limit=why)
@@ -299,7 +313,7 @@ class _Evaluation:
         )
         return f"{words(c.filter)}, tip radius {' and '.join(f'{r:g}' for r in radii)} mm"
 
-    def _why_not_shown(self, i: int, c: Characteristic, outcome: _Outcome, truth: Additive) -> str:
+    def _why_not_shown(self, c: Characteristic, outcome: _Outcome) -> str:
         """Why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
         if outcome.inverse is not None:
             return ""  # counted where the value is read
@@ -307,10 +321,15 @@ class _Evaluation:
             bare = any(self.features[n].kind == "mesh" for n in gps.needs(c) if n in self.features)
             told = ", and no forms are drawn on a mesh" if bare else ""
             return f"{c.type} is an extreme value: its spread says nothing of the true value{told}"
-        bias = float(self.bias[i]) - truth.shift
-        if bias and not holds(truth.attained(self.settings.p, self.settings.kind, bias), self.settings.p):
-            return BIAS_LEFT_IN
         return ""
+
+    def _bias_left_in(self, outcome: _Outcome, i: int, truth: Additive) -> float:
+        """The known bias that the interval has to hold besides, mm or rad; 0 where it is taken off, or too small to matter."""
+        bias = float(self.bias[i]) - truth.shift
+        if self.model.world.predicts or not outcome.tangent or not bias:
+            return 0.0
+        kept = holds(truth.attained(self.settings.p, self.settings.kind, bias), self.settings.p)
+        return 0.0 if kept else bias
 
 
 def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
@@ -327,13 +346,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
     """What a reader must know about one result. predicts: of a part still to be cut, whose errors are its deviation."""
     out = list(r.summary.warnings) if r.summary else []
     unit, scale = ("um", 1e3) if r.unit == "mm" else ("urad", 1e6)
-    if (
-        not (predicts or r.corrected or r.extreme or r.coverage_shown)
-        and abs(r.bias) > ERROR_SHARE * r.expanded
-    ):
+    if r.bias_in_U:
+        alone = (r.expanded - r.bias_in_U) * scale
         out.append(
-            f"{r.name}: the known bias of {r.bias * scale:+.3g} {unit} is not corrected; the interval and the decision are about "
-            'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
+            f"{r.name}: the known bias of {r.bias * scale:+.3g} {unit} is not corrected; interval, U and decision hold it: U = "
+            f"{alone:.3g} {unit} + |bias| = {r.expanded * scale:.3g} {unit} (JCGM 100, F.2.4.5). Without it U is smaller: correct it, "
+            '[job] known_bias = "corrected"'
         )
     if r.extreme and not predicts:
         told = f"{r.name}: {r.type} grows with noise and does not fall with it; "

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.answer.evaluation.one_line import listed, of_name, value_text
 from vcmm.answer.evaluation.world import World
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
@@ -35,6 +36,14 @@ class Measurement:
     errors: Array
     features: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        values = listed(f"{v.name} {value_text(v.value, v.unit)}" for v in self.values)
+        return f"<Measurement of {len(self.points)} points: {values}>"
+
+    def __getitem__(self, name: str) -> MeasuredValue:
+        """The value of this name. KeyError: none has it."""
+        return of_name(self.values, name)
 
 
 def measure_task(

@@ -13,6 +13,7 @@ from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import Inversion, Inverted
 from vcmm.answer.evaluation.jointly import JointJudgement, judged_jointly
+from vcmm.answer.evaluation.one_line import answer, listed
 from vcmm.answer.evaluation.pairs import rest_of
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
@@ -68,6 +69,10 @@ class EvaluatedPart:
     characteristics: tuple[Evaluated, ...]
     uncertainty: UncertaintyResult
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        of = f" {self.part}" if self.part else ""
+        return f"<EvaluatedPart{of}: {listed(f'{e.result.name} {answer(e.result)}' for e in self.characteristics)}>"
 
     @cached_property
     def joint(self) -> JointJudgement | None:

@@ -57,6 +57,11 @@ class Placed:
     seed: int
     warnings: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        shift = ", ".join(f"{v:.1f}" for v in self.best.pose[:3])
+        gain = "" if self.gain is None else f", {self.gain:.1%} below the present pose"
+        return f"<Placed: shift ({shift}) mm, objective {self.best.value:.4g}{gain}>"
+
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """The objective over the two degrees of freedom that matter most, the others at the best pose."""
         (across, x), (up, y) = self.map.shown(0), self.map.shown(1)
@@ -134,15 +139,21 @@ def at_json(placed: Placed, at: At) -> dict[str, Any]:
 
 
 def _spread(placed: Placed, at: At) -> list[dict[str, Any]]:
-    """u and U of the characteristics that count, as the search saw them."""
+    """u and U of the characteristics that count: by the full evaluation where there is one, beside them as the search saw them."""
     from vcmm.part.gps.characteristics import unit
 
+    whole = placed.after if at is placed.best else placed.before if at is placed.present else None
+    full = {} if whole is None else {c.name: c for c in whole.characteristics}
     out = []
     for i, c in enumerate(placed.objective.characteristics):
-        if placed.objective.weights[c.name]:
-            out.append(
-                {"name": c.name, f"u_{unit(c)}": float(at.u[i]), f"U_{unit(c)}": float(at.expanded[i])}
-            )
+        if not placed.objective.weights[c.name]:
+            continue
+        word, seen = unit(c), (float(at.u[i]), float(at.expanded[i]))
+        u, expanded = (full[c.name].u, full[c.name].expanded) if c.name in full else seen
+        out.append({
+            "name": c.name, f"u_{word}": u, f"U_{word}": expanded, "evaluation": "full" if c.name in full else "search",
+            f"u_search_{word}": seen[0], f"U_search_{word}": seen[1],
+        })  # fmt: skip
     return out
 
 

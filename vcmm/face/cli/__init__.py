@@ -170,7 +170,7 @@ def run(words: list[str]) -> int:
         return ENVIRONMENT
     except MemoryError as error:
         print(
-            f"vcmm: this job needs more memory than there is ({error or 'no size stated'}); reduce its points or rows",
+            f"vcmm: this job needs more memory than there is ({str(error) or 'no size stated'}); reduce its points or rows",
             file=sys.stderr,
         )
         return ENVIRONMENT

@@ -68,7 +68,6 @@ def _run(
     json: bool,
     written: tuple[Path | None, Path | None],
 ) -> int:
-    from dataclasses import replace
 
     from vcmm.answer.routes.job import routes
     from vcmm.face.cli.options import keep_evidence
@@ -86,7 +85,7 @@ def _run(
     given = [f for f in files.values() if f is not None]
     data = read_route_data(loaded, **files) if given else None
     with progress() as report, about(scenario):
-        found = routes(loaded, data, settings=replace(loaded.settings, **changes), progress=report)
+        found = routes(loaded, data, settings=loaded.settings.asked(**changes), progress=report)
     content = document(
         "vcmm.routes/1", routes_json(found), seed=found.seed, files=[*sources(scenario), *given], warnings=found.remarks
     )  # fmt: skip

@@ -1,9 +1,12 @@
-"""U, decision and budget while a knob moves: the linear model, and a few hundred draws of it where a value is extreme.
+"""Value and U while a knob moves: of each result that part of the whole evaluation which needs no trials.
 
 What is shown at once is a preview and says so. Once the knobs rest, the whole evaluation follows and replaces it.
 
-    sizes, distances, angles   u^2 = sum of (gradient gain u)^2, U = 2 u
-    extreme values             standard deviation of PREVIEW draws of q through the model, Inputs taken as normal
+    sizes, distances, angles   the closed form: u^2 = sum of (gradient gain u)^2, U from the inverted characteristic function
+                               (the same number, or where the whole evaluation takes trials the same within their error)
+    extreme values             what the machine adds to drawn parts that are off or rough: the same draws, the same number;
+                               where no parts can be drawn the spread of PREVIEW draws of the model
+    a known bias left in       U + |bias|, as in the whole evaluation
 """
 
 from __future__ import annotations
@@ -12,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.budget import words
+from vcmm.answer.evaluation.at_once import at_once
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import Term
+from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
 from vcmm.task.measuring.scenario import Scenario
@@ -26,30 +30,27 @@ OWNERS = 4  # lines of a budget
 
 def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
     """Every characteristic with value, U and its largest owners; lengths in um, angles in urad. Raises what a task raises."""
-    model = build(scenario.task())
-    terms = model.terms()
-    gradient, value = model.gradient(), model.at_estimates
-    extreme = [not gps.is_linear(c, model.task.part.features) for c in model.characteristics]
-    spread = _drawn(model, terms, seed) if any(extreme) else np.zeros(len(value))
-    said = {i.input.id: words(model.world, i.input) for i in model.influences}
+    task = scenario.task()
+    found = at_once(task, scenario.settings)
+    model = build(task)
+    spread = _drawn(model, model.terms(), seed) if None in found else np.zeros(len(found))
     rows = []
     for i, c in enumerate(model.characteristics):
-        shares = {t.name: _variance(gradient[i], t) for t in terms}
-        total = sum(shares.values())
-        u = float(spread[i]) if extreme[i] else float(np.sqrt(total))
-        largest = sorted(shares, key=lambda n: -shares[n])[:OWNERS] if total > 0 and not extreme[i] else []
+        one, unit = found[i], gps.unit(c)
+        scale = 1e3 if unit == "mm" else 1e6
+        value = float(model.at_estimates[i]) if one is None else _value(one)
+        half = COVERAGE * float(spread[i]) if one is None else one.expanded
+        lines = sorted(() if one is None else one.budget, key=lambda line: -line.u)[:OWNERS]
         rows.append({
-            "name": c.name, "type": c.type, "unit": "um" if gps.unit(c) == "mm" else "urad",
-            "value": float(value[i]), "U": 1e3 * COVERAGE * u if gps.unit(c) == "mm" else 1e6 * COVERAGE * u,
-            "budget": [{"input": n, "what": said.get(n, n), "share": shares[n] / total} for n in largest],
+            "name": c.name, "type": c.type, "unit": "um" if unit == "mm" else "urad", "value": value,
+            "u": scale * (float(spread[i]) if one is None else one.u), "U": scale * half,
+            "budget": [{"input": b.input, "what": b.what, "share": b.share} for b in lines if b.share > 0],
         })  # fmt: skip
     return {"preview": True, "characteristics": rows}
 
 
-def _variance(gradient: Array, term: Term) -> float:
-    """Variance of gradient @ gain @ z, z the draws of a term; laws without a variance count nothing here."""
-    moved = gradient @ term.gain @ _root(term)
-    return float(moved @ moved)
+def _value(c: CharacteristicResult) -> float:
+    return c.indicated if c.extreme else c.value
 
 
 def _root(term: Term) -> Array:

@@ -68,7 +68,7 @@ def certificate_worth(
     scenario, certificate = load_scenario(path), _drawn_from(path)
     machine = load_machine_of(path)  # without the part's effects
     changes: dict[str, Any] = {k: v for k, v in (("trials", trials), ("seed", seed)) if v is not None}
-    settings = replace(scenario.settings, certify=CHECKED, **changes)
+    settings = scenario.settings.asked(certify=CHECKED, **changes)
     steps = _facts(table)
     whole = len(PRIORS) + len(steps) + 1
     by_prior, by_fact = [], []

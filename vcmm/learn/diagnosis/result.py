@@ -183,6 +183,11 @@ class Diagnosis:
     )
     failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
 
+    def __repr__(self) -> str:
+        names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.found]
+        of = "".join(f", {n} (p = {a.probability:.2f})" for n, a in zip(names[:4], self.found))
+        return f"<Diagnosis: {self.verdict}{of}>"
+
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Names found and candidates, with their probability."""
         names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.answer]

@@ -45,8 +45,7 @@ def cut(
 ) -> CutResult:
     """Machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
     report = progress or (lambda text, share: None)
-    changes = {"seed": seed, "trials": trials, "engine": engine}
-    settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
+    settings = scenario.settings.asked(seed=seed, trials=trials, engine=engine)
     report("reading the program", 0.0)
     job = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm.answer.evaluation.one_line import answer, listed
 from vcmm.answer.evaluation.result import LEAST_U, BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.answer.evaluation.truth import Predicted
 from vcmm.core.declaration import OWNERS
 from vcmm.core.run import Array
 from vcmm.physics import BY_NAME
@@ -92,6 +94,13 @@ class CutResult:
     threads: tuple[CutThread, ...] = ()
     grooves: tuple[CutGroove, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<CutResult: {listed(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
+
+    def __getitem__(self, name: str) -> CharacteristicResult:
+        """The characteristic of this name. KeyError: none has it."""
+        return self.uncertainty[name]
+
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:
         return self.uncertainty.characteristics
@@ -109,8 +118,11 @@ def _rms(surface: SurfaceExtremes) -> str:
 
 
 def expected(c: CharacteristicResult) -> float:
-    """Deviation from nominal to expect, mm or rad: for an extreme value the mean of the trials, which noise enlarges."""
-    return (c.mean if c.extreme else c.value) - c.nominal
+    """Deviation from nominal to expect, mm or rad: of the finished part `value`, the mean of its law; of an extreme value that a
+    machine would read the mean of the trials, which noise enlarges.
+    """
+    read = c.extreme and not isinstance(c.truth, Predicted)
+    return (c.mean if read else c.value) - c.nominal
 
 
 def group_of(line: BudgetLine) -> str:

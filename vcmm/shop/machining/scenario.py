@@ -72,3 +72,7 @@ class CutScenario:
     found_since: Mapping[str, str] = field(
         default_factory=dict
     )  # id of an Input of setting up -> evidence in the machine file, which holds instead
+
+    def __repr__(self) -> str:
+        asked = ", ".join(c.name for c in self.part.characteristics)
+        return f"<CutScenario {self.name}: {self.program.name} on {self.machine.name}; {asked}>"

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, named, plain
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, named, plain
 from vcmm.show.charts.inline import HINT
 from vcmm.show.report.palette import LIGHT
-from vcmm.show.report.text import DASH, aligned, number, shorten
+from vcmm.show.report.text import DASH, aligned, number, shorten, text_width
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Share = Literal["square", "linear", "none"]
 SHOWN = 12
 ROUNDING = 5e-4  # of u^2: printed as 0.0 %
-NAME, ROW = 200.0, 27  # px: of a name at most, of a bar
+NAME, ROW = 200.0, 30  # px: of a name at most, of a bar
 FREE, BEFORE = 0.36, 0.16  # of the width, for figures behind the longest bar, and before the lowest
 
 
@@ -104,7 +104,7 @@ def bars(
     drawn.bar_label(made, labels=words, padding=4, fontsize=TICK, color=MUTED)
     for bar, name, value in zip(made, names, values):
         bar.set_gid(f"{HINT}{name}: {number(value, 3)}")
-    drawn.set_yticks(range(len(items)), [named(shorten(name, 12.0, NAME)) for name in names])
+    drawn.set_yticks(range(len(items)), [named(_label(name)) for name in names])
     drawn.set_ylim(len(items) - 0.4, -0.6)
     low, high = min([0.0, *wide]), max([0.0, longest, *wide])
     before = BEFORE if low < 0 else 0.0
@@ -112,4 +112,17 @@ def bars(
     drawn.set_xlim(low - before * reach, low + (1.0 - before) * reach)
     kind = {"square": ", share of u²", "linear": ", share", "none": ""}[share]
     drawn.axvline(0.0, color=LIGHT["rule"], linewidth=0.8)
-    return plain(drawn, title, label or f"{unit}{kind}", "", grid="x")
+    plain(drawn, title, label or f"{unit}{kind}", "", grid="x")
+    return carrying(drawn, chart="bars", unit=unit, names=names, values=values, total=total)
+
+
+def _label(name: str) -> str:
+    """A name in one line or two, broken between words; what is too long for both loses words in its middle."""
+    if text_width(name, 12.0) <= NAME:
+        return name
+    words = name.split()
+    for first in range(len(words) - 1, 0, -1):
+        above, below = " ".join(words[:first]), " ".join(words[first:])
+        if text_width(above, 12.0) <= NAME:
+            return f"{above}\n{shorten(below, 12.0, NAME)}"
+    return shorten(name, 12.0, NAME)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -40,11 +42,20 @@ def canvas(where: Axes | ChartSheet | None, height: int = 300, projection: str |
     return figure.subplots(**options)
 
 
-def panels(count: int, width: float = 6.4, height: float = 2.2) -> list[Any]:
-    """`count` Axes below one another in one figure."""
+def carrying(ax: Any, **numbers: Any) -> Any:
+    """The Axes with the numbers that it shows: `on_page` hands them on as data, so that a script (and a test) can read a picture."""
+    ax.vcmm_numbers = numbers
+    return ax
+
+
+def panels(count: int, width: float = 6.4, height: float = 2.2, rows: Sequence[int] = ()) -> list[Any]:
+    """`count` Axes below one another in one figure; rows: how many bars each is to hold, where they are bars."""
     import matplotlib.pyplot as plt
 
-    made = plt.subplots(count, 1, figsize=(width, height * count), layout="constrained", squeeze=False)[1]
+    tall = [0.75 + 0.32 * n for n in rows] or [height] * count
+    made = plt.subplots(
+        count, 1, figsize=(width, sum(tall)), layout="constrained", squeeze=False, height_ratios=tall
+    )[1]
     return list(made[:, 0])
 
 
@@ -55,8 +66,10 @@ def named(words: str) -> str:
 
 
 def titled(ax: Any, title: str) -> Any:
-    """The title on the left; a second line stands smaller on a page."""
-    ax.set_title(named(title), fontsize=10, color=INK, loc="left")
+    """The title on the left, above the keys of `keyed`; a second line stands smaller on a page."""
+    key = ax.get_legend()
+    rows = 0 if key is None else math.ceil(len(key.get_texts()) / key._ncols)
+    ax.set_title(named(title), fontsize=10, color=INK, loc="left", pad=6.0 + 1.65 * TICK * rows)
     return ax
 
 

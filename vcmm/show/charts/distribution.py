@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, keyed, named, plain
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, keyed, named, plain
 from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -59,7 +59,10 @@ def distribution(
                 value, color=LIGHT[f"c{2 + number % 5}"], linewidth=1.2, linestyle="--", label=named(name)
             )
     drawn.ticklabel_format(axis="x", useOffset=False)
-    return plain(keyed(drawn), title, label or unit, f"density / (1/{unit})")
+    plain(keyed(drawn), title, label or unit, f"density / (1/{unit})")
+    return carrying(
+        drawn, chart="distribution", unit=unit, interval=interval, limits=limits, marks=dict(marks or {})
+    )
 
 
 def _checked(edges: npt.ArrayLike, counts: npt.ArrayLike) -> tuple[Array, Array]:

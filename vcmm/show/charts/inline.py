@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import math
 import re
 import zlib
 from collections.abc import Callable
@@ -33,7 +35,25 @@ def on_page(chart: Callable[..., Axes], *args: Any, **options: Any) -> str:
     ax.set_title("", loc="left")
     below = f'<span class="caption">{escape(more)}</span>' if more else ""
     head = f"<figcaption>{escape(title)}{below}</figcaption>"
-    return f'<figure class="figure">{head}<div class="picture">{svg(ax.figure, title)}</div></figure>'
+    data = _data(getattr(ax, "vcmm_numbers", None))
+    return f'<figure class="figure"{data}>{head}<div class="picture">{svg(ax.figure, title)}</div></figure>'
+
+
+def _data(numbers: dict[str, Any] | None) -> str:
+    """What the chart shows as the attribute `data-chart`: JSON; null in place of what is not finite."""
+    if numbers is None:
+        return ""
+    return f' data-chart="{escape(json.dumps(_plain(numbers), separators=(",", ":"), ensure_ascii=False))}"'
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, str) or value is None:
+        return value
+    if hasattr(value, "__iter__"):
+        return [_plain(v) for v in value]
+    return float(value) if math.isfinite(value) else None
 
 
 def svg(figure: Any, title: str) -> str:

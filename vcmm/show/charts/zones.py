@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from vcmm.core.errors import UsageError
-from vcmm.show.charts.canvas import INK, MUTED, WORD, ChartSheet, canvas, keyed, named, plain
+from vcmm.show.charts.canvas import INK, MUTED, WORD, ChartSheet, canvas, carrying, keyed, named, plain
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import plain as as_given
 from vcmm.show.report.text import with_uncertainty
@@ -68,13 +68,14 @@ def zones(
     title: str,
     decision: str = "",
     span: tuple[float, float] | None = None,
+    of: str = "true value",
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
 
     decision: what was decided, said beside the zone (a bias that is known and not corrected leaves a result in the
     conformance zone undecided). span: the interval of the true value, drawn in place of value +- expanded where what is indicated
-    does not lie in its middle. A value or an uncertainty that is not finite draws the zones alone and says so.
+    does not lie in its middle, and what it is an interval `of`. A value or an uncertainty that is not finite draws the zones alone and says so.
     """
     bar = span or (value - expanded, value + expanded)
     parts, drawn = zone_list(lower, upper, guard), canvas(ax, 190)
@@ -89,15 +90,11 @@ def zones(
     _stripes(drawn, parts, ends, limits)
     verdict = "The result is not available."
     if known:
-        words = f"true value {span[0]:.3g} to {span[1]:.3g}" if span else with_uncertainty(value, expanded)
+        words = f"{of} {span[0]:.3g} to {span[1]:.3g}" if span else with_uncertainty(value, expanded)
         _result(drawn, value, bar, f"{words} {unit}".strip())
         said = f"Decision: {decision}. " if decision else ""
-        verdict = f"{said}{_where(span, limits) if span else _in_zone(value, parts)}"
-    near = len(limits) == 2 and limits[1] - limits[0] < 0.25 * (ends[1] - ends[0])
-    drawn.set_xticks(
-        [sum(limits) / 2] if near else limits,
-        [" to ".join(map(as_given, limits))] if near else [*map(as_given, limits)],
-    )
+        verdict = f"{said}{_where(span, limits, of) if span else _in_zone(value, parts)}"
+    _ticks(drawn, limits, ends)
     drawn.set_yticks([])
     plain(
         keyed(drawn),
@@ -107,20 +104,38 @@ def zones(
         grid="",
     )
     drawn.spines[["left", "bottom"]].set_visible(False)
-    return drawn
+    return carrying(
+        drawn,
+        chart="decision",
+        unit=unit,
+        value=value,
+        U=expanded,
+        interval=bar,
+        limits=[lower, upper],
+        decision=decision,
+    )
+
+
+def _ticks(drawn: Any, limits: list[float], ends: tuple[float, float]) -> None:
+    """One at every limit; both in one where they are near."""
+    near = len(limits) == 2 and limits[1] - limits[0] < 0.25 * (ends[1] - ends[0])
+    drawn.set_xticks(
+        [sum(limits) / 2] if near else limits,
+        [" to ".join(map(as_given, limits))] if near else [*map(as_given, limits)],
+    )
 
 
 def _in_zone(value: float, parts: list[Zone]) -> str:
     return f"The result lies in the {NAMES[zone_of(value, parts).kind]}."
 
 
-def _where(span: tuple[float, float], limits: list[float]) -> str:
-    """Where the interval of the true value lies. Several limits: the lower first; one alone is the upper."""
+def _where(span: tuple[float, float], limits: list[float], of: str) -> str:
+    """Where the interval lies. Several limits: the lower first; one alone is the upper."""
     low, high = limits[0] if len(limits) == 2 else -math.inf, limits[-1]
     where = "beyond the limit" if span[0] > high or span[1] < low else "on both sides of a limit"
     if low <= span[0] and span[1] <= high:
         where = "within the limits"
-    return f"The interval of the true value lies {where}."
+    return f"The interval of the {of} lies {where}."
 
 
 def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: list[float]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from vcmm.core.errors import DataError, ModelLimit, UsageError
+from vcmm.core.errors import DataError, ModelLimit, OptionError, UsageError
 from vcmm.core.text import brief
 from vcmm.program.faults import ProgramLimit
 
@@ -20,11 +20,11 @@ def about(file: Path, table: str = "") -> Iterator[None]:
     """Complaints about the numbers of a scenario get its file and line: those of `table` where the file has it.
 
     Else the pose where a point is out of reach, else the plan. What says its own file and line (a refusal of the NC program)
-    is left as it is.
+    is left as it is, and so is a complaint about an option of the command line.
     """
     try:
         yield
-    except (DataError, ProgramLimit):
+    except (DataError, ProgramLimit, OptionError):
         raise
     except (ModelLimit, UsageError) as error:
         from vcmm.files.toml import read_toml

@@ -142,7 +142,7 @@ def budgets(placed: Placed) -> list[str]:
                     draw.bars,
                     items,
                     unit=word.replace("u", "µ", 1),
-                    title=f"{name}: {title}, U = {c.expanded * scale:.3g}",
+                    title=f"{name}: {title}, U = {c.expanded * scale:.3g} {word.replace('u', 'µ', 1)}",
                     total=c.u * scale,
                     longest=longest,
                 )

@@ -157,8 +157,9 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
     guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
     lower = None if c.type not in ("size", "distance", "angle") else low
     span = None
-    if c.true_value is not None and c.true_value.counted and math.isfinite(c.interval[1]):
-        # decided by the interval of the true value, about which what is indicated may lie anywhere
+    counted = c.true_value is not None and c.true_value.counted
+    if (counted or not _about_its_middle(c)) and all(map(math.isfinite, c.interval)):
+        # what is decided by, about which what is indicated or expected may lie anywhere
         span, guard = (
             ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale),
             c.decision.guard or 0.0,
@@ -176,7 +177,13 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
         title=title,
         decision=c.decision.text,
         span=span,
+        of="finished part" if isinstance(c.truth, Predicted) else "true value",
     )
+
+
+def _about_its_middle(c: CharacteristicResult) -> bool:
+    """Whether the interval is value +- U to within a hundredth of U, so that these two may be said in its place."""
+    return abs(sum(c.interval) / 2 - c.value) <= 0.01 * c.expanded
 
 
 def _histogram(c: CharacteristicResult, part: str) -> str:

@@ -86,6 +86,8 @@ def _faces(items: Sequence[Item], scale: Bands | None) -> tuple[Array, Array]:
         else:
             continue
         shade = 0.72 + 0.28 * np.abs(normals(vertices, faces) @ LIGHT)
+        if isinstance(item, SceneMesh) and item.values is not None and scale is not None:
+            shade = np.ones(len(faces))  # its colours are numbers
         triangles.append(vertices[faces])
         colours.append(np.column_stack([own * shade[:, None], np.full(len(faces), item.opacity)]))
     return np.concatenate(triangles), np.concatenate(colours).clip(0.0, 1.0)

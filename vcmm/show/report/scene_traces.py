@@ -35,6 +35,13 @@ Trace = dict[str, Any]
 DIGITS = 7  # significant digits of a coordinate: 0.1 um at a metre, far below a pixel
 HEAD = 0.02  # length of an arrow head, of the size of the scene
 FINE, COARSE, MANY = 12, 6, 150  # meridians of an ellipsoid, and of how many on they are drawn coarsely
+FLAT = {
+    "ambient": 1.0,
+    "diffuse": 0.0,
+    "specular": 0.0,
+    "roughness": 1.0,
+    "fresnel": 0.0,
+}  # the colour itself, as on its bar
 SOFT = {"ambient": 0.62, "diffuse": 0.5, "specular": 0.08, "roughness": 0.8, "fresnel": 0.05}
 
 
@@ -125,7 +132,13 @@ def _mesh(item: SceneMesh, scale: Bands | None) -> list[Trace]:
         colours = [NO_VALUE if b < 0 else scale.colours[b] for b in band]
         at_corners = _corner_values(item, values, len(vertices), faces)
         said = ["not evaluated" if not np.isfinite(v) else f"{v:.4g} {item.unit}" for v in at_corners]
-        solid |= {"facecolor": colours, "hovertext": said, "hoverinfo": "text"}
+        solid |= {
+            "lighting": FLAT,
+            "opacity": 1.0,
+            "facecolor": colours,
+            "hovertext": said,
+            "hoverinfo": "text",
+        }
     out = [solid]
     if item.edges:
         segments = creases(vertices, faces)

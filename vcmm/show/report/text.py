@@ -115,9 +115,18 @@ def text_width(text: str, size: float) -> float:
 
 
 def shorten(text: str, size: float, width: float) -> str:
-    """`text` with an ellipsis in its middle so that it fits into `width` pixels: long names often differ in their last word only."""
+    """`text` with an ellipsis in its middle so that it fits into `width` pixels: long names often differ in their last word only.
+
+    Whole words are left out, first those before the last; only what no two words fit into is cut in a word.
+    """
     if text_width(text, size) <= width:
         return text
+    words = text.split()
+    for kept in range(len(words) - 1, 1, -1):
+        for last in range(max(1, kept // 2), 0, -1):
+            short = " ".join([*words[: kept - last], "…", *words[len(words) - last :]])
+            if text_width(short, size) <= width:
+                return short
     for kept in range(len(text) - 1, 0, -1):
         short = f"{text[: kept - kept // 2].rstrip()}…{text[len(text) - kept // 2 :].lstrip()}"
         if text_width(short, size) <= width:

@@ -28,6 +28,7 @@ from vcmm.show.tables.quantities import (
     fixed,
     small_in_file,
 )
+from vcmm.show.tables.stated import kind_of_interval, meaning_of_U
 from vcmm.show.tables.table import (
     COUNT,
     WORDS,
@@ -144,7 +145,7 @@ def true_value_by_points(c: CharacteristicResult) -> dict[str, Any] | None:
     if c.true_value is not None:
         return _true_value(c)
     return {
-        f"estimate_{c.unit}": c.value,
+        f"estimate_{c.unit}": c.value - (c.bias if c.bias_in_U else 0.0),
         f"interval_{c.unit}": list(c.interval),
         "coverage_claimed": c.coverage_shown,
         "reason": c.why_not_shown or None,
@@ -159,13 +160,14 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     entry("mean_{unit}", lambda c: c.mean),
     Column("bias", lambda c: c.bias, DEVIATION, key="bias_{unit}"),
     entry("bias_corrected", lambda c: c.corrected),
+    entry("bias_in_U_{unit}", lambda c: c.bias_in_U),
     entry("u_{unit}", lambda c: c.u),
     Column("U", lambda c: c.stated[0], SIZE, key="U_{unit}"),
     Column("k", lambda c: c.stated[1], fixed(2), key="k", on="terminal"),
     entry("p", lambda c: c.p),
     entry("interval_{unit}", lambda c: list(c.interval)),
     Column("interval from nominal", lambda c: from_nominal(c.interval, c), SPAN),
-    entry("interval_kind", lambda c: c.interval_kind),
+    entry("interval_kind", kind_of_interval),
     entry("true_value", lambda c: _true_value(c)),
     entry("filter", lambda c: c.filtered or None),
     entry("why_not_shown", lambda c: c.why_not_shown or None),
@@ -192,15 +194,15 @@ def results(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
     """characteristic | nominal | y | bias | U | k | interval | tolerance | decision."""
     first = result.characteristics[0]
     corrected = " (bias corrected)" if first.corrected else ""
-    title = (
-        f"measured value y{corrected}, U and {first.interval_kind} coverage interval for p = {first.p:.0%}"
-    )
+    title = f"measured value y{corrected}, U and coverage interval for p = {first.p:.0%}"
     said = "less its known bias" if first.corrected else "its known bias not corrected"
     caption = (
-        f"U: half the {first.interval_kind} coverage interval for p = {first.p:.0%}. y: indicated value"
+        f"{meaning_of_U(result.characteristics)}. y: indicated value"
         f"{' ' if first.corrected else ', '}{said}. Lengths: mm and µm; angles: deg and µrad."
     )
-    return ResultTable(title, RESULTS, result.characteristics, page_caption=caption)
+    return ResultTable(
+        title, RESULTS, result.characteristics, f"{meaning_of_U(result.characteristics)}.", caption
+    )
 
 
 @dataclass(frozen=True)

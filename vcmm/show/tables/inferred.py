@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from vcmm.answer.evaluation.jointly import JointJudgement
-from vcmm.answer.evaluation.result import BIAS_LEFT_IN
 from vcmm.answer.evaluation.truth import Additive
 from vcmm.answer.inference.job import Evaluated, EvaluatedPart
 from vcmm.show.tables.evaluated import (
@@ -58,16 +57,16 @@ SHOWN: tuple[Column[Evaluated], ...] = (
 def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[Evaluated], ...], str, str]:
     """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
     found = [e for p in parts for e in p.characteristics]
-    if all(_of_true_value(e) for e in found):
-        return SHOWN, "the {:.0%} interval of the true value", CAPTION
     told = LEFT_IN * any(_bias_left_in(e) for e in found) + SPREAD * any(_spread_alone(e) for e in found)
+    if not any(_spread_alone(e) for e in found):
+        return SHOWN, "the {:.0%} interval of the true value", CAPTION + told
     heads = {"true value from nominal": "interval from nominal"}
     columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in SHOWN)
     return columns, "its {:.0%} interval", CAPTION + told
 
 
 def _bias_left_in(e: Evaluated) -> bool:
-    return e.result.why_not_shown == BIAS_LEFT_IN
+    return e.result.bias_in_U > 0.0
 
 
 def _spread_alone(e: Evaluated) -> bool:
@@ -75,12 +74,8 @@ def _spread_alone(e: Evaluated) -> bool:
     return e.result.extreme and isinstance(e.result.truth, Additive)
 
 
-def _of_true_value(e: Evaluated) -> bool:
-    return not (_bias_left_in(e) or _spread_alone(e))
-
-
 SPREAD = " Of a surface of a mesh the interval is how the indicated value scatters; nothing is known of the true one."
-LEFT_IN = " Where a known bias is not corrected (see the notes) the interval is about the indicated value, else it is that of the true value."
+LEFT_IN = " Where a known bias is not corrected (see the notes) the interval holds it too: U + |bias| about the indicated value."
 CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
 
 
@@ -183,7 +178,7 @@ def values_csv(parts: Sequence[EvaluatedPart]) -> str:
 
 def _true_end(e: Evaluated, end: int) -> str:
     """An end of the interval of the true value, mm or rad; empty where the interval is of the indicated value."""
-    return f"{e.result.interval[end]:.9f}" if _of_true_value(e) else ""
+    return "" if _spread_alone(e) else f"{e.result.interval[end]:.9f}"
 
 
 FILE: tuple[Column[Any], ...] = (

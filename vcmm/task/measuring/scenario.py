@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
@@ -48,6 +49,20 @@ class Scenario:
     surroundings: Surroundings = field(default_factory=Surroundings)
     record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the sheet
 
+    def __repr__(self) -> str:
+        touched = sum(len(s.points) for s in self.plan.steps)
+        asked = ", ".join(c.name for c in self.part.characteristics)
+        return f"<Scenario {self.name}: {touched} points on {self.machine.name}; {asked}>"
+
+    def with_(self, **changes: Any) -> Scenario:
+        """The same scenario with other fields: `scenario.with_(pose=..., constants=...)`. UsageError for a field that it has not."""
+        unknown = [name for name in changes if name not in self.__dataclass_fields__]
+        if unknown:
+            raise UsageError(
+                f'a scenario has no "{unknown[0]}".{choose_from(unknown[0], self.__dataclass_fields__)}'
+            )
+        return replace(self, **changes)
+
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """Touches of the plan with their outward normals, in workpiece axes of the machine."""
         from vcmm.show import charts
@@ -58,7 +73,12 @@ class Scenario:
         return charts.touches(at, normals, names, self.name, ax)
 
     def at(self, pose: Pose) -> Scenario:
-        """The same job with the part elsewhere in the machine."""
+        """The same job with the part elsewhere in the machine. UsageError for what is no pose."""
+        if not isinstance(pose, Pose):
+            raise UsageError(
+                f"scenario.at(pose) takes a pose, not {type(pose).__name__}; write for example "
+                "scenario.at(Pose.from_turns([300, 200, 0], [0, 0, 0])), Pose from vcmm.core.pose, mm and rad"
+            )
         return replace(self, pose=pose)
 
     def informed_machine(self) -> Machine:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import OptionError, UsageError
 from vcmm.part.gps.decision import RULES
 
 ENGINES = ("auto", "montecarlo", "exact")
@@ -56,3 +57,10 @@ class Settings:
             raise UsageError(
                 f"coverage probability p = {self.p:g} must lie between 0.5 and {LARGEST_P}, for example 0.95"
             )
+
+    def asked(self, **changes: Any) -> Settings:
+        """These settings with what a call asks for in their place; None: nothing is asked. OptionError for what cannot be."""
+        try:
+            return replace(self, **{name: value for name, value in changes.items() if value is not None})
+        except UsageError as error:
+            raise OptionError(str(error)) from None

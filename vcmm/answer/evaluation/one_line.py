@@ -1,0 +1,52 @@
+"""A result in one line, as a notebook or a debugger shows it: name, value +- U with unit and k, decision with its probability."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, Protocol, TypeVar
+
+from vcmm.core.errors import choose_from
+
+SHOWN = 4  # characteristics of a line; of more the number of the rest is said
+SMALL = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
+
+
+def value_text(value: float, unit: str) -> str:
+    """29.99998 mm, or an angle in degrees."""
+    return f"{value:.5f} mm" if unit == "mm" else f"{math.degrees(value):.6f}°"
+
+
+def answer(c: Any) -> str:
+    """Of a CharacteristicResult: value ± U (k), or the interval where U has no end; the decision."""
+    word, scale = SMALL[c.unit]
+    expanded, k = c.stated
+    known = f" ± {expanded * scale:.2f} {word} (k = {k:.2f})" if math.isfinite(expanded) else ", U unbounded"
+    decided = "" if c.decision is None else f", {c.decision.text}"
+    if c.decision is not None and c.decision.p_conform is not None:
+        decided += f" (p = {c.decision.p_conform:.1%})"
+    return f"{value_text(c.value, c.unit)}{known}{decided}"
+
+
+def listed(texts: Iterable[str]) -> str:
+    """The first few, and how many more."""
+    every = list(texts)
+    rest = f"; {len(every) - SHOWN} more" if len(every) > SHOWN else ""
+    return "; ".join(every[:SHOWN]) + rest
+
+
+class Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+T = TypeVar("T", bound=Named)
+
+
+def of_name(all_of_them: Iterable[T], name: str) -> T:
+    """The one of this name. KeyError with the closest names where none has it."""
+    every = list(all_of_them)
+    for one in every:
+        if one.name == name:
+            return one
+    raise KeyError(f'no characteristic "{name}".{choose_from(str(name), [one.name for one in every])}')

@@ -1,0 +1,38 @@
+"""What U and the interval of a result are, in words: one sentence for pages, sheets and the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vcmm.answer.evaluation.result import CharacteristicResult
+
+UPPER = "upper"  # as `interval_kind`: the interval begins at 0, which is no limit, and all that it leaves out lies above
+
+
+def kind_of_interval(c: CharacteristicResult) -> str:
+    """symmetric or shortest as asked for; "upper" for what cannot be below 0 and may well be 0."""
+    return UPPER if c.one_sided and c.interval[0] <= 0.0 else c.interval_kind
+
+
+def meaning_of_U(results: Iterable[CharacteristicResult]) -> str:
+    """Which half of what U is, of all kinds of result that there are."""
+    found = list(results)
+    p = found[0].p
+    said = []
+    if plain := [c for c in found if not (c.half_width or c.true_value or c.bias_in_U)]:
+        said.append(f"half the {plain[0].interval_kind} coverage interval for p = {p:.0%}")
+    if with_bias := [c for c in found if c.bias_in_U]:
+        said.append(f"{_of(with_bias, found)}, k u + |bias|, the known bias not corrected")
+    if added := [c for c in found if c.half_width]:
+        said.append(
+            f"{_of(added, found)}, half of what the machine adds to parts that are off or rough; of the part itself the interval tells"
+        )
+    if read := [c for c in found if c.true_value and not c.half_width]:
+        said.append(
+            f"{_of(read, found)}, half the interval of the true value, in which y need not lie in the middle"
+        )
+    return f"U: {'; '.join(said)}"
+
+
+def _of(some: list[CharacteristicResult], all_of_them: list[CharacteristicResult]) -> str:
+    return f"of {', '.join(c.name for c in some)}" if len(some) < len(all_of_them) else "of all"
