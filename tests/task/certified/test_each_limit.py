@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.task.certified.task import CHARACTERISTICS, scenario_with
 from vcmm.answer.evaluation.indication import at_indication
+from vcmm.answer.evaluation.inversion import ADDED, Inversion, inversion_of
+from vcmm.answer.evaluation.pairs import Largest, surfaces
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.files.own.scenario import load_scenario
@@ -24,7 +27,10 @@ WORSE = (
     {"P_Form_Sph_1x25": "4 um"},
     {"E0_MPE": "3.6 um + L/175"},
 )
-SCATTER = 0.1  # of the length: ends of belts of 6000 parts scatter by so much from draw to draw
+K = 3.0  # times the standard uncertainty of an end as it is printed, of both together
+SCATTER = K / np.sqrt(
+    ADDED
+)  # of a U: two standard deviations of as many parts differ by sqrt(2) u, u = 1 / sqrt(2 n) of them
 READINGS = (1e-3, 3e-3)  # mm beyond nominal; for an angle as many urad
 
 Results = Mapping[str, CharacteristicResult]
@@ -44,6 +50,33 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Mapping[str, st
     return results
 
 
+def ends_u(result: CharacteristicResult) -> tuple[float, float]:
+    """Of both ends, mm or rad; a closed form draws nothing."""
+    known = result.true_value
+    return known.interval_u if known is not None and known.interval_u is not None else (0.0, 0.0)
+
+
+def drawing_of(folder: Path, changes: Mapping[str, str], numbers: Sequence[int]) -> Inversion:
+    task = load_scenario(scenario_with(folder, {**BETTER, **changes})).task()
+    return inversion_of(task, QUICK, numbers)
+
+
+def test_drawn_parts_do_not_depend_on_a_limit(tmp_path: Path) -> None:
+    """Sizes of forms went with the noise of the machine at its limit: a worse R0 was told by other parts, and flatness of 3 um
+    ended at 7.8 um instead of 8.6. Forms begin at 0.05 x 0.1 um; 3 x 3 um is 2^2 times 40 x 0.1 um and less.
+    """
+    numbers = [list(CHARACTERISTICS).index(n) for n in ("flatness", "perpendicularity")]
+    good, bad = (drawing_of(tmp_path, change, numbers) for change in ({}, {"R0_MPL": "3 um"}))
+    assert bad.drawing.noise["top"] > 2 * good.drawing.noise["top"]
+    for number in numbers:
+        assert good.reach(number, 3e-3, 1e-4) == bad.reach(number, 3e-3, 1e-4)
+    assert good.reach(numbers[0], 3e-3) == (2, 2)
+    how = ("waves", Largest(), None)
+    for one, other in zip(*(surfaces(x.drawing, 50, (1, 0), how) for x in (good, bad))):
+        assert one.any()
+        assert np.array_equal(one, other)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", CHARACTERISTICS)
 @pytest.mark.parametrize("change", WORSE, ids=lambda c: " ".join(f"{k} {v}" for k, v in c.items()))
@@ -51,15 +84,13 @@ def test_a_worse_limit_is_never_better(
     known: Callable[[Mapping[str, str]], Results], change: Mapping[str, str], name: str
 ) -> None:
     good, bad = known({})[name], known(change)[name]
-    if name == "flatness" and "R0_MPL" in change:
-        pytest.xfail("open: the upper end moved from 8.6 to 7.8 um, by more than SCATTER")
     assert bad.u >= good.u * (1 - SCATTER)
     for y in READINGS:
         y = y * (1e-3 if good.unit == "rad" else 1.0) + good.nominal
         better, worse = (at_indication(r, y, "probability 95 %") for r in (good, bad))
-        room = SCATTER * (worse.interval[1] - worse.interval[0])
-        assert worse.interval[0] <= better.interval[0] + room
-        assert worse.interval[1] >= better.interval[1] - room
+        low, high = K * np.hypot(np.array(ends_u(better)), np.array(ends_u(worse)))
+        assert worse.interval[0] <= better.interval[0] + low
+        assert worse.interval[1] >= better.interval[1] - high
         for word in (CONFORMS, REJECTED):
             assert worse.decision is not None
             assert better.decision is not None

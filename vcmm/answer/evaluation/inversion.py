@@ -158,13 +158,14 @@ class Inversion:
         """How often the largest form, and how far features are out of place, are doubled so that they are well beyond what was
         indicated. Orientation and location may be far off without any form: there the residuals say how rough the part may be.
         """
-        c, attitude = self.characteristic(i), self.drawing.attitude
-        if not gps.one_sided(c):
-            return 0, 0
-        noise = min(self.drawing.noise[n] for n in gps.needs(c))
+        c, drawing = self.characteristic(i), self.drawing
+        unit, away = min(drawing.unit(n) for n in gps.needs(c)), drawing.away
+        noise, attitude = min(drawing.noise[n] for n in gps.needs(c)), drawing.attitude  # less tells no more
+        if not gps.one_sided(c):  # up to MOST times the noise, however rough the part is
+            return (_doublings(MOST / REACH * noise / unit), 0) if drawing.bound else (0, 0)
         if c.type in gps.PLACED:
-            return _doublings((rest or 0.0) / noise), _doublings(y / attitude)
-        both = _doublings(y / min(noise, attitude))
+            return _doublings(max(rest or 0.0, noise) / unit), _doublings(max(y, attitude) / away)
+        both = _doublings(max(y, noise) / min(unit, away))
         return both, both
 
     def counted(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
@@ -325,7 +326,7 @@ def _counted(
     """k: its column. seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
     without = max(lost(k, one) for one in drawn.known)
     if without > MOST_LOST:
-        largest = 1e3 * drawn.most.form * max(drawn.drawing.noise[n] for n in gps.needs(c))
+        largest = 1e3 * drawn.most.form * max(drawn.drawing.unit(n) for n in gps.needs(c))
         return NoInverse(NO_ELEMENT.format(without, largest))
     of_share = [inverse_of(c, k, one) for one in drawn.known_of_shares]
     inverse = of_share[0] if len(of_share) == 1 else United(tuple(of_share))

@@ -36,6 +36,7 @@ SHOWN, GIVEN_UP = (
     4,
 )  # of the first parts, so many without an element are too many to look for the others one by one
 LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+UNIT = 1e-4  # mm: takes the place of the noise where only a limit of it is known; forms then begin at 5 nm
 SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form
 APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
@@ -46,7 +47,9 @@ Measured = tuple[Array, Array, Array]  # of parts: true, indicated, rest
 
 @dataclass(frozen=True)
 class Largest:
-    """How far the parts that are drawn go: the largest form over the noise, how far features are out of place over what the machine moves."""
+    """How far the parts that are drawn go: the largest form over the noise, how far features are out of place over what the machine
+    moves, or both over UNIT (`Drawing.unit`, `Drawing.away`).
+    """
 
     form: float = MOST
     off: float = MOST
@@ -103,6 +106,7 @@ class Drawing:
     surface: LinearModel
     noise: Mapping[str, float]
     attitude: float  # mm: how far the machine moves a feature as a whole
+    bound: bool  # whether limits are all that is known of some errors
     left: Mapping[str, Array]
     moved: frozenset[str]  # features whose place and direction are toleranced
     kept: Ints
@@ -111,6 +115,18 @@ class Drawing:
     @property
     def task(self) -> Task:
         return self.measured.task
+
+    def unit(self, name: str) -> float:
+        """mm, in which sizes of the forms of a feature are drawn: the noise.
+
+        Where that is a limit's, parts must not depend on it: other parts would be drawn for a worse limit, and other ends found.
+        """
+        return UNIT if self.bound else self.noise[name]
+
+    @property
+    def away(self) -> float:
+        """mm, in which it is drawn how far features are out of place."""
+        return UNIT if self.bound else self.attitude
 
     def only(self, columns: Sequence[int]) -> Drawing:
         """The same parts and machines, of which some characteristics are evaluated: no feature is drawn that they do not need."""
@@ -143,7 +159,7 @@ def prepared(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
     noise = noise - noise.mean(axis=0)
     moved = {n for c in model.characteristics if gps.one_sided(c) and c.type not in gps.FORM for n in c.of}
     return Drawing(
-        measured=model, surface=surface_model(model.task), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
+        measured=model, surface=surface_model(model.task), bound=any(f.input.bound for f in model.influences), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
         attitude=max(float(noise.std()), SMALLEST), left=left, moved=frozenset(moved), kept=kept,
         machines=Machines(model),
     )  # fmt: skip
@@ -258,7 +274,7 @@ def surfaces(
     """Departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
 
     place: seed, number of the first part; how: family, how far they go, the form of all (None: any); off: how far all are
-    out of place and direction (None: as their forms), over the noise.
+    out of place and direction (None: as their forms, in the units of `Drawing`), over the noise.
     """
     own_stream = [*place, sorted(FAMILIES).index(how[0])]
     ratio = _ratios(np.random.default_rng(own_stream), count, how[1].form, how[2])
@@ -319,10 +335,13 @@ def _departures(
     shapes = (
         FAMILIES[family](rng, ground, count) if formed else [np.zeros((count, len(p))) for p in ground.sets]
     )
-    drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
+    size, away = (
+        (drawing.unit(name), drawing.away) if off is None else (drawing.noise[name], drawing.attitude)
+    )
+    drawn = [size * ratio * shape for shape in shapes]
     if name in drawing.moved:
-        away = _ratios(rng, count, most.off, fixed if off is None else off)
-        way = rng.normal(size=(count, 6)) * drawing.attitude * away
+        far = away * _ratios(rng, count, most.off, fixed if off is None else off)
+        way = rng.normal(size=(count, 6)) * far
         way[:, 3:] *= 2.0 / max(float(np.ptp(ground.sets[1], axis=0).max()), 1.0)
         touches = [m.task.touches for m in (drawing.measured, drawing.surface)]
         bases = [motions(ground.feature, p, t.normals[t.rows[name]]) for p, t in zip(ground.sets, touches)]
