@@ -11,6 +11,10 @@ from vcmm.core.effect import Effect, parameter_fields, typical, with_parameter
 from vcmm.core.run import Run, Series
 
 CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
+PROCESS = {
+    "margins": "t", "dof": 13, "length_scales_mm": [300.0, 250.0, 150.0], "amplitude_um": [1.0, 0.8, 0.5],
+    "correlation": [[1.0, 0.6, 0.0], [0.6, 1.0, 0.1], [0.0, 0.1, 1.0]],
+}  # fmt: skip
 GRID_X, GRID_Z = np.array([0.0, 150.0, 400.0]), np.array([-200.0, 0.0])
 
 
@@ -78,6 +82,15 @@ STATED: tuple[Effect, ...] = (
     *_made("ResidualField", CUBE, "trilinear", _numbers(8, 3)),
     *_made("ResidualField", CUBE, "columns-linear", _numbers(8, 3)),
     *_made("ResidualField", CUBE, "columns-nearest", _numbers(8, 3)),
+    *_made(
+        "ResidualField",
+        CUBE,
+        systematic=_numbers(8, 3),
+        random=np.array([1.0, -2.0, 0.5]),
+        process=PROCESS,
+        scatter=np.abs(_numbers(8, 3)),
+        reading_u=np.full((8, 3), 2e-4),
+    ),
     *_made("CorrelatedField", CUBE, np.full((8, 3), 1e-3), 150.0, _numbers(8, 3)),
     *_made("Scatter", 0.7e-3),
     *_made("Reindexing", _numbers(3)),

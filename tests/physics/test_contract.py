@@ -220,6 +220,9 @@ def test_round_trip_through_a_toml_table(effect: Effect):
     for key in ("nodes", "deviation", "grids", "arguments", "length", "interpolation"):
         if hasattr(effect, key):
             table[key] = _as_text(key, getattr(effect, key))
+    if getattr(effect, "process", None) is not None:
+        table |= {key: _as_text(key, getattr(effect, key)) for key in ("scatter", "reading_u")}
+        table["process"] = effect.process  # type: ignore[attr-defined]
     again = build_effect(table)
     assert again.id == effect.id
     assert again.error_motion(RUN) == pytest.approx(effect.error_motion(RUN), rel=1e-12, abs=1e-15)

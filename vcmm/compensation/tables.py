@@ -188,4 +188,4 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
 
 def without_scatter(machine: Machine) -> Machine:
     """The machine without effects that have no known value."""
-    return replace(machine, effects=tuple(e for e in machine.effects if not e.random))
+    return replace(machine, effects=tuple(e for e in machine.effects if not e.is_random))

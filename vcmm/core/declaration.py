@@ -10,6 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+import numpy.typing as npt
+
 from vcmm.core.run import Array, Run
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
@@ -157,7 +160,7 @@ class Declared:
     stored             parameter that holds the numbers of a stored error table
     calibrated         one of the errors that a calibration finds and states anew: its only parameter
     made_by            what makes it in a file, where no [[effects]] table can state it
-    random             drawn anew again and again: its value is never known
+    is_random          drawn anew again and again: its value is never known
     along_axis         its lengths lie along its `axis`, and are angles where that turns
     on_cut_part        a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
     over_volume        stated over workpiece axes, known with rotary axes at zero only
@@ -185,7 +188,7 @@ class Declared:
     stored: ClassVar[str] = ""
     calibrated: ClassVar[bool] = False
     made_by: ClassVar[str] = ""
-    random: ClassVar[bool] = False
+    is_random: ClassVar[bool] = False
     along_axis: ClassVar[bool] = False
     on_cut_part: ClassVar[str] = ""
     over_volume: ClassVar[bool] = False
@@ -233,6 +236,14 @@ class Declared:
 
     def covariance(self) -> Array | None:
         """Covariance of the elements of its parameter where the effect fixes it itself; None where an Input says it."""
+        return None
+
+    def own_law(self, name: str) -> Any:
+        """The law of one of its parameters where the effect fixes it itself; None where an Input says it."""
+        return None
+
+    def covers(self, tip: Array) -> npt.NDArray[np.bool_] | None:
+        """Whether it is known at tips (n, 3), (n,); None where it is known everywhere."""
         return None
 
     def qualified(self, spheres: Mapping[str, Any]) -> Any:

@@ -25,7 +25,7 @@ class Resolution(Effect):
     cites = "JCGM 100:2008, F.2.2.1 (resolution of a digital indication)"
     role = "digits of a file"
     diagnosed = False
-    random = True
+    is_random = True
     value: float = param(
         0.0,
         "um",

@@ -25,7 +25,7 @@ class Scatter(Effect):
     cites = "ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)"
     role = "repeatability"
     diagnosed = False
-    random = True
+    is_random = True
     on_cut_part = "turned"
     value: float = param(
         0.0,
@@ -49,7 +49,7 @@ class Reindexing(Effect):
     name = "reindexing"
     per = "event"
     cites = "ISO 10360-5: multiple-stylus tests, L_Dia.5x25 (articulating head)"
-    random = True
+    is_random = True
     on_cut_part = "turned"
     as_one = "sd"
     words = Words(

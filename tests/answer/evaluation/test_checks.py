@@ -70,3 +70,13 @@ def test_a_normal_into_the_material():
     inward = replace(step, normals=np.tile([0.0, 0.0, -1.0], (len(step.points), 1)))
     (text,) = remarks(replace(job, plan=replace(job.plan, steps=(inward,))))
     assert "left: its normal points away from the head of stylus down" in text
+
+
+def test_nodes_that_are_drawn_independently_are_said():
+    """A field written in the old way, also with one u for all nodes: every result says that U is too small between them."""
+    one = replace(scenario(), qualifications=QUALIFIED)
+    for scale in (None, np.full(24, 2.0)):
+        known = Input("residual_field", "", "values", Normal(1e-3), "touch", scale=scale)
+        (text,) = remarks(replace(one, machine=replace(one.machine, inputs=(known,))))
+        assert "variance shrinks between them: U is too small there" in text
+        assert "calibrate --nodes" in text

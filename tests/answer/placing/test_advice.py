@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace as Made
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 from tests.answer.placing.test_words import placed as worded
 from vcmm.answer.placing.advice import advice
+from vcmm.core.inputs import Input
+from vcmm.core.laws import MultivariateNormal, StudentT
 
 
 def placed(gain: float | None, confirmed: bool | None = True) -> Made:
@@ -17,6 +20,7 @@ def placed(gain: float | None, confirmed: bool | None = True) -> Made:
     made.confirmation = (
         None if confirmed is None else Made(confirmed=confirmed, present=2.0, gain=2.0 * (gain or 0.0))
     )
+    made.objective.scenario = Made(machine=Made(inputs=()), inputs=())
     made.map = Made(names=("x", "turn_z"), x=np.linspace(0.0, 130.0, 5), y=np.linspace(0.0, 3.0, 4))
     return made
 
@@ -47,3 +51,15 @@ def test_room_and_what_stays() -> None:
     _, room, same = advice(placed(0.4))  # type: ignore[arg-type]
     assert room == "The pose found lies 30 mm from the end of its range in x (0 to 130 mm)."
     assert same.startswith("gap: 36% of u² is the same at both poses, most of it from b:")
+
+
+def test_no_advice_from_nodes_that_are_drawn_independently() -> None:
+    """Between independent nodes the interpolation alone makes U small: at the middle of two nodes of 1 um it is 1/sqrt(2) um."""
+    made = placed(0.4)
+    known = Input("residual_field", "", "values", StudentT(1.0, 13.0), "touch", scale=np.full(24, 1e-3))
+    made.objective.scenario.machine.inputs = (known,)
+    (only,) = advice(made)  # type: ignore[arg-type]
+    assert only.startswith("No advice: residual_field interpolates independent draws")
+    assert "worth moving" not in only
+    made.objective.scenario.machine.inputs = (replace(known, law=MultivariateNormal(np.eye(24))),)
+    assert advice(made)[0].startswith("40.0%: worth moving")  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from vcmm.core.errors import UsageError
 from vcmm.face.cli import run as command
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
+from vcmm.learn.calibration.field_process import fitted, support
 from vcmm.learn.calibration.multilateration import nearest_pose
 from vcmm.learn.calibration.nodes import chi_squared, node_scatter, t_tests
 from vcmm.task.instruments.laying import joined
@@ -112,13 +114,61 @@ def test_command_writes_a_field_that_is_read_back(tmp_path, capsys):
     assert [n["approaches"] for n in found["nodes"]] == [12] * 12
     field = load_machine(tmp_path / "field.toml")
     one = next(e for e in field.effects if e.role == "residual field")
-    assert one.nodes == pytest.approx(np.array([n["place_mm"] for n in found["nodes"]]))
-    mean, u = (np.array([n[key] for n in found["nodes"]]) for key in ("deviation_um", "deviation_u_um"))
-    assert one.values * 1e3 == pytest.approx(np.where(np.abs(mean) > 2 * u, mean, 0.0), abs=1e-6)
-    law = next(i for i in field.inputs if i.effect == one.name)
-    wanted = np.array([n["single_um"] for n in found["nodes"]]).ravel() * np.sqrt(13 / 12)
-    assert (law.law.dof, law.redraw) == (11, "touch")
-    assert law.scale * 1e3 == pytest.approx(wanted, abs=6e-4)
+    assert one.nodes[:12] == pytest.approx(np.array([n["place_mm"] for n in found["nodes"]]))
+    wanted = {
+        key: np.array([n[f"{key}_um"] for n in found["nodes"]])
+        for key in ("deviation_u", "single", "instrument")
+    }
+    assert one.reading_u * 1e3 == pytest.approx(wanted["deviation_u"], abs=6e-5)
+    assert one.scatter * 1e3 == pytest.approx(np.maximum(wanted["single"], wanted["instrument"]), abs=6e-5)
+    laws = {i.parameter: (i.redraw, i.law) for i in field.inputs if i.effect == one.name}
+    assert (laws["random"][0], laws["random"][1].dof, laws["random"][1].scale) == ("touch", 11, 1.0)
+    assert laws["systematic"][0] == "machine"
+    known = np.sqrt(np.diag(laws["systematic"][1].covariance)).reshape(-1, 3)[:12]
+    assert (known <= one.reading_u).all()  # the neighbours add to what a node's own readings tell
+    assert found["process"]["length_scales_mm"] == pytest.approx(one.process["length_scales_mm"], rel=1e-4)
+
+
+def _made_up(lengths, amplitude, seed, u=0.15e-3):
+    """Nodes on a grid of 4 x 4 x 4 with deviations drawn from a process and read with u; approaches whose X and Y go together by 0.8."""
+    rng = np.random.default_rng(seed)
+    axes = (np.linspace(0, 800, 4), np.linspace(0, 600, 4), np.linspace(0, 400, 4))
+    place = np.array(np.meshgrid(*axes, indexing="ij")).reshape(3, -1).T
+    q = np.sqrt(5 * (((place[:, None] - place) / lengths) ** 2).sum(axis=2))
+    root = np.linalg.cholesky((1 + q + q**2 / 3) * np.exp(-q) + 1e-9 * np.eye(64))
+    deviation = amplitude * (root @ rng.standard_normal((64, 3))) + u * rng.standard_normal((64, 3))
+    at = rng.standard_normal((64, 14, 3)) @ np.linalg.cholesky([[1, 0.8, 0], [0.8, 1, 0], [0, 0, 1]]).T * 1e-3
+    at -= at.mean(axis=1, keepdims=True)
+    return SimpleNamespace(
+        place=place, deviation=deviation, deviation_u=np.full((64, 3), u), at=at, d=at.std(axis=1, ddof=1), dof=np.full(64, 13)
+    )  # fmt: skip
+
+
+def test_length_scales_amplitude_and_correlation_are_found():
+    """Drawn with 300, 300, 150 mm and 1 um: on six draws the 95 % ranges hold at least 14 of 18 lengths (P = 1e-3 for fewer at 95 %)."""
+    true, held, means = np.array([300.0, 300.0, 150.0]), 0, []
+    for seed in range(6):
+        fit = fitted(_made_up(true, 1e-3, seed))
+        held += int(((fit.lengths_range[0] <= true) & (true <= fit.lengths_range[1])).sum())
+        means.append([*np.log(fit.lengths / true), *np.log(fit.amplitude / 1e-3)])
+        assert fit.correlation[0, 1] == pytest.approx(0.8, abs=4 * 0.36 / np.sqrt(832))
+        assert abs(fit.correlation[0, 2]) < 4 / np.sqrt(832)
+    assert held >= 14
+    u = np.std(means, axis=0, ddof=1) / np.sqrt(6)
+    assert (np.abs(np.mean(means, axis=0)) < 5.89 * u).all()  # t of 5 degrees of freedom: 0.2 % each
+    assert (u < 0.15).all()
+
+
+def test_places_are_filled_in_no_further_apart_than_the_length():
+    """800 x 600 x 400 mm, lengths 300: between 64 nodes 267 x 200 x 133 mm apart few are missing; every place has one within 0.7 lengths."""
+    made = _made_up(np.full(3, 300.0), 1e-3, 0)
+    nodes = support(made.place, np.full(3, 300.0))
+    assert (nodes[:64] == made.place).all()
+    rng = np.random.default_rng(1)
+    anywhere = rng.uniform([0, 0, 0], [800, 600, 400], (500, 3))
+    assert (np.linalg.norm(anywhere[:, None] - nodes, axis=2).min(axis=1) < 0.7 * 300).all()
+    few = support(made.place[[0, 3, 12, 15, 48, 51, 60, 63]], np.full(3, 200.0))
+    assert 8 < len(few) <= 240
 
 
 def test_a_field_is_not_stated_twice(tmp_path, capsys):

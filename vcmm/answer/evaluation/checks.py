@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vcmm.core.expansions import unusual_expansion
-from vcmm.core.inputs import EVERY
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.laws import Law
 from vcmm.core.run import T0_DEG_C
 from vcmm.part.extent import EDGE, beyond_extent
 from vcmm.part.gps.contradictions import free_words, left_free, redundant_zones
@@ -19,8 +22,18 @@ def remarks(scenario: Scenario) -> tuple[str, ...]:
     return (
         *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
         *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario), *_beside(scenario),
-        *_unusual_warmth(scenario), *scenario.machine.remarks,
+        *_unusual_warmth(scenario), *independent_draws((*scenario.machine.inputs, *scenario.inputs)), *scenario.machine.remarks,
     )  # fmt: skip
+
+
+def independent_draws(inputs: Sequence[Input]) -> list[str]:
+    """What must be said of fields whose nodes are drawn independently and interpolated afterwards; empty where there are none."""
+    said = [
+        BY_NAME[i.effect].independent_draws
+        for i in inputs
+        if i.effect in BY_NAME and i.parameter == "values" and isinstance(i.law, Law)
+    ]
+    return list(dict.fromkeys(text for text in said if text))
 
 
 INTO = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.answer.evaluation.checks import independent_draws
 from vcmm.answer.placing.result import Placed
 from vcmm.answer.placing.words import changes
 from vcmm.task.measuring.fixture import DOFS
@@ -15,7 +16,15 @@ SAME = 0.01  # an influence that changes less between two poses is taken as the 
 
 
 def advice(placed: Placed) -> list[str]:
-    """Sentences for who has to decide: the gain, the room that is left, the share of u² that both poses have."""
+    """Sentences for who has to decide: the gain, the room that is left, the share of u² that both poses have.
+
+    None is given where U of the poses cannot be compared: a field whose nodes are drawn independently is small between its nodes
+    by the interpolation alone.
+    """
+    scenario = placed.objective.scenario
+    withheld = independent_draws((*scenario.machine.inputs, *scenario.inputs))
+    if withheld:
+        return [f"No advice: {text}." for text in withheld]
     return [_gain(placed), *_room(placed), *_unmoved(placed)]
 
 

@@ -11,12 +11,13 @@ if TYPE_CHECKING:
 def nodes_command(wanted: CalibrationWanted, json: bool) -> int:
     """Multilaterate, tell the nodes, write the machine file; the document is vcmm.nodes/1."""
     from vcmm.core.errors import UsageError
-    from vcmm.learn.calibration.node_field import node_text
+    from vcmm.learn.calibration.field_process import fitted
+    from vcmm.learn.calibration.node_field import check_nodes, node_text
     from vcmm.learn.calibration.nodes import node_scatter
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.nodes import nodes_table, sentences
+    from vcmm.show.tables.nodes import nodes_table, process_sentences, sentences
 
     if len(wanted.files) != 1:
         raise UsageError(
@@ -25,21 +26,25 @@ def nodes_command(wanted: CalibrationWanted, json: bool) -> int:
     given, out = wanted.given(), wanted.out
     found = node_scatter(given.recordings[0], given.machine)
     if out is not None:
+        check_nodes(found, given.machine)
+    fit = fitted(found)
+    if out is not None:
         output_folder(out.parent)
-        write_text(out, node_text(found, given.machine, wanted.machine, out, [f.name for f in wanted.files]))
+        names = [f.name for f in wanted.files]
+        write_text(out, node_text(found, given.machine, wanted.machine, out, names, fit))
         say(f"wrote {out}")
     if json:
-        print_json(document("vcmm.nodes/1", node_body(found, out), files=wanted.read()))
+        print_json(document("vcmm.nodes/1", node_body(found, fit, out), files=wanted.read()))
         return 0
     show_table(nodes_table(found))
-    for sentence in sentences(found):
+    for sentence in (*sentences(found), *process_sentences(fit)):
         print(sentence)
     return 0
 
 
-def node_body(found: Any, out: Any) -> dict[str, Any]:
+def node_body(found: Any, fit: Any, out: Any) -> dict[str, Any]:
     """The JSON document without its frame."""
-    from vcmm.show.tables.nodes import NODE_COLUMNS, nodes_table
+    from vcmm.show.tables.nodes import NODE_COLUMNS, nodes_table, process_json
     from vcmm.show.tables.table import records
 
     one = found.located
@@ -51,6 +56,7 @@ def node_body(found: Any, out: Any) -> dict[str, Any]:
         "stations": [
             {"place_mm": s.tolist(), "dead_path_mm": float(p)} for s, p in zip(one.stations, one.dead_paths)
         ],
+        "process": process_json(fit, int(found.dof.min())),
         "rejected_share": found.rejected(),
         "nodes": records(NODE_COLUMNS, nodes_table(found).rows),
     }

@@ -103,16 +103,20 @@ def _effect(effect: str, json: bool) -> int:
         [
             back.get(f.name, f.name),
             f.metadata["unit"],
-            f.metadata["doc"] + (" (scanned)" if f.metadata["scan"] else ""),
+            f.metadata["doc"]
+            + (f", {f.metadata['shape']}" if f.metadata["shape"] else "")
+            + (" (scanned)" if f.metadata["scan"] else ""),
         ]
         for f in parameter_fields(kind)
     ]
     places = [[f.name, str(f.metadata["doc"])] for f in place_fields(kind)]
+    keys = [[f.name, str(f.metadata.get("doc", "further key of the table"))] for f in key_fields(kind)]
     text = cleandoc(kind.__doc__ or "")
     link = "reading: indicated - true" if kind().link == "reading" else "tip error: actual - nominal"
     if json:
         body = {"effect": kind.name, "text": text, "sign": link, "per": kind.per, "needs": list(kind.needs), "cites": kind.cites,
-                "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in parameters], "places": [dict(zip(("key", "doc"), p)) for p in places]}  # fmt: skip
+                "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in parameters], "places": [dict(zip(("key", "doc"), p)) for p in places],
+                "keys": [dict(zip(("key", "doc"), k)) for k in keys]}  # fmt: skip
         print_json(document("vcmm.explain/1", body))
         return 0
     print(f"{kind.name}\n\n{text}\n")
@@ -124,6 +128,6 @@ def _effect(effect: str, json: bool) -> int:
     rows = [["place", n, d] for n, d in places] + [
         ["parameter", n, f"{units[u]}: {d}"] for n, u, d in parameters
     ]
-    rows += [["key", f.name, "further key of the table"] for f in key_fields(kind)]
+    rows += [["key", n, d] for n, d in keys]
     show_table(listing("keys of the [[effects]] table", ["", "key", "meaning"], rows, words=(0, 1, 2)))
     return 0

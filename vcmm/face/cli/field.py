@@ -20,7 +20,7 @@ def field_command(
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:
-    """Volumetric error map: tip errors (actual - nominal), maxima, body diagonals.
+    """Volumetric error map: tip errors (actual - nominal), their U, maxima, body diagonals.
 
     Parameters
     ----------
@@ -61,12 +61,29 @@ def field_command(
         print_json(content)
     else:
         show_table(maxima(loaded, error_map))
+    _say_limits(loaded, error_map)
     if absent:
         named = ", ".join(f"{name} ({', '.join(columns)})" for name, columns in absent)
         say(
             f"note: not in this map, which holds positions only: {named}{'' if at else '; give such rows with --at'}"
         )
     return 0
+
+
+def _say_limits(loaded: Any, error_map: Any) -> None:
+    """Where the map ends, and what its U does not hold."""
+    from vcmm.answer.evaluation.checks import independent_draws
+    from vcmm.show.console.terminal import say
+
+    if error_map.within:
+        ranges = ", ".join(f"{a} {low:g} to {high:g} mm" for a, low, high in error_map.within)
+        say(
+            f"note: mapped where every effect is known: within {ranges}; body diagonals of the travels lie beyond"
+        )
+    for text in independent_draws(loaded.inputs):
+        say(f"warning: {text}")
+    if error_map.left_out:
+        say(f"note: not in U, which is that of one positioning at 20 degC: {', '.join(error_map.left_out)}")
 
 
 @contextmanager

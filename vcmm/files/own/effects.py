@@ -17,6 +17,7 @@ from vcmm.core.units import dimension_of, quantity, shown, vector
 from vcmm.files.problems import Key, TableProblems, misspelt
 from vcmm.physics import find
 
+POINTS = ("nodes", "deviation", "scatter", "reading_u")  # lists of x y z with a unit
 Found = list[tuple[Key, str]]  # (key, what is wrong with it)
 
 
@@ -146,7 +147,9 @@ def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
     key = spec.name
     if key == "nodes" and ("component" in table or "axis" in table):
         return _axis_positions(value, axis_of(str(table.get("component", ""))) or str(table.get("axis")), key)
-    if key in ("nodes", "deviation"):
+    if key == "process":
+        return value  # judged by the effect itself, with its nodes
+    if key in POINTS:
         if not isinstance(value, list) or not value:
             raise UsageError(
                 f'{key} must be a list of points; write for example {key} = ["0 0 0 mm", "100 0 0 mm"]'

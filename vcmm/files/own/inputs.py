@@ -96,8 +96,10 @@ def _effect_input(
         return None
     law, scale = None, None
     with noting(found, "law"):
-        covariance = target.covariance()
-        if covariance is not None:
+        covariance, own = target.covariance(), target.own_law(spec.name)
+        if own is not None:
+            law = _refusing_others(kind, table, own)
+        elif covariance is not None:
             law = _own_law(kind, covariance, table)
         else:
             law, scale = _law(table, unit_of(target, spec.name))
@@ -117,13 +119,22 @@ def _effect_input(
 
 def _own_law(kind: type[Effect], covariance: Array, table: dict[str, Any]) -> MultivariateNormal:
     """The draws of such a field have the covariance of its own kernel; any other law would not be that field."""
+    own: MultivariateNormal = _refusing_others(
+        kind, table, MultivariateNormal(covariance), "nodes and length"
+    )
+    return own
+
+
+def _refusing_others(kind: type[Effect], table: dict[str, Any], own: Any, by: str = "process") -> Any:
+    """The law that the effect gives; any other that the table states is refused."""
     keys = {"law", *(key for keys in LAW_KEYS.values() for key in keys)}
     stated = [k for k in table if k in keys and table[k] != "multivariate"]
     if stated:
         raise UsageError(
-            f"{stated[0]} does not belong to an input of {kind.name}: its nodes and length give the covariance; remove it"
+            f"{stated[0]} does not belong to an input of {kind.name}: its {by} give{'s' if by == 'process' else ''} the "
+            f"{'law' if by == 'process' else 'covariance'}; remove it"
         )
-    return MultivariateNormal(covariance)
+    return own
 
 
 def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:

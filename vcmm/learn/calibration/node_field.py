@@ -1,4 +1,4 @@
-"""Nodes that were found, as a residual field in a machine file: mean deviations as values, scatter as a t-law per touch."""
+"""Nodes that were found, as a residual field in a machine file: a process of a share that comes back and of one that each approach adds."""
 
 from __future__ import annotations
 
@@ -7,23 +7,25 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
+from vcmm.core.residual_process import FieldProcess
 from vcmm.core.run import Array
 from vcmm.files.toml_edits import editable, move_names
+from vcmm.learn.calibration.field_process import ProcessFit, field_process, fitted
 from vcmm.learn.calibration.nodes import NodeScatter
-from vcmm.learn.diagnosis.machine_file import effect_toml
 from vcmm.physics import of_role
 
-TOLD = 2.0  # times its u: a mean deviation below that is not written
-REDRAW = "touch"  # d is a scatter of approaches
+SHARES = (
+    ("systematic", "machine"),
+    ("random", "touch"),
+)  # d is a scatter of approaches, the mean deviation stays
 
 
-def node_effect(found: NodeScatter, machine: Machine) -> Effect:
-    """The residual field of these nodes, of mean deviations that are told from zero: on columns where they stand in columns, else trilinear on a full grid.
+def check_nodes(found: NodeScatter, machine: Machine) -> str:
+    """The name of the effect that these nodes become.
 
-    Raises UsageError where they do neither, or where the machine states such a field already.
+    Raises UsageError where they span no volume, or where the machine states such a field already.
     """
     kind = of_role("residual field")
     if kind is None:
@@ -32,47 +34,77 @@ def node_effect(found: NodeScatter, machine: Machine) -> Effect:
         raise UsageError(
             f"the machine file states {kind.name} already; take it out of the file, so that no error is counted twice"
         )
-    grids = [len(np.unique(found.place[:, i])) for i in range(3)]
-    columns, heights = np.unique(found.place[:, :2], axis=0, return_counts=True)
-    if int(np.prod(grids)) == len(found.place):
-        way = "trilinear"
-    elif len(columns) >= 3 and heights.min() >= 2:
-        way = "columns-linear"
-    else:
+    if np.linalg.matrix_rank(found.place - found.place[0], tol=1e-6 * float(np.ptp(found.place))) < 3:
         raise UsageError(
-            f"{len(found.place)} nodes stand neither in vertical columns of two or more nor on a full grid; measure each column at several heights"
+            f"{len(found.place)} nodes lie in one plane; measure nodes at several heights, so that they span a volume"
         )
-    told = np.abs(found.deviation) > TOLD * found.deviation_u
-    effect: Effect = kind(nodes=found.place, interpolation=way, values=np.where(told, found.deviation, 0.0))
-    return effect
+    return str(kind.name)
 
 
-def predictive_scale(found: NodeScatter) -> Array:
-    """(K, 3) mm: scale of the t-law of one new approach after n of them, `single` times sqrt(1 + 1/n).
+def approach_scale(found: NodeScatter) -> Array:
+    """(K, 3) mm: scale of the t-law of one approach about the mean of its node; that mean has its own u in the systematic share.
 
     Where `single` is below what the lengths alone make, that stands for it: less cannot be seen.
     """
-    seen = np.maximum(found.single, found.instrument)
-    return np.asarray(seen * np.sqrt(1 + 1 / (found.dof + 1))[:, None])
+    return np.maximum(found.single, found.instrument)
 
 
 def node_text(
-    found: NodeScatter, machine: Machine, original: Path | None, target: Path, sources: Sequence[str]
+    found: NodeScatter,
+    machine: Machine,
+    original: Path | None,
+    target: Path,
+    sources: Sequence[str],
+    fit: ProcessFit | None = None,
 ) -> str:
     """Text of the machine file with the field at its end. original: the file that it is added to; None: one of structure and travels."""
     from vcmm.learn.calibration.machine_file import bare_text
 
-    effect = node_effect(found, machine)
+    name = check_nodes(found, machine)
+    fit = fitted(found) if fit is None else fit
     if original is None:
         start = bare_text(machine)
     else:
         document = editable(original)
         move_names(document, original.parent, target.parent)
         start = str(document.as_string())
-    said = f"LaserTracer, {', '.join(sources)}"
-    dof = sorted({int(v) for v in found.dof})
-    head = ["[[inputs]]", f'effect = "{effect.name}"', 'parameter = "values"', 'law = "t"', f"dof = {dof[0]}"]
-    head += [f'redraw = "{REDRAW}"', f'evidence = "{said}: scatter of {dof[0] + 1} approaches of each node"']
-    rows = [f'  "{" ".join(f"{v * 1e3:.3f}" for v in row)} um",' for row in predictive_scale(found)]
-    block = "\n".join([*head, "scale = [", *rows, "]"])
-    return f"{start.rstrip()}\n\n{effect_toml(effect, said)}\n{block}\n"
+    said, dof = f"LaserTracer, {', '.join(sources)}", int(found.dof.min())
+    process = field_process(found, fit, approach_scale(found))
+    parts = [start.rstrip(), "", *_effect_lines(name, process, found, dof, said)]
+    evidence = {
+        "systematic": f"{said}: mean of {dof + 1} approaches of each node, {len(found.place)} nodes",
+        "random": f"{said}: scatter of {dof + 1} approaches of each node",
+    }
+    for share, redraw in SHARES:
+        parts += ["", "[[inputs]]", f'effect = "{name}"', f'parameter = "{share}"', f'redraw = "{redraw}"']
+        parts += [f'evidence = "{evidence[share]}"']
+    return "\n".join(parts) + "\n"
+
+
+def _effect_lines(name: str, process: FieldProcess, found: NodeScatter, dof: int, said: str) -> list[str]:
+    """The [[effects]] table; nodes that are filled in stand behind those that were read."""
+    mean, _ = process.posterior(found.deviation)
+    rows = ", ".join(f"[{', '.join(f'{v:.4f}' for v in row)}]" for row in process.correlation)
+    words = [
+        'margins = "t"', f"dof = {dof}", f"length_scales_mm = [{_three(process.lengths)}]",
+        f"amplitude_um = [{_three(process.amplitude * 1e3)}]", f"correlation = [{rows}]",
+    ]  # fmt: skip
+    return [
+        f"[[effects]]                                # {said}",
+        f'effect = "{name}"',
+        f"process = {{ {', '.join(words)} }}",
+        f"# the first {process.readings} nodes were read, the others are filled in",
+        *_rows("nodes", process.nodes, "mm", 1.0, ".10g"),
+        *_rows("systematic", mean, "um", 1e3, ".4f"),
+        *_rows("scatter", process.scatter, "um", 1e3, ".4f"),
+        *_rows("reading_u", process.reading_u, "um", 1e3, ".4f"),
+    ]
+
+
+def _three(values: Array) -> str:
+    return ", ".join(f"{v:.5g}" for v in values)
+
+
+def _rows(key: str, values: Array, unit: str, scale: float, digits: str) -> list[str]:
+    body = [f'  "{" ".join(format(v * scale, digits) for v in row)} {unit}",' for row in values]
+    return [f"{key} = [", *body, "]"]

@@ -6,7 +6,7 @@ Everything the owner wrote stays as it is; what is added stands at the end, with
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -137,7 +137,9 @@ def _array_lines(effect: Effect) -> list[str]:
     if letters and vars(effect).get("grids"):
         grids = [_positions(a, g) for a, g in zip(letters, vars(effect)["grids"])]
         lines += [f"arguments = [{', '.join(_plain(a) for a in letters)}]", f"grids = [{', '.join(grids)}]"]
-    for name in ("nodes", "deviation"):
+    if isinstance(process := vars(effect).get("process"), Mapping):
+        lines.append(f"process = {{ {', '.join(f'{k} = {_word(v)}' for k, v in process.items())} }}")
+    for name in ("nodes", "deviation", "scatter", "reading_u"):
         value = np.asarray(vars(effect).get(name, ()), dtype=float)
         if not value.size or name in {f.name for f in parameter_fields(effect)}:
             continue
@@ -147,6 +149,13 @@ def _array_lines(effect: Effect) -> list[str]:
             points = (f'"{" ".join(f"{v:.10g}" for v in row)} mm"' for row in value)
             lines.append(f"{name} = [{', '.join(points)}]")
     return lines
+
+
+def _word(value: Any) -> str:
+    """A text, a number or a list of them, as TOML writes it."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"[{', '.join(_word(v) for v in value)}]" if isinstance(value, list | tuple) else f"{value:.10g}"
 
 
 def _positions(letter: str, values: Any) -> str:

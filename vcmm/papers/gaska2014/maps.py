@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vcmm.core.residual_weights import field_weights
 from vcmm.core.run import Array
 from vcmm.papers.gaska2014.nodes import COLUMNS, NODES
 from vcmm.papers.gaska2014.readings import PLANES
-from vcmm.physics.residual import field_weights
 
 PANELS: Sequence[tuple[str, int, str]] = (
     ("a", 0, "linear"), ("b", 0, "nearest"), ("c", 1, "linear"), ("d", 1, "nearest"), ("e", 2, "nearest"),

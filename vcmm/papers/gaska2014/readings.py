@@ -23,10 +23,10 @@ import numpy.typing as npt
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.streams import draw
 from vcmm.core.laws import MultivariateNormal, StudentT
+from vcmm.core.residual_weights import CURVES, field_weights
 from vcmm.core.run import Array
 from vcmm.papers.gaska2014.nodes import NODES, NU
 from vcmm.physics import of_role
-from vcmm.physics.residual import CURVES, field_weights
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.strategies import Grid, Levels, plan_points
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm import __version__
+from vcmm import __version__, charts
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.show import report as r
@@ -21,6 +21,7 @@ def field_page(machine: Machine, error_map: ErrorField) -> str:
     if error_map.diagonals:
         blocks += [r.heading("Body diagonals (ISO 230-6)"), html(diagonals(error_map))]
     blocks += [r.heading("The deformed volume"), picture(machine, error_map)]
+    blocks += _layers(error_map, linear_axes(machine))
     footer = f"vcmm {__version__}. Tip error = actual - nominal in workpiece axes; a CMM's indication has the opposite sign."
     return r.page(
         f"Error field of {machine.name}",
@@ -47,6 +48,8 @@ def picture(machine: Machine, error_map: ErrorField) -> str:
 def volume_scene(machine: Machine) -> list[r.Lines]:
     """A grid of the travels, ideal and deformed, as items of a scene."""
     error_map, axes = field(machine), linear_axes(machine)
+    if not _is_grid(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes))))):
+        return []
     return _deformed(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes)))))[0]
 
 
@@ -62,6 +65,30 @@ def _deformed(error_map: ErrorField, axes: list[str], n: int) -> tuple[list[r.Li
         r.Lines(_segments(bent), "accent", 1.4, name=f"with errors x {factor:,.0f}"),
     ]
     return items, factor
+
+
+def _layers(error_map: ErrorField, axes: list[str]) -> list[str]:
+    """Maps of the tip error and of its U over x and y, at the middle height of the points; none without Inputs or without three axes."""
+    points = _points(error_map)
+    if error_map.u is None or len(axes) < 3:
+        return []
+    heights = np.unique(points[:, 2])
+    here = points[:, 2] == heights[len(heights) // 2]
+    x, y = (np.unique(points[here, i]) for i in (0, 1))
+    if min(len(x), len(y)) < 2:
+        return []
+    out = [r.heading(f"Tip error and its U at Z {heights[len(heights) // 2]:g} mm")]
+    for i, name in enumerate("xyz"):
+        for values, what, signed in (
+            (error_map.tip_error, "tip error", True),
+            (2 * error_map.u, "U (k = 2)", False),
+        ):
+            sheet = np.full((len(y), len(x)), np.nan)
+            at = np.searchsorted(y, points[here, 1]), np.searchsorted(x, points[here, 0])
+            sheet[at] = 1e3 * values[here, i]
+            words = {"x_label": "X / mm", "y_label": "Y / mm", "unit": "µm", "title": f"{what} in {name}"}
+            out.append(charts.on_page(charts.heat_map, sheet, x, y, symmetric=signed, **words))
+    return out
 
 
 def _is_grid(error_map: ErrorField, axes: list[str], n: int) -> bool:

@@ -49,6 +49,9 @@ def maxima(machine: Machine, error_map: ErrorField) -> ResultTable[Any]:
         ["mean tip error", f"{size.mean() * 1e3:.3f} um", f"{error_map.run.n} points"],
         ["largest in x, y, z", " ".join(f"{v:.3f}" for v in _largest(error_map)) + " um", ""],
     ]
+    if error_map.u is not None:
+        three = " ".join(f"{v:.3f}" for v in 2e3 * error_map.u.max(axis=0))
+        rows.append(["largest U in x, y, z", f"{three} um", "k = 2, of one positioning"])
     for d in error_map.diagonals:
         ends = f"{_ends(d.start, ' ')} to {_ends(d.end, ' ')}"
         rows.append(["body diagonal", f"{d.length_error * 1e3:+.3f} um", ends])
@@ -63,10 +66,19 @@ def summary(error_map: ErrorField) -> ResultTable[Any]:
         ["largest tip error", f"{size.max():.3f} µm"],
         ["mean tip error", f"{size.mean():.3f} µm"],
         *([f"largest in {c}", f"{v:.3f} µm"] for c, v in zip("xyz", _largest(error_map))),
+        *_spread_rows(error_map),
         ["points", str(error_map.run.n)],
         ["engine", engine_text(error_map)],
     ]
     return listing("Volumetric error", ["", "tip error, actual - nominal"], rows)
+
+
+def _spread_rows(error_map: ErrorField) -> list[list[str]]:
+    if error_map.u is None:
+        return []
+    return [
+        [f"largest U in {c} (k = 2)", f"{v:.3f} µm"] for c, v in zip("xyz", 2e3 * error_map.u.max(axis=0))
+    ]
 
 
 def _largest(error_map: ErrorField) -> Array:
@@ -90,6 +102,10 @@ def field_json(error_map: ErrorField) -> dict[str, Any]:
         "engine": "exact" if error_map.exact else "first-order",
         "points": int(error_map.run.n),
         "tip_error_mm": error_map.tip_error.tolist(),
+        "u_mm": None if error_map.u is None else error_map.u.tolist(),
+        "U_mm": None if error_map.u is None else (2 * error_map.u).tolist(),
+        "not_in_U": list(error_map.left_out),
+        "within_mm": {a: [low, high] for a, low, high in error_map.within},
         "summary": {
             "max_mm": float(size.max(initial=0.0)),
             "mean_mm": float(size.mean()) if len(size) else 0.0,
@@ -115,7 +131,16 @@ def field_csv(machine: Machine, error_map: ErrorField) -> str:
     columns += [
         Column(None, partial(error, i), csv=f"error_{c}_um", file=_nine_digits) for i, c in enumerate("xyz")
     ]
+    u = error_map.u
+    if u is not None:
+        spread = [partial(_um_of, u, i) for i in range(3)]
+        columns += [Column(None, f, csv=f"U_{c}_um", file=_nine_digits) for f, c in zip(spread, "xyz")]
     return csv_text(ResultTable("", columns, range(error_map.run.n)))
+
+
+def _um_of(u: Array, component: int, row: int) -> float:
+    """U of k = 2."""
+    return float(2e3 * u[row, component])
 
 
 def _nine_digits(value: float, unit: str) -> str:

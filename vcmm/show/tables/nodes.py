@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.learn.calibration.field_process import ProcessFit
 from vcmm.learn.calibration.nodes import NodeScatter
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry
@@ -70,6 +72,47 @@ def sentences(found: NodeScatter) -> list[str]:
         f"one approach: {_range(single)} um, d freed of what changes between stations and of the instrument",
         f"mean deviations are known to {known:.2f} um (rms of their u)",
         f"chi-squared against the t-law: {found.rejected():.0%} of {found.test.size} tests below 0.05",
+    ]
+
+
+def process_json(fit: ProcessFit, dof: int) -> dict[str, Any]:
+    """The process of the field in a document: its numbers and central 95 % of what the likelihood leaves."""
+    return {
+        "margins": "t",
+        "dof": dof,
+        "length_scales_mm": fit.lengths.tolist(),
+        "length_scales_interval_mm": fit.lengths_range.T.tolist(),
+        "length_scales_tried_mm": list(fit.tried),
+        "amplitude_um": (fit.amplitude * 1e3).tolist(),
+        "amplitude_interval_um": (fit.amplitude_range.T * 1e3).tolist(),
+        "correlation": fit.correlation.tolist(),
+        "correlation_u": fit.correlation_u.tolist(),
+    }
+
+
+def process_sentences(fit: ProcessFit) -> list[str]:
+    """What the nodes say of the field between them."""
+    low, high = fit.lengths_range
+    lengths = ", ".join(
+        f"{a} {v:.0f} ({b:.0f} to {c:.0f})" for a, v, b, c in zip("xyz", fit.lengths, low, high)
+    )
+    small, large = fit.amplitude_range * 1e3
+    sizes = ", ".join(
+        f"{a} {v:.2f} ({b:.2f} to {c:.2f})" for a, v, b, c in zip("xyz", fit.amplitude * 1e3, small, large)
+    )
+    pairs = ", ".join(
+        f"{a} {fit.correlation[i, j]:+.2f} (u {fit.correlation_u[i, j]:.2f})"
+        for a, i, j in (("XY", 0, 1), ("XZ", 0, 2), ("YZ", 1, 2))
+    )
+    short = [a for a, v in zip("xyz", low) if v <= fit.tried[0] * 1.0001]
+    long = [a for a, v in zip("xyz", high) if v >= fit.tried[1] * 0.9999]
+    open_ends = [f"{' '.join(short)} not told from shorter than {fit.tried[0]:.0f} mm"] if short else []
+    open_ends += [f"{' '.join(long)} not told from longer than {fit.tried[1]:.0f} mm"] if long else []
+    return [
+        f"field between the nodes, by likelihood, with 95 % coverage intervals: length scales along {lengths} mm"
+        + "".join(f"; {t}" for t in open_ends),
+        f"what comes back every time: amplitude in {sizes} um",
+        f"one approach: correlation of {pairs}",
     ]
 
 

@@ -214,7 +214,7 @@ def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """(effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
     run = machine.prepare(recording.run)
-    needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.random)
+    needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.is_random)
     return tuple((name, columns) for name, columns in needs if columns)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from vcmm.core.axes import LINEAR
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import T0_DEG_C, Array, Run
+from vcmm.task.response.known_volume import known_box, known_rows, tip_uncertainty, without_unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,12 +34,19 @@ class Diagonal:
 
 @dataclass(frozen=True, eq=False)
 class ErrorField:
-    """tip_error (n, 3) mm at the rows of `run`; the four body diagonals (empty without three linear axes)."""
+    """tip_error (n, 3) mm at the rows of `run`; the four body diagonals (empty without three linear axes, and where an effect is not known at their ends).
+
+    u (n, 3) mm: standard uncertainty of the tip error at one positioning, None where the machine states no Inputs that move the tip;
+    left_out: its Inputs that are not in it. within: ranges of the axes, mm, of the grid where travels are not known to their ends; else empty.
+    """
 
     run: Run
     tip_error: Array
     exact: bool
     diagonals: tuple[Diagonal, ...]
+    u: Array | None = None
+    left_out: tuple[str, ...] = ()
+    within: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def size(self) -> Array:
@@ -53,18 +62,36 @@ class ErrorField:
 
 
 def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:
-    """Tip errors at the rows of a run, or on a grid of nodes^3 over the travels (rotary axes at zero)."""
-    run = grid(machine, nodes) if run is None else run
+    """Tip errors at the rows of a run, or on a grid of nodes^3 over the travels (rotary axes at zero), as far as every effect is known."""
+    within: tuple[tuple[str, float, float], ...] = ()
+    if run is None:
+        run = grid(machine, nodes)
+        if not known_rows(machine, run).all():
+            box = known_box(machine, linear_axes(machine))
+            run = without_unknown(machine, grid(machine, nodes, box))
+            within = tuple((a, *ends) for a, ends in box.items())
     run = with_defaults(machine, run)
-    return ErrorField(run, machine.tip_error(run, exact), exact, diagonals(machine, exact))
+    error = machine.tip_error(run, exact)
+    u, left = tip_uncertainty(machine, run) if machine.inputs else (None, ())
+    if u is not None and len(left) == len(machine.inputs):
+        u = None
+    return ErrorField(
+        run=run,
+        tip_error=error,
+        exact=exact,
+        diagonals=diagonals(machine, exact),
+        u=u,
+        left_out=left,
+        within=within,
+    )
 
 
 def linear_axes(machine: Machine) -> list[str]:
     return [a for a in "XYZ" if a in machine.axes]
 
 
-def grid(machine: Machine, nodes: int) -> Run:
-    """A grid over the travels of the linear axes, tip at the end of no stylus."""
+def grid(machine: Machine, nodes: int, box: Mapping[str, tuple[float, float]] | None = None) -> Run:
+    """A grid over the travels of the linear axes, or over ranges of them, tip at the end of no stylus."""
     if nodes < 2:
         raise UsageError(f"a grid of {nodes} nodes per axis has no extent; use at least 2")
     letters = linear_axes(machine)
@@ -73,7 +100,9 @@ def grid(machine: Machine, nodes: int) -> Run:
             f"{nodes} nodes per axis are {nodes ** len(letters):,} points, and at most {MOST_NODES:,} are mapped; "
             f"use {int(MOST_NODES ** (1 / len(letters)))} or fewer"
         )
-    mesh = np.meshgrid(*(np.linspace(*machine.axes[a].travel, nodes) for a in letters), indexing="ij")
+    mesh = np.meshgrid(
+        *(np.linspace(*(box or {}).get(a, machine.axes[a].travel), nodes) for a in letters), indexing="ij"
+    )
     n = mesh[0].size
     position = {a: m.ravel() for a, m in zip(letters, mesh)}
     position |= {a: np.zeros(n) for a in machine.axes if a not in letters}
@@ -99,7 +128,7 @@ def not_mapped(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]],
     """
     out: list[tuple[str, tuple[str, ...]]] = []
     for e in machine.effects:
-        if e.random:
+        if e.is_random:
             continue
         if e.link == "reading":
             out.append((e.id, ("a touch",)))
@@ -124,6 +153,8 @@ def diagonals(machine: Machine, exact: bool = False) -> tuple[Diagonal, ...]:
         position = {a: both[:, i] for i, a in enumerate(letters)}
         position |= {a: np.zeros(2) for a in machine.axes if a not in letters}
         run = with_defaults(machine, Run(position, np.zeros((2, 3))))
+        if not known_rows(machine, run).all():
+            return ()
         error = machine.tip_error(run, exact)
         direction = both[1] - both[0]
         length_error = (error[1] - error[0]) @ direction / np.linalg.norm(direction)

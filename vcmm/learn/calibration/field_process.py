@@ -1,0 +1,139 @@
+"""The process of a residual field from what was read at nodes: length scales and amplitudes by likelihood, correlation of X, Y, Z.
+
+Deviations y_i of direction i at the nodes are taken as y_i ~ N(0, a_i^2 K(lengths) + diag(u_i^2)), K as in `core.residual_process`, u what the
+readings leave. The likelihood is weighed over a grid, even in ln length and ln amplitude; the lengths are common to x, y and z errors.
+Source: Rasmussen & Williams, Gaussian Processes (2006), eq. 5.8, averaged (section 5.2) in place of maximised.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.residual_process import FieldProcess, correlation_of
+from vcmm.core.run import Array
+from vcmm.learn.calibration.nodes import NodeScatter
+
+COARSE, FINER, AMPLITUDES = 5, 7, 16  # points of a grid along x, y, z; of the sizes
+MOST = 240  # nodes of a field with those filled in
+FINE = 0.8  # lengths between nodes that are filled in: half way between them nine tenths of the variance is theirs
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessFit:
+    """lengths, amplitude (3,) mm, their central 95 % (2, 3); correlation (3, 3) of X, Y, Z of one approach, its u (3, 3).
+
+    tried (2,) mm: shortest and longest length of the grid; an end of a range that lies there is a bound of the trial and nothing that was seen.
+    """
+
+    lengths: Array
+    lengths_range: Array
+    amplitude: Array
+    amplitude_range: Array
+    correlation: Array
+    correlation_u: Array
+    tried: tuple[float, float]
+
+
+def fitted(found: NodeScatter) -> ProcessFit:
+    """The process that these nodes tell."""
+    extent = np.ptp(found.place, axis=0)
+    apart = np.linalg.norm(found.place[:, None] - found.place, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    near = float(np.median(apart.min(axis=1)))
+    tried = near / 2, 2 * float(extent.max())
+    sizes = [
+        np.geomspace(0.1 * np.sqrt((u**2).mean()), 3 * max(np.sqrt((y**2).mean()), np.sqrt((u**2).mean())), AMPLITUDES)
+        for y, u in zip(found.deviation.T, found.deviation_u.T)
+    ]  # fmt: skip
+    low, high = np.log(tried)
+    grids = [np.linspace(low, high, COARSE)] * 3
+    weights = _weighed(found, grids, sizes)
+    grids = [_around(g, w, np.log(tried)) for g, w in zip(grids, weights)]
+    weights = _weighed(found, grids, sizes)
+    lengths = np.exp([w @ g for g, w in zip(grids, weights)])
+    ends = np.exp(np.array([_ends(g, w) for g, w in zip(grids, weights)]).T)
+    here = np.exp((one := np.array(_likelihood(found, lengths, sizes))) - one.max(axis=1, keepdims=True))
+    here /= here.sum(axis=1, keepdims=True)
+    amplitude = np.array([np.sqrt(w @ s**2) for w, s in zip(here, sizes)])
+    spread = np.exp(np.array([_ends(np.log(s), w) for w, s in zip(here, sizes)]).T)
+    return ProcessFit(lengths, ends, amplitude, spread, *_correlation(found), tried)
+
+
+def _likelihood(found: NodeScatter, lengths: Array, sizes: list[Array]) -> Array:
+    """(3, sizes): ln likelihood of each amplitude of each direction. Whitened by u, all amplitudes share one set of eigenvectors."""
+    own = correlation_of(found.place, found.place, lengths)
+    out = np.zeros((3, AMPLITUDES))
+    for i in range(3):
+        u = found.deviation_u[:, i]
+        values, vectors = np.linalg.eigh(own / np.outer(u, u))
+        square = (vectors.T @ (found.deviation[:, i] / u)) ** 2
+        variance = 1 + sizes[i][:, None] ** 2 * np.maximum(values, 0.0)
+        out[i] = -0.5 * (np.log(variance) + square / variance).sum(axis=1)
+    return out
+
+
+def _weighed(found: NodeScatter, grids: list[Array], sizes: list[Array]) -> list[Array]:
+    """Weight of each ln length along x, y, z, the other two and the amplitudes summed over."""
+    mesh = np.array(np.meshgrid(*grids, indexing="ij"))
+    triples = np.exp(mesh.reshape(3, -1).T)
+    ln = np.array([_likelihood(found, lengths, sizes) for lengths in triples])  # (triples, 3, sizes)
+    whole = np.log(np.exp(ln - ln.max(axis=2, keepdims=True)).sum(axis=2)) + ln.max(axis=2)
+    weight = np.exp((total := whole.sum(axis=1)) - total.max()).reshape(mesh.shape[1:])
+    weight /= weight.sum()
+    return [weight.sum(axis=tuple(k for k in range(3) if k != i)) for i in range(3)]
+
+
+def _around(grid: Array, weight: Array, ends: Array) -> Array:
+    """A finer grid over what the weights leave, three and a half of their standard deviations, within the ends."""
+    mean = float(weight @ grid)
+    spread = np.sqrt(weight @ (grid - mean) ** 2 + (grid[1] - grid[0]) ** 2 / 12)
+    low, high = max(mean - 3.5 * spread, ends[0]), min(mean + 3.5 * spread, ends[1])
+    return np.linspace(low, high, FINER)
+
+
+def _ends(grid: Array, weight: Array) -> tuple[float, float]:
+    """Central 95 % of an even grid, each weight spread over its cell; within the grid."""
+    half = (grid[1] - grid[0]) / 2
+    edges = np.concatenate([[grid[0] - half], grid + half])
+    total = np.concatenate([[0.0], np.cumsum(weight)])
+    low, high = np.interp([0.025, 0.975], total, edges)
+    return float(max(low, grid[0])), float(min(high, grid[-1]))
+
+
+def _correlation(found: NodeScatter) -> tuple[Array, Array]:
+    """Correlation (3, 3) of X, Y, Z over all approaches, each less its node's mean and by its node's d; (1 - r^2) / sqrt(dof) is its u."""
+    unit = found.at / np.maximum(found.d, 1e-300)[:, None]
+    rows = unit[~np.isnan(unit).any(axis=2)]
+    second = rows.T @ rows
+    size = np.sqrt(np.diag(second))
+    r = second / np.outer(size, size)
+    np.fill_diagonal(r, 1.0)
+    return r, (1 - r**2) / np.sqrt(found.dof.sum())
+
+
+def support(place: Array, lengths: Array) -> Array:
+    """(m, 3) mm: the nodes and those that are filled in between them, FINE lengths apart, or as many as MOST allows, within the hull."""
+    from scipy.spatial import Delaunay
+
+    mesh, low, high = Delaunay(place), place.min(axis=0), place.max(axis=0)
+    share = FINE
+    while True:
+        count = np.maximum(np.ceil((high - low) / (share * lengths)).astype(int) + 1, 2)
+        if int(np.prod(count)) <= 20 * MOST:
+            axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, count)]
+            grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(3, -1).T
+            grid = grid[mesh.find_simplex(grid, tol=1e-9) >= 0]
+            far = (((grid[:, None] - place) / lengths) ** 2).sum(axis=2).min(axis=1) > (share / 2) ** 2
+            if len(place) + int(far.sum()) <= max(MOST, len(place)):
+                return np.vstack([place, grid[far]])
+        if (count == 2).all() and share > 1e6:
+            return place
+        share *= 1.1
+
+
+def field_process(found: NodeScatter, fit: ProcessFit, scatter: Array) -> FieldProcess:
+    """The process with its nodes, for what is to be written. scatter (K, 3) mm: s of one approach at the nodes that were read."""
+    nodes = support(found.place, fit.lengths)
+    return FieldProcess(nodes, scatter, found.deviation_u, fit.lengths, fit.amplitude, fit.correlation)
