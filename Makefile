@@ -24,7 +24,7 @@ export JUPYTER_DATA_DIR := $(CACHE)/jupyter/data
 export JUPYTER_RUNTIME_DIR := $(CACHE)/jupyter/runtime
 endif
 
-.PHONY: help demo test test-all lint types docs bench exam audit clean
+.PHONY: help demo test test-all lint types docs bench exam audit referee clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -65,6 +65,10 @@ exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, 
 
 audit: .venv/.installed-dev ## count coverage of the published tasks and write docs/audit.md; goes on where it stopped
 	$(BIN)/python tools/audit_table.py
+
+referee: .venv/.installed-dev ## a judge that shares nothing counts what is claimed, 400 parts a cell (many hours); goes on where it stopped
+	$(BIN)/python -m referee --parts 400 --seed 1 --jobs $(JOBS) --out referee.jsonl
+	$(BIN)/python -m referee --table referee.jsonl
 
 clean: ## remove .venv, caches and everything that was made
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md docs/reference.md docs/lesson vcmm-demo
