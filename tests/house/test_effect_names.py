@@ -19,10 +19,13 @@ MADE_OF_EFFECTS = ("physics", "papers", "cases")  # a paper's twin is made of ce
 
 # (module, string): why it stands there without meaning the effect of that name.
 CONTRACT = {
-    ("calibrating.node_field", "scatter"): "key of a residual field: scale of one approach at its nodes",
+    (
+        "learn.calibration.node_field",
+        "scatter",
+    ): "key of a residual field: scale of one approach at its nodes",
     ("core.residual_process", "scatter"): "the same key",
-    ("files.effects", "scatter"): "the same key",
-    ("diagnosis.machine_file", "scatter"): "the same key",
+    ("files.own.effects", "scatter"): "the same key",
+    ("learn.diagnosis.machine_file", "scatter"): "the same key",
     (
         "core.run",
         "work_offset",

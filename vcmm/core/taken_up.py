@@ -40,7 +40,7 @@ def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str
 
 def _is_play(effect: Effect, axis: str) -> bool:
     asked = effect.required()
-    return not effect.random and f"sense_{axis}" in asked and all(c.startswith(KNOWN) for c in asked)
+    return not effect.is_random and f"sense_{axis}" in asked and all(c.startswith(KNOWN) for c in asked)
 
 
 def _width(effects: Sequence[Effect], axis: str, position: Mapping[str, Array]) -> Width:

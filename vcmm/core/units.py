@@ -72,8 +72,7 @@ EXAMPLES: dict[str, str] = {
     "angle per length": "3 urad/m", "length per temperature": "0.4 um/K", "length per time": "0.5 um/h",
     "force": "0.1 N", "compliance": "0.1 um/N", "mass": "20 kg",
     "strain per mass": "0.05 um/(m kg)", "length per mass": "0.01 um/kg", "angle per mass": "0.1 urad/kg", "length per volume": "200 um/m^3",
-    "curvature per temperature": "10 um/(m^2 K)",
-    "angle per acceleration": "5 urad/(m/s^2)",
+    "curvature per temperature": "10 um/(m^2 K)", "angle per acceleration": "5 urad/(m/s^2)",
 }  # fmt: skip
 
 LONGEST_UNIT = 80  # characters

@@ -154,7 +154,7 @@ def test_choose_by_name() -> None:
     assert choose("torus", "grid") is Ring
     with pytest.raises(UsageError, match=r'Did you mean "helix"\? Allowed: levels, helix, birdcage'):
         choose("cylinder", "helixx")
-    with pytest.raises(UsageError, match="points in a file"):
+    with pytest.raises(UsageError, match="name a file of its points"):
         choose("mesh", "grid")
 
 

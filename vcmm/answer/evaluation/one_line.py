@@ -35,12 +35,12 @@ def listed(texts: Iterable[str]) -> str:
     return "; ".join(every[:SHOWN]) + rest
 
 
-class Named(Protocol):
+class HasName(Protocol):
     @property
     def name(self) -> str: ...
 
 
-T = TypeVar("T", bound=Named)
+T = TypeVar("T", bound=HasName)
 
 
 def of_name(all_of_them: Iterable[T], name: str) -> T:
