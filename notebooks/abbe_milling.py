@@ -22,8 +22,6 @@ import numpy as np
 import vcmm
 from vcmm.files.own.design import load_design
 from vcmm.files.own.library import folder
-from vcmm.papers.abbe_milling import twin, validation
-from vcmm.papers.virtual_cut import departure, thinned
 
 scenario = vcmm.load_cut(vcmm.example("abbe_milling"))
 for letter, axis in scenario.machine.axes.items():

@@ -17,7 +17,6 @@
 # %%
 import numpy as np
 
-from vcmm.papers.echerfaoui2017 import page, twin
 from vcmm.show.charts.canvas import canvas
 
 rng = np.random.default_rng(7)

@@ -18,7 +18,6 @@
 import numpy as np
 
 import vcmm
-from vcmm.papers.gaska2014 import maps, nodes, readings, tracer, twin
 
 scenario = vcmm.load_scenario(vcmm.example("gaska2014"))
 print(scenario.name, "-", len(scenario.places), "places,", scenario.task().touches.run.n, "touches")

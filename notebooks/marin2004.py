@@ -17,8 +17,6 @@
 # %%
 
 import vcmm
-from vcmm.papers.marin2004 import twin
-from vcmm.papers.marin2004.day import PARAMETERS, UNITS
 
 scenario = vcmm.load_cut(vcmm.example("marin2004"))
 result = twin.run(scenario)

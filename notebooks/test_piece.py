@@ -17,8 +17,6 @@
 import numpy as np
 
 import vcmm
-from vcmm.cases import test_piece_errors as twin
-from vcmm.cases.test_piece_page import tables
 from vcmm.show.tables.table import text
 
 scenario = vcmm.load_cut(vcmm.example("test_piece"))

@@ -16,7 +16,6 @@
 # %%
 import numpy as np
 
-from vcmm.papers.xcz_lathe import flat, joint, lathe, surveys, twin
 from vcmm.show.charts.canvas import canvas
 
 rng = np.random.default_rng(4)

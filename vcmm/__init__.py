@@ -41,6 +41,7 @@ _HOME = {
     "calibrate": "vcmm.learn.calibration.job",
     "load_cut": "vcmm.files.own.cut_scenario",
     "load_recording": "vcmm.files.own.recording",
+    "twin": "vcmm.face.twins",
 }
 __all__ = ["__version__", *_HOME]
 

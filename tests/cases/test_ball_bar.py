@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vcmm
-from vcmm.cases import ball_bar
+from vcmm_twins.ballbar import recorded as ball_bar
 from vcmm.files.own.library import companions, example, folder
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vcmm
-from vcmm.cases import traced_cmm
+from vcmm_twins.traced_cmm import recorded as traced_cmm
 from vcmm.files.own.library import companions, example, folder
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.tested import put_to_test

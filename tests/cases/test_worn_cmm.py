@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import vcmm
-from vcmm.cases import worn_cmm as twin
-from vcmm.cases import worn_cmm_page as page
+from vcmm_twins.worn_cmm import twin
+from vcmm_twins.worn_cmm import page
 from vcmm.core.run import Run, Series
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import companions, example, folder

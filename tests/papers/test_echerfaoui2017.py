@@ -10,8 +10,8 @@ import pytest
 
 from tests.documented import DOCS, assert_documented
 from vcmm.face.cli import run as command
-from vcmm.papers.echerfaoui2017 import page, twin
-from vcmm.papers.echerfaoui2017.laser import ARCSEC, OPTIONS, read
+from vcmm_twins.echerfaoui2017 import page, twin
+from vcmm_twins.echerfaoui2017.laser import ARCSEC, OPTIONS, read
 
 
 @cache

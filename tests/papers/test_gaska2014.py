@@ -18,9 +18,9 @@ from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration import multilateration
 from vcmm.learn.calibration import nodes as calibrated_nodes
-from vcmm.papers.gaska2014 import maps, nodes, page, placement, readings, tracer, twin
-from vcmm.papers.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviations
-from vcmm.papers.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
+from vcmm_twins.gaska2014 import maps, nodes, page, placement, readings, tracer, twin
+from vcmm_twins.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviations
+from vcmm_twins.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
 from vcmm.physics import residual
 from vcmm.show.tables.table import in_terminal
 from vcmm.task.measuring.fixture import six_of

@@ -12,9 +12,9 @@ from tests.documented import assert_documented, assert_titled
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Run
 from vcmm.files.own.library import example, folder
-from vcmm.papers.error_tables import effects_of
-from vcmm.papers.marin2004 import learnt, page, rewritten, twin
-from vcmm.papers.marin2004.chain import (
+from vcmm_twins.shared.error_tables import effects_of
+from vcmm_twins.marin2004 import learnt, page, rewritten, twin
+from vcmm_twins.marin2004.chain import (
     carriages,
     expanded,
     in_workpiece_axes,
@@ -23,7 +23,7 @@ from vcmm.papers.marin2004.chain import (
     relation,
     volumetric_error,
 )
-from vcmm.papers.marin2004.day import (
+from vcmm_twins.marin2004.day import (
     GAINS,
     MINUTES,
     Day,

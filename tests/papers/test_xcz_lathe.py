@@ -14,8 +14,8 @@ from tests.documented import assert_documented
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.face.cli import run as command
-from vcmm.papers.xcz_lathe import flat, joint, lathe, page, recorded, surveys, twin
-from vcmm.papers.xcz_lathe.lathe import ARCSEC, NM
+from vcmm_twins.xcz_lathe import flat, joint, lathe, page, recorded, surveys, twin
+from vcmm_twins.xcz_lathe.lathe import ARCSEC, NM
 from vcmm.physics.component import ComponentTable
 from vcmm.physics.rotary import RotaryCyclic
 from vcmm.physics.squareness import RotaryLocation
@@ -268,7 +268,7 @@ def test_the_scenario_runs_as_new_says(tmp_path, capsys, monkeypatch):
 
 
 def test_command(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(twin, "run", lambda **options: result())
+    monkeypatch.setattr(twin, "run", lambda draws, progress: result())
     assert command(["demo", "--twin", "xcz_lathe", "--draws", "1", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     one = found["lathes"][0]

@@ -133,10 +133,11 @@ def _twin(
     machines: list[Path] | None, draws: int | None, options: dict[str, Any], json: bool, folder: Path | None
 ) -> int:
     """The twin of the published study."""
-    from vcmm.papers.gaska2014.placement_command import show_placement
+    from vcmm.face.twins import twin
 
     _refuse("the twin has machines of its own", {"--machines": machines})
-    return show_placement(folder, draws or 200, options, json)
+    shown: int = twin("gaska2014").placement_command.show_placement(folder, draws or 200, options, json)
+    return shown
 
 
 def _refuse(why: str, given: dict[str, Any]) -> None:
