@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from vcmm import __version__
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm import Array, CutScenario, Machine, Run, __version__
+from vcmm import charts as draw
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .twin import (
     PAPER_REDUCTION,
     STRUCTURES,
@@ -30,11 +32,6 @@ from .validation import (
     SlotPrediction,
     rms,
 )
-from vcmm.shop.machining.scenario import CutScenario
-from vcmm.show import charts as draw
-from vcmm.show import report as r
-from vcmm.show.tables.quantities import fixed, percent
-from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 ZERO_SET = {True: "on this machine", False: "without error"}
 WHAT = (
@@ -62,7 +59,7 @@ DRAWN = (
 )  # fmt: skip
 
 
-def tables(result: AbbeTwin) -> list[ResultTable[Any]]:
+def tables(result: AbbeTwin) -> list[tb.ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [_reductions(result), _validation(result), _slots(result), _corners(result)]
 
@@ -80,17 +77,17 @@ class SlotOverDraws:
         return float(np.mean([what(one) for one in self.draws]))
 
 
-VALIDATION: tuple[Column[SlotOverDraws], ...] = (
-    Column("aligned", lambda s: s.draws[0].alignment),
-    Column("slot", lambda s: s.draws[0].place),
-    Column("measured / µm", lambda s: s.of(lambda one: one.real), fixed(1)),
-    Column("conventional", lambda s: _said_and_missed(s, CONVENTIONAL), NUMBER_TEXT),
-    Column("consistent", lambda s: _said_and_missed(s, CONSISTENT), NUMBER_TEXT),
-    Column("nearer: consistent", lambda s: s.share(_nearer), percent(0)),
-    Column(
-        "conventional is too large", lambda s: s.share(lambda one: one.over(CONVENTIONAL) > 0), percent(0)
+VALIDATION: tuple[tb.Column[SlotOverDraws], ...] = (
+    tb.Column("aligned", lambda s: s.draws[0].alignment),
+    tb.Column("slot", lambda s: s.draws[0].place),
+    tb.Column("measured / µm", lambda s: s.of(lambda one: one.real), tb.fixed(1)),
+    tb.Column("conventional", lambda s: _said_and_missed(s, CONVENTIONAL), tb.NUMBER_TEXT),
+    tb.Column("consistent", lambda s: _said_and_missed(s, CONSISTENT), tb.NUMBER_TEXT),
+    tb.Column("nearer: consistent", lambda s: s.share(_nearer), tb.percent(0)),
+    tb.Column(
+        "conventional is too large", lambda s: s.share(lambda one: one.over(CONVENTIONAL) > 0), tb.percent(0)
     ),
-    Column("by, median", lambda s: s.of(lambda one: one.over(CONVENTIONAL)), percent(0)),
+    tb.Column("by, median", lambda s: s.of(lambda one: one.over(CONVENTIONAL)), tb.percent(0)),
 )
 
 
@@ -102,7 +99,7 @@ def _nearer(one: SlotPrediction) -> bool:
     return one.missed[CONSISTENT] < one.missed[CONVENTIONAL]
 
 
-def _validation(result: AbbeTwin) -> ResultTable[SlotOverDraws]:
+def _validation(result: AbbeTwin) -> tb.ResultTable[SlotOverDraws]:
     rows = [SlotOverDraws(of_all) for of_all in zip(*result.validation)]
     further = {
         how: np.mean([_missed(d, how, FAR) > _missed(d, how, CENTRE) for d in result.validation])
@@ -114,28 +111,30 @@ def _validation(result: AbbeTwin) -> ResultTable[SlotOverDraws]:
         "made of what laser and level read there, forward and backward, every component at a reflector of its own. The conventional model "
         f"misses more in the far corner than at the centre on {said} of the mills."
     )
-    return ResultTable("Predicted against milled and measured", VALIDATION, rows, caption)
+    return tb.ResultTable("Predicted against milled and measured", VALIDATION, rows, caption)
 
 
 def _missed(draw: tuple[SlotPrediction, ...], how: str, place: str) -> float:
     return next(one.missed[CONVENTIONAL] for one in draw if (one.alignment, one.place) == (how, place))
 
 
-def _reductions(result: AbbeTwin) -> ResultTable[Reduction]:
-    columns: list[Column[Reduction]] = [
-        Column("structure", lambda one: f"{one.structure}: {STRUCTURES[one.structure]}"),
-        Column("machine zero", lambda one: one.zero),
-        Column("draws", lambda one: one.draws_of),
-        Column("smaller by, median", lambda one: one.median, percent(1)),
-        Column(f"range of {result.draws} draws", lambda one: f"{one.low:.1%} … {one.high:.1%}", NUMBER_TEXT),
-        Column("paper", lambda one: PAPER_REDUCTION, percent(1)),
+def _reductions(result: AbbeTwin) -> tb.ResultTable[Reduction]:
+    columns: list[tb.Column[Reduction]] = [
+        tb.Column("structure", lambda one: f"{one.structure}: {STRUCTURES[one.structure]}"),
+        tb.Column("machine zero", lambda one: one.zero),
+        tb.Column("draws", lambda one: one.draws_of),
+        tb.Column("smaller by, median", lambda one: one.median, tb.percent(1)),
+        tb.Column(
+            f"range of {result.draws} draws", lambda one: f"{one.low:.1%} … {one.high:.1%}", tb.NUMBER_TEXT
+        ),
+        tb.Column("paper", lambda one: PAPER_REDUCTION, tb.percent(1)),
     ]
     caption = (
         "How much smaller the mean volumetric error of the Abbe-consistent model is; minus: larger. Rigid slide: the reflector "
         "sees its share of the rotations. Independent: it is drawn apart from them. The paper's figure belongs to one machine."
     )
     title = "Mean volumetric error: Abbe-consistent against conventional"
-    return ResultTable(title, columns, result.reductions, caption)
+    return tb.ResultTable(title, columns, result.reductions, caption)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,20 +151,20 @@ def _rms_and_largest(values: Array) -> str:
     return f"{rms(values):.1f} / {np.abs(values).max():.1f}"
 
 
-SLOTS: tuple[Column[SlotSurface], ...] = (
-    Column("slot", lambda s: s.slot.place),
-    Column("work zero set", lambda s: ZERO_SET[s.slot.zero_set_here]),
-    Column("surface", lambda s: s.name),
-    Column("conventional / µm", lambda s: _rms_and_largest(s.conventional), NUMBER_TEXT),
-    Column("Abbe-consistent / µm", lambda s: _rms_and_largest(s.consistent), NUMBER_TEXT),
-    Column("difference / µm", lambda s: _rms_and_largest(s.conventional - s.consistent), NUMBER_TEXT),
+SLOTS: tuple[tb.Column[SlotSurface], ...] = (
+    tb.Column("slot", lambda s: s.slot.place),
+    tb.Column("work zero set", lambda s: ZERO_SET[s.slot.zero_set_here]),
+    tb.Column("surface", lambda s: s.name),
+    tb.Column("conventional / µm", lambda s: _rms_and_largest(s.conventional), tb.NUMBER_TEXT),
+    tb.Column("Abbe-consistent / µm", lambda s: _rms_and_largest(s.consistent), tb.NUMBER_TEXT),
+    tb.Column("difference / µm", lambda s: _rms_and_largest(s.conventional - s.consistent), tb.NUMBER_TEXT),
 )
 
 
-def _slots(result: AbbeTwin) -> ResultTable[SlotSurface]:
+def _slots(result: AbbeTwin) -> tb.ResultTable[SlotSurface]:
     rows = [SlotSurface(slot, *surface) for slot in result.slots for surface in _surfaces(slot)]
     caption = "rms / largest departure from the drawing, machine of the scenario, work zero as stated."
-    return ResultTable("The slots, virtually milled", SLOTS, rows, caption)
+    return tb.ResultTable("The slots, virtually milled", SLOTS, rows, caption)
 
 
 def _surfaces(slot: SlotCut) -> list[tuple[str, Array, Array]]:
@@ -175,25 +174,27 @@ def _surfaces(slot: SlotCut) -> list[tuple[str, Array, Array]]:
     return [("walls", joined[0], joined[1]), ("floor", slot.conventional["floor"], slot.consistent["floor"])]
 
 
-CORNERS: tuple[Column[CornerEffect], ...] = (
-    Column("slot", lambda c: c.place),
-    Column("work zero set", lambda c: ZERO_SET[c.zero_set_here]),
-    Column("effect, median / µm", lambda c: c.effect_um, fixed(1)),
-    Column("against centre, median", lambda c: c.ratio, fixed(2)),
-    Column("draws in which it is larger", lambda c: None if c.place == "centre" else c.larger, percent(0)),
-    Column("conv. larger by, median", lambda c: c.over, percent(0)),
-    Column("in draws", lambda c: c.over_share, percent(0)),
+CORNERS: tuple[tb.Column[CornerEffect], ...] = (
+    tb.Column("slot", lambda c: c.place),
+    tb.Column("work zero set", lambda c: ZERO_SET[c.zero_set_here]),
+    tb.Column("effect, median / µm", lambda c: c.effect_um, tb.fixed(1)),
+    tb.Column("against centre, median", lambda c: c.ratio, tb.fixed(2)),
+    tb.Column(
+        "draws in which it is larger", lambda c: None if c.place == "centre" else c.larger, tb.percent(0)
+    ),
+    tb.Column("conv. larger by, median", lambda c: c.over, tb.percent(0)),
+    tb.Column("in draws", lambda c: c.over_share, tb.percent(0)),
 )
 
 
-def _corners(result: AbbeTwin) -> ResultTable[CornerEffect]:
+def _corners(result: AbbeTwin) -> tb.ResultTable[CornerEffect]:
     caption = (
         f"Effect: rms difference of the two models over the walls, {result.draws} draws, not aligned; larger by: rms of the conventional over that of "
         "the consistent model, which is the truth here. The effect grows with the rotations, "
         "which are counted from the low ends of the travels, where the laser began: a slot there shows least, and a corner shows "
         "more than the centre only where it is further from that end."
     )
-    return ResultTable("Where the arms matter most", CORNERS, result.corners, caption)
+    return tb.ResultTable("Where the arms matter most", CORNERS, result.corners, caption)
 
 
 def twin_page(scenario: CutScenario, result: AbbeTwin) -> str:
@@ -201,7 +202,7 @@ def twin_page(scenario: CutScenario, result: AbbeTwin) -> str:
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     blocks.append(r.table(["input", "whose"], DRAWN, caption="What is the paper's, and what is drawn."))
     for table in tables(result):
-        blocks += titled_html(table)
+        blocks += tb.titled_html(table)
     blocks += [r.heading("Milled, measured and predicted"), _measured(result)]
     blocks += [r.heading("Volumetric error of both models"), *_maps(scenario.machine)]
     blocks += [r.heading("Walls of the slots"), *_profiles(result)]

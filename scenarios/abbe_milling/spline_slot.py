@@ -12,9 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.core.errors import UsageError
-from vcmm.core.run import Array
-from vcmm.shop.machining.maps import Net
+from vcmm import Array, UsageError, machining
 
 STRAIGHT = 4e-3  # 1/mm: where the spline is straighter than that, lines get no longer (2 mm)
 
@@ -132,7 +130,7 @@ def _passed(name: str, path: Array, depth: float, slot: Slot) -> list[str]:
     return [*lines, *(f"X{x:.4f} Y{y:.4f}" for x, y in path[2:]), "G0 Z20."]
 
 
-def nets(slot: Slot, along: int = 121) -> tuple[Net, ...]:
+def nets(slot: Slot, along: int = 121) -> tuple[machining.Net, ...]:
     """Left wall, right wall and floor; normals out of the material, that is into the slot."""
     s = np.linspace(0.0, slot.length, along)
     middle, left = slot.point(s), slot.left(s)
@@ -142,11 +140,13 @@ def nets(slot: Slot, along: int = 121) -> tuple[Net, ...]:
         foot = middle + side * slot.width / 2
         points = np.concatenate([np.column_stack([foot, np.full(along, z)]) for z in heights])
         normals = np.tile(np.column_stack([-side, np.zeros(along)]), (len(heights), 1))
-        out.append(Net(name, points, normals, s, heights, ("along the slot / mm", "z / mm")))
+        out.append(machining.Net(name, points, normals, s, heights, ("along the slot / mm", "z / mm")))
     across = slot.width * np.array([-0.4, 0.0, 0.4])
     s = np.linspace(0.6 * slot.width, slot.length - 0.6 * slot.width, along)  # the bores have no floor here
     middle, left = slot.point(s), slot.left(s)
     spread = [np.column_stack([middle + a * left, np.full(along, -slot.depth)]) for a in across]
     up = np.tile([0.0, 0.0, 1.0], (along * len(across), 1))
-    out.append(Net("floor", np.concatenate(spread), up, s, across, ("along the slot / mm", "across / mm")))
+    out.append(
+        machining.Net("floor", np.concatenate(spread), up, s, across, ("along the slot / mm", "across / mm"))
+    )
     return tuple(out)

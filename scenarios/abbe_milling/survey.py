@@ -17,23 +17,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect
+from vcmm import Array, Effect, Machine, Recording, instruments, kinematics
+from vcmm import effects as fx
 from vcmm.core.history import row_history
-from vcmm.core.kinematics import link_frames
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
-from vcmm.task.instruments.instrument import InstrumentCertificate
-from vcmm.task.instruments.laying import simulated
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer
-from vcmm.task.response.recording import Recording
 
 SECOND = "EYZ at 300 mm"  # straightness of Z once more, beside the first line in X
 PAIRS = ("A0Z", "B0Z", "C0Y")
-Planned = Sequence[tuple[str, tuple[Recording, ...], float, InstrumentCertificate]]
+Planned = Sequence[tuple[str, tuple[Recording, ...], float, instruments.InstrumentCertificate]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +55,7 @@ def read(setups: Planned, bare: Machine, truth: Machine, rng: np.random.Generato
     """What the instruments read on the true machine, as `vcmm calibrate --simulate` writes it."""
     out = []
     for _, recordings, _, certificate in setups:
-        out += [simulated(with_senses(one, bare), truth, rng, certificate) for one in recordings]
+        out += [instruments.simulated(with_senses(one, bare), truth, rng, certificate) for one in recordings]
     return out
 
 
@@ -104,7 +96,7 @@ def component_of(recording: Recording, machine: Machine) -> ReadComponent:
     mean = sign * (up + down) / 2
     if name[1] in "XYZ" and name[1] != axis:
         mean = mean - np.polyval(np.polyfit(nodes, mean, 1), nodes)
-    frames, tool_end, _ = link_frames(machine.chain, machine.axes, recording.run)
+    frames, tool_end, _ = kinematics.link_frames(machine.chain, machine.axes, recording.run)
     place = frames[axis].after.undo(tool_end.apply(recording.run.offset))[0]
     return ReadComponent(name, nodes, mean - mean[0], up - down, place)
 
@@ -137,11 +129,11 @@ def consistent_model(bare: Machine, survey: MillSurvey) -> Machine:
 def _finished(machine: Machine, survey: MillSurvey, tables: Mapping[str, Array]) -> Machine:
     """The machine with tables, lost motion, and the squareness that the squares then show."""
     nodes = {n: c.nodes for n, c in survey.components.items()}
-    effects: list[Effect] = [ComponentTable(n, (n[2],), (nodes[n],), v) for n, v in tables.items()]
-    effects += [Backlash(a, float(survey.components[f"E{a}{a}"].lost.mean())) for a in machine.axes]
+    effects: list[Effect] = [fx.ComponentTable(n, (n[2],), (nodes[n],), v) for n, v in tables.items()]
+    effects += [fx.Backlash(a, float(survey.components[f"E{a}{a}"].lost.mean())) for a in machine.axes]
     known = replace(machine, effects=tuple(effects), inputs=())
     angles = square_angles(survey.squares, known)
-    return known.with_effect(*(Squareness(p, v) for p, v in angles.items()))
+    return known.with_effect(*(fx.Squareness(p, v) for p, v in angles.items()))
 
 
 def square_angles(squares: Sequence[Recording], known: Machine) -> dict[str, float]:
@@ -149,7 +141,7 @@ def square_angles(squares: Sequence[Recording], known: Machine) -> dict[str, flo
     rows, rests, placings = [], [], []
     for one in squares:
         observer = Observer(one, known)
-        rows.append(np.hstack([observer.of_parameter(Squareness(p), "angle") for p in PAIRS]))
+        rows.append(np.hstack([observer.of_parameter(fx.Squareness(p), "angle") for p in PAIRS]))
         rests.append(one.value - observer.baseline())
         placings.append(nuisance_columns(one, known)[0])
     size = np.cumsum([0, *(p.shape[1] for p in placings)])

@@ -15,12 +15,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.kinematics import Axis, link_frames, parse_structure
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
-from vcmm.program.setup import Setup
-from vcmm.files.own.design import load_design
-from vcmm.files.own.library import folder
+from vcmm import (
+    Array,
+    Axis,
+    CutScenario,
+    Machine,
+    Run,
+    Setup,
+    example,
+    kinematics,
+    load_design,
+    machining,
+    measuring,
+)
+from vcmm import effects as fx
+
+from ..shared.error_tables import effects_of, shape, table_text
 from .spline_slot import Slot, nets
 from .validation import (
     FAR as FAR,
@@ -33,13 +43,6 @@ from .validation import (
     shown_slots,
     validated,
 )
-from ..shared.error_tables import effects_of, shape, table_text
-from vcmm.shop.machining.cut_nets import CutNet, departure, cut_net, decisive_contacts
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
-from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.scenario import CutScenario
-from vcmm.task.response.volumetric import grid
 
 PAPER_REDUCTION = 0.247
 LENGTH = {"X": 1500.0, "Y": 900.0, "Z": 600.0}  # mm, travels
@@ -111,7 +114,7 @@ class AbbeTwin:
     slots: tuple[SlotCut, ...]
     corners: tuple[CornerEffect, ...]
     draws: int
-    views: Mapping[str, tuple[CutNet, ...]]
+    views: Mapping[str, tuple[machining.CutNet, ...]]
     validation: tuple[tuple[SlotPrediction, ...], ...]  # per draw
     shown: Mapping[str, ShownSlot]  # of the first draw, by place
 
@@ -130,9 +133,9 @@ def reflectors(
 
     table (3,): the place on the table in workpiece axes. A single axis with the tool gets arms of zero, as in the paper.
     """
-    chain = parse_structure(structure)
+    chain = kinematics.parse_structure(structure)
     stand = Run({a: np.array([np.mean(axes[a].travel)]) for a in chain.letters}, tool[None, :])
-    frames, tool_end, work_end = link_frames(chain, axes, stand)
+    frames, tool_end, work_end = kinematics.link_frames(chain, axes, stand)
     place = {"tool": tool_end.apply(tool[None, :]), "work": work_end.apply(np.asarray(table)[None, :])}
     side = {a: "tool" if a in chain.tool else "work" for a in chain.letters}
     return {a: frames[a].after.undo(place[side[a]])[0] for a in chain.letters}
@@ -151,7 +154,7 @@ def draw_tables(seed: int, structure: str, draws_of: str = RIGID) -> dict[str, A
     and the reflector sees its share of the rotations (rotation x arm);   independent: what the reflector sees is drawn apart from the rotations.
     """
     rng = np.random.default_rng([seed, 24070])
-    work = parse_structure(structure).work
+    work = kinematics.parse_structure(structure).work
     out: dict[str, Array] = {}
     for axis in "XYZ":
         shift = np.stack([shape(rng) * (POSITIONING if d == axis else STRAIGHTNESS) for d in "XYZ"], axis=1)
@@ -172,7 +175,9 @@ def machine(
     place = reflectors(structure, axes, table_point(axes))
     effects = effects_of(draw_tables(seed, structure, draws_of), axes)
     known = {a: replace(axis, measured_at=tuple(place[a].tolist())) for a, axis in axes.items()}
-    return Machine(f"drawn mill {seed}", "machine-tool", parse_structure(structure), known, effects)
+    return Machine(
+        f"drawn mill {seed}", "machine-tool", kinematics.parse_structure(structure), known, effects
+    )
 
 
 def conventional(consistent: Machine) -> Machine:
@@ -183,7 +188,7 @@ def conventional(consistent: Machine) -> Machine:
 
 def mean_error(one: Machine, nodes: int = 5) -> float:
     """Mean size of the tip error (mm) on a grid over the travels, tool in the spindle."""
-    run = grid(one, nodes)
+    run = measuring.grid(one, nodes)
     run = Run(run.position, np.tile(TOOL, (run.n, 1)))
     return float(np.linalg.norm(one.tip_error(run), axis=1).mean())
 
@@ -219,12 +224,13 @@ def run(scenario: CutScenario, draws: int = DRAWS, progress: Progress | None = N
         slot_cut(place, views[place], scenario.machine, here) for here in (False, True) for place in PLACES
     )
     walls = {
-        place: tuple(decisive_contacts(v) for v in nets_ if "wall" in v.net.feature) for place, nets_ in views.items()
+        place: tuple(machining.decisive_contacts(v) for v in nets_ if "wall" in v.net.feature)
+        for place, nets_ in views.items()
     }
     report("slots milled and measured", 0.85)
     structure = scenario.machine.chain.structure
     mills = [machine(seed, structure) for seed in range(1, draws + 1)]
-    setups = load_design(folder() / "abbe_milling" / "survey.toml")[0]
+    setups = load_design(example("abbe_milling").parent / "abbe_milling" / "survey.toml")[0]
     three = {place: walls[place] for place in ZEROS}
     found = tuple(tuple(validated(three, setups, one, seed)) for seed, one in enumerate(mills, 1))
     report("slots of further draws", 0.95)
@@ -240,10 +246,10 @@ def run(scenario: CutScenario, draws: int = DRAWS, progress: Progress | None = N
     )
 
 
-def look_at(scenario: CutScenario, zero: tuple[float, float, float]) -> tuple[CutNet, ...]:
+def look_at(scenario: CutScenario, zero: tuple[float, float, float]) -> tuple[machining.CutNet, ...]:
     """Walls and floor of the slot cut with the work zero at machine position `zero` of the tip, mm."""
-    shop = set_up(replace(scenario, setup=with_work_offset(scenario.setup, zero)))
-    return tuple(cut_net(shop, one) for one in nets(Slot(), 61))
+    shop = machining.set_up(replace(scenario, setup=with_work_offset(scenario.setup, zero)))
+    return tuple(machining.cut_net(shop, one) for one in nets(Slot(), 61))
 
 
 def with_work_offset(setup: Setup, zero: tuple[float, float, float]) -> Setup:
@@ -251,21 +257,21 @@ def with_work_offset(setup: Setup, zero: tuple[float, float, float]) -> Setup:
     return replace(setup, offsets={**setup.offsets, "G54": zero})
 
 
-def slot_cut(place: str, views: tuple[CutNet, ...], consistent: Machine, here: bool) -> SlotCut:
+def slot_cut(place: str, views: tuple[machining.CutNet, ...], consistent: Machine, here: bool) -> SlotCut:
     def of(one: Machine) -> dict[str, Array]:
-        return {v.net.feature: departure(v, one, here) * 1e3 for v in views}
+        return {v.net.feature: machining.departure(v, one, here) * 1e3 for v in views}
 
     return SlotCut(place, here, of(conventional(consistent)), of(consistent))
 
 
 def with_tables(one: Machine, other: Machine) -> Machine:
     """The machine of the scenario with the error tables of another draw."""
-    kept = tuple(e for e in one.effects if not isinstance(e, ComponentTable | Squareness))
+    kept = tuple(e for e in one.effects if not isinstance(e, fx.ComponentTable | fx.Squareness))
     return replace(one, effects=(*kept, *other.effects))
 
 
 def corners(
-    scenario: CutScenario, walls: Mapping[str, tuple[CutNet, ...]], mills: Sequence[Machine]
+    scenario: CutScenario, walls: Mapping[str, tuple[machining.CutNet, ...]], mills: Sequence[Machine]
 ) -> tuple[CornerEffect, ...]:
     """Effect of the arms in every corner against the centre, over draws of the scenario's structure, the consistent model as truth."""
     out = []
@@ -289,10 +295,10 @@ def corners(
     return tuple(out)
 
 
-def both(walls: tuple[CutNet, ...], consistent: Machine, here: bool) -> tuple[float, float, float]:
+def both(walls: tuple[machining.CutNet, ...], consistent: Machine, here: bool) -> tuple[float, float, float]:
     """rms over the walls, um: conventional, Abbe-consistent, their difference."""
     of = [
-        np.concatenate([departure(v, one, here) for v in walls])
+        np.concatenate([machining.departure(v, one, here) for v in walls])
         for one in (conventional(consistent), consistent)
     ]
     return rms(of[0]) * 1e3, rms(of[1]) * 1e3, rms(of[0] - of[1]) * 1e3

@@ -16,11 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect
-from vcmm.core.kinematics import Axis, parse_structure
-from vcmm.core.machine import Machine
-from vcmm.core.pose import Pose
-from vcmm.core.run import Array
+from vcmm import Array, Axis, Effect, Machine, Pose, kinematics, machining, measuring
+from vcmm import effects as fx
+
 from .survey import (
     Planned,
     consistent_model,
@@ -28,11 +26,6 @@ from .survey import (
     read,
     surveyed,
 )
-from vcmm.shop.machining.cut_nets import CutNet, departure
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
-from vcmm.task.measuring.plan import Plan, Step, Stylus, touches
 
 CENTRE, NEAR, FAR = "centre", "corner X- Y-", "corner X+ Y+"
 ZEROS = {
@@ -65,49 +58,49 @@ class SlotPrediction:
         return self.predicted[model] / self.real - 1.0
 
 
-Slots = Mapping[str, tuple[CutNet, ...]]  # place -> nets of its slot
+Slots = Mapping[str, tuple[machining.CutNet, ...]]  # place -> nets of its slot
 
 
 def true_mill(rigid: Machine, rng: np.random.Generator) -> Machine:
     """The drawn rigid-slide machine with drawn lost motions."""
-    gaps = (Backlash(a, abs(LOST * rng.standard_normal())) for a in "XYZ")
+    gaps = (fx.Backlash(a, abs(LOST * rng.standard_normal())) for a in "XYZ")
     return rigid.with_effect(*gaps)
 
 
 def virtual_cmm(rng: np.random.Generator) -> Machine:
     """A bridge CMM with what its compensation leaves, drawn: scales and squareness (U of some 1 um over a slot)."""
     axes = {a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}
-    left: list[Effect] = [ScaleFactor(a, CMM_SCALE * rng.standard_normal()) for a in "XYZ"]
-    left += [Squareness(p, CMM_SQUARE * rng.standard_normal()) for p in ("A0Z", "B0Z", "C0Y")]
-    return Machine("CMM", "cmm", parse_structure("w b Y X Z t"), axes, tuple(left))
+    left: list[Effect] = [fx.ScaleFactor(a, CMM_SCALE * rng.standard_normal()) for a in "XYZ"]
+    left += [fx.Squareness(p, CMM_SQUARE * rng.standard_normal()) for p in ("A0Z", "B0Z", "C0Y")]
+    return Machine("CMM", "cmm", kinematics.parse_structure("w b Y X Z t"), axes, tuple(left))
 
 
 def measured(
-    nets: Sequence[CutNet], truth: Machine, cmm: Machine, rng: np.random.Generator, at: Array
+    nets: Sequence[machining.CutNet], truth: Machine, cmm: Machine, rng: np.random.Generator, at: Array
 ) -> Array:
     """What the CMM finds of one slot (n,) mm, along the normals: the surface as it was cut, and the CMM's own errors.
 
     at (3,): where the slot lies on the plate, mm, which is where it lies on the CMM.
     """
     scatter = PASS * rng.standard_normal(3)  # the slot is finished in one pass
-    styli = {"ball": Stylus("ball", np.array([0.0, 0.0, -100.0]), 1.0)}
+    styli = {"ball": measuring.Stylus("ball", np.array([0.0, 0.0, -100.0]), 1.0)}
     out = []
     for one in nets:
         net = one.net
-        plan = Plan((Step(net.feature, "ball", net.points, net.normals),), styli)
-        run = touches(plan, Pose(np.eye(3), at), cmm).run
+        plan = measuring.Plan((measuring.Step(net.feature, "ball", net.points, net.normals),), styli)
+        run = measuring.touches(plan, Pose(np.eye(3), at), cmm).run
         own = np.einsum("ni,ni->n", cmm.indication_error(run), net.normals)
-        cut = departure(one, truth, zero_set_here=False) + net.normals @ scatter
+        cut = machining.departure(one, truth, zero_set_here=False) + net.normals @ scatter
         out.append(cut + own + TOUCH * rng.standard_normal(len(own)))
     return np.concatenate(out)
 
 
-def predicted(nets: Sequence[CutNet], model: Machine) -> Array:
+def predicted(nets: Sequence[machining.CutNet], model: Machine) -> Array:
     """Departures (n,) mm of one slot that a model predicts."""
-    return np.concatenate([departure(one, model, zero_set_here=False) for one in nets])
+    return np.concatenate([machining.departure(one, model, zero_set_here=False) for one in nets])
 
 
-def motions(nets: Sequence[CutNet], at: Array) -> Array:
+def motions(nets: Sequence[machining.CutNet], at: Array) -> Array:
     """(n, 6): departures of unit shifts and turns of the plate, the slot lying at `at` (3,) mm."""
     points, normals = (np.concatenate([getattr(one.net, k) for one in nets]) for k in ("points", "normals"))
     return np.hstack([normals, np.cross(points + at, normals)])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array
 
 RADIUS, POINTS, CENTRE = 150.0, 180, (300.0, 250.0, -200.0)  # mm, readings a circle, where the cup stands
 SQUARE = 24e-6  # rad: the angle between X and Y is larger than a right one by this

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array
 
 ARCSEC = np.pi / 180.0 / 3600.0
 

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from vcmm import __version__
-from vcmm.core.run import Array
-from vcmm.learn.calibration.net import CHOSEN, LAYOUTS
+from vcmm import Array, __version__, calibration
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .twin import METHODS, EcherfaouiTwin
-from vcmm.show import report as r
-from vcmm.show.tables.table import Column, ResultTable, titled_html
 
 PAPER_MAXIMA = (35.0, 30.0, 25.0)  # um
-CHOSEN_ROW = list(LAYOUTS).index(CHOSEN)
+CHOSEN_ROW = list(calibration.LAYOUTS).index(calibration.CHOSEN)
 REPRODUCED, OUTSIDE, BARE = "within our range", "outside our range", "no figure of theirs"
 WHAT = (
     "A bridge CMM of 400 x 400 x 400 mm is drawn with errors of the published size, read axis by axis with the 6-D laser of the "
@@ -108,12 +107,12 @@ def _range(values: Sequence[float]) -> str:
     return f"{np.median(values):.1f} ({min(values):.1f} to {max(values):.1f})"
 
 
-COMPARED: tuple[Column[PaperFigure], ...] = (
-    Column("figure", lambda row: row.what),
-    Column("unit", lambda row: row.unit),
-    Column("paper", lambda row: row.paper),
-    Column("median (range) of our machines", lambda row: _range(row.values)),
-    Column("the paper's", lambda row: row.verdict),
+COMPARED: tuple[tb.Column[PaperFigure], ...] = (
+    tb.Column("figure", lambda row: row.what),
+    tb.Column("unit", lambda row: row.unit),
+    tb.Column("paper", lambda row: row.paper),
+    tb.Column("median (range) of our machines", lambda row: _range(row.values)),
+    tb.Column("the paper's", lambda row: row.verdict),
 )
 
 
@@ -125,27 +124,27 @@ class LayoutShares:
     total: tuple[float, ...]
 
 
-LAYOUT_COLUMNS: tuple[Column[LayoutShares], ...] = (
-    Column("layout", lambda row: row.layout),
-    Column("training / %", lambda row: _range(row.training)),
-    Column("validation / %", lambda row: _range(row.validation)),
-    Column("total / %", lambda row: _range(row.total)),
+LAYOUT_COLUMNS: tuple[tb.Column[LayoutShares], ...] = (
+    tb.Column("layout", lambda row: row.layout),
+    tb.Column("training / %", lambda row: _range(row.training)),
+    tb.Column("validation / %", lambda row: _range(row.validation)),
+    tb.Column("total / %", lambda row: _range(row.total)),
 )
 
 
-def tables(result: EcherfaouiTwin) -> list[ResultTable[Any]]:
+def tables(result: EcherfaouiTwin) -> list[tb.ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     count = len(result.machines)
     rows = [
         LayoutShares(one.layout, *(tuple(100 * getattr(m.layouts[k], part) for m in result.machines) for part in ("training", "validation", "total")))
         for k, one in enumerate(result.machines[0].layouts)
     ]  # fmt: skip
-    layouts = ResultTable(
+    layouts = tb.ResultTable(
         "Four layouts", LAYOUT_COLUMNS, rows,
         "rms that a net leaves, as a share of the range of its error, mean over 18 errors; every third position is held out. The paper chose "
         f"i, 2i+1, o; {_best(result)}",
     )  # fmt: skip
-    figures = ResultTable(
+    figures = tb.ResultTable(
         "The paper's figures", COMPARED, compared(result),
         f"{count} drawn machines, laser option {result.option}. Equal means within 10 % of a figure, or within a bound, for some of them. "
         + THERMAL.format(um=result.thermal),
@@ -164,7 +163,7 @@ def twin_page(result: EcherfaouiTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT)]
     for one in tables(result):
-        blocks += titled_html(one)
+        blocks += tb.titled_html(one)
     blocks += [
         r.heading("The paper, step by step"),
         r.table(["paper", "here"], [list(row) for row in LEFT_OUT]),

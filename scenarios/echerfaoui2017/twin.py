@@ -19,13 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.kinematics import Axis, parse_structure
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
-from vcmm.learn.calibration.net import CHOSEN, EPOCHS, LAYOUTS, folds, share_left, trained
+from vcmm import Array, Axis, Machine, Run, calibration, kinematics
+from vcmm import effects as fx
+
 from .laser import ARCSEC, OPTIONS, read
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
 
 TRAVEL, LENGTH, STEP = 400.0, 120.0, 20.0  # mm: travels, tool, distance of laser readings
 LINEAR = {"X": 7e-3, "Y": 10e-3, "Z": 8e-3}  # mm, largest; straightness and angles between:
@@ -33,7 +30,7 @@ STRAIGHT, ANGLE, SQUARE = (10e-3, 12e-3), (7 * ARCSEC, 10 * ARCSEC), 5 * ARCSEC
 SMOOTH = (120.0, 220.0)  # mm: correlation length of a drawn curve
 DIAGONAL_STEPS = 10
 DRAWS = 8
-METHODS = (f"nets {CHOSEN}", "cubic splines")
+METHODS = (f"nets {calibration.CHOSEN}", "cubic splines")
 PAIRS = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
 STEEL = 11.5e-6
 Curves = Mapping[str, Array]  # axis -> (n, 6) mm and rad in the order X Y Z A B C
@@ -128,13 +125,13 @@ def _six(axis: str, rng: np.random.Generator) -> Array:
 def machine(curves: Curves, square: Mapping[str, float]) -> Machine:
     """The synthesis (eq. 1 to 8) as a machine of vcmm: bed, X carries Y carries Z carries the tool."""
     tables = [
-        ComponentTable(f"E{name}{axis}", (axis,), (NODES,), six[:, k])
+        fx.ComponentTable(f"E{name}{axis}", (axis,), (NODES,), six[:, k])
         for axis, six in curves.items()
         for k, name in enumerate("XYZABC")
     ]
     axes = {a: Axis(a, (0.0, TRAVEL)) for a in "XYZ"}
-    squares = tuple(Squareness(pair, angle) for pair, angle in square.items())
-    return Machine("CMM of 2017", "cmm", parse_structure("w b X Y Z t"), axes, (*tables, *squares))
+    squares = tuple(fx.Squareness(pair, angle) for pair, angle in square.items())
+    return Machine("CMM of 2017", "cmm", kinematics.parse_structure("w b X Y Z t"), axes, (*tables, *squares))
 
 
 def volumetric(one: Machine, places: Array) -> Array:
@@ -151,10 +148,14 @@ def measured(cmm: DrawnCmm, option: str, rng: np.random.Generator) -> tuple[Curv
     return readings, {p: angle + limit * rng.uniform(-1, 1) for p, angle in cmm.square.items()}
 
 
-def by_nets(readings: Curves, layout: str, rng: np.random.Generator, epochs: int = EPOCHS) -> Curves:
+def by_nets(
+    readings: Curves, layout: str, rng: np.random.Generator, epochs: int = calibration.EPOCHS
+) -> Curves:
     """Every axis's six errors at NODES by its own net, learnt from all readings."""
     x = TARGETS[:, None]
-    return {a: trained(x, six, layout, rng, epochs).at(NODES[:, None]) for a, six in readings.items()}
+    return {
+        a: calibration.trained(x, six, layout, rng, epochs).at(NODES[:, None]) for a, six in readings.items()
+    }
 
 
 def by_splines(readings: Curves) -> Curves:
@@ -165,16 +166,18 @@ def by_splines(readings: Curves) -> Curves:
 
 
 def compare_layouts(
-    readings: Curves, rng: np.random.Generator, epochs: int = EPOCHS
+    readings: Curves, rng: np.random.Generator, epochs: int = calibration.EPOCHS
 ) -> tuple[LayoutResult, ...]:
     """Errors of the four layouts, on positions learnt, held out and on all, mean over the 18 errors."""
-    kept, held = folds(len(TARGETS))
+    kept, held = calibration.folds(len(TARGETS))
     x, out = TARGETS[:, None], []
-    for layout in LAYOUTS:
+    for layout in calibration.LAYOUTS:
         parts = []
         for six in readings.values():
-            net, span = trained(x[kept], six[kept], layout, rng, epochs), np.ptp(six, axis=0)
-            parts.append([share_left(net, x[k], six[k], span) for k in (kept, held, np.arange(len(x)))])
+            net, span = calibration.trained(x[kept], six[kept], layout, rng, epochs), np.ptp(six, axis=0)
+            parts.append(
+                [calibration.share_left(net, x[k], six[k], span) for k in (kept, held, np.arange(len(x)))]
+            )
         out.append(LayoutResult(layout, *(float(v) for v in np.mean(parts, axis=0))))
     return tuple(out)
 
@@ -215,14 +218,14 @@ def diagonal(true: Machine, model: Machine, method: str) -> DiagonalResult:
     return DiagonalResult(method, *(1e3 * float(v.max()) for v in values))
 
 
-def one_machine(seed: int, option: str = "precision", epochs: int = EPOCHS) -> OneMachine:
+def one_machine(seed: int, option: str = "precision", epochs: int = calibration.EPOCHS) -> OneMachine:
     """Drawn, measured, learnt, compensated."""
     rng = np.random.default_rng([seed, 20170920])
     cmm = drawn_cmm(rng)
     readings, square = measured(cmm, option, rng)
     true = machine(cmm.curves, cmm.square)
     models = {
-        METHODS[0]: machine(by_nets(readings, CHOSEN, rng, epochs), square),
+        METHODS[0]: machine(by_nets(readings, calibration.CHOSEN, rng, epochs), square),
         METHODS[1]: machine(by_splines(readings), square),
     }
     return OneMachine(

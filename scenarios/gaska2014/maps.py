@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array
+from vcmm.physics.residual import field_weights
+
 from .nodes import COLUMNS, NODES
 from .readings import PLANES
-from vcmm.physics.residual import field_weights
 
 PANELS: Sequence[tuple[str, int, str]] = (
     ("a", 0, "linear"), ("b", 0, "nearest"), ("c", 1, "linear"), ("d", 1, "nearest"), ("e", 2, "nearest"),

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array
 
 COLUMNS = (
     (150, 50), (150, 325), (150, 600), (310, 460), (310, 190), (475, 50), (475, 325), (475, 600),

@@ -8,10 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from vcmm import __version__
-from vcmm.answer.evaluation.result import CharacteristicResult
-from vcmm.core.pose import Pose
-from vcmm.core.run import Array
+from vcmm import Array, Pose, Scenario, __version__, measuring
+from vcmm import charts as draw
+from vcmm import effects as fx
+from vcmm import report as r
+from vcmm import tables as tb
+from vcmm.show.pages.uncertainty import pictures
+from vcmm.show.pages.view import machine_items, part_items, reach
+
 from .maps import PANELS, field_map, grid
 from .nodes import NODES, SHOWN, draw_deviations
 from .readings import (
@@ -30,14 +34,6 @@ from .twin import (
     order,
     span_of,
 )
-from vcmm.physics import of_role
-from vcmm.show import charts as draw
-from vcmm.show import report as r
-from vcmm.show.pages.uncertainty import pictures
-from vcmm.show.pages.view import machine_items, part_items, reach
-from vcmm.show.tables.quantities import fixed, percent
-from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
-from vcmm.task.measuring.scenario import Scenario
 
 WHAT = (
     "Residual kinematic errors of a Leitz PMM 12106 after Gąska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497–507. "
@@ -75,28 +71,28 @@ STEPS = (
     ("section 6: fewer nodes", "`placement.reduction`; random and optimised subsets"),
     ("section 6: number and distribution of probing points", "`vcmm place --plan`"),
 )  # fmt: skip
-UM = fixed(2, scale=1e3)
+UM = tb.fixed(2, scale=1e3)
 
 
-def tables(result: GaskaTwin) -> list[ResultTable[Any]]:
+def tables(result: GaskaTwin) -> list[tb.ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [followed_table(result), readings_table(result), plans_table(result), places_table(result)]
 
 
-FOLLOWED: tuple[Column[Followed], ...] = (
-    Column("hysteresis", lambda f: f.hysteresis, percent(0)),
-    Column("L per", lambda f: f.lengths),
-    Column("eq. 2 / um", lambda f: f.residual, fixed(2)),
-    Column("d", lambda f: f.found, fixed(2)),
-    Column("one approach", lambda f: f.single, fixed(2)),
-    Column("instrument / um", lambda f: f"{f.instrument[1]:.2f} ({f.instrument[0]:.2f} to {f.instrument[2]:.2f})", NUMBER_TEXT),
-    Column("of d < 0.3", lambda f: f.small, percent(0)),
-    Column("rejected", lambda f: f.rejected, percent(0)),
-    Column("ten quiet", lambda f: f.quiet, percent(0)),
+FOLLOWED: tuple[tb.Column[Followed], ...] = (
+    tb.Column("hysteresis", lambda f: f.hysteresis, tb.percent(0)),
+    tb.Column("L per", lambda f: f.lengths),
+    tb.Column("eq. 2 / um", lambda f: f.residual, tb.fixed(2)),
+    tb.Column("d", lambda f: f.found, tb.fixed(2)),
+    tb.Column("one approach", lambda f: f.single, tb.fixed(2)),
+    tb.Column("instrument / um", lambda f: f"{f.instrument[1]:.2f} ({f.instrument[0]:.2f} to {f.instrument[2]:.2f})", tb.NUMBER_TEXT),
+    tb.Column("of d < 0.3", lambda f: f.small, tb.percent(0)),
+    tb.Column("rejected", lambda f: f.rejected, tb.percent(0)),
+    tb.Column("ten quiet", lambda f: f.quiet, tb.percent(0)),
 )  # fmt: skip
 
 
-def followed_table(result: GaskaTwin) -> ResultTable[Followed]:
+def followed_table(result: GaskaTwin) -> tb.ResultTable[Followed]:
     """The title procedure."""
     caption = (
         "hysteresis: share of the variance of an approach that its direction makes, the same from every station. L per: the part of U that grows with "
@@ -104,7 +100,7 @@ def followed_table(result: GaskaTwin) -> ResultTable[Followed]:
         "approach: that freed of what changes between stations, over the same. instrument: its share in d, median and range over nodes; of d < 0.3: its share of the variance of d below "
         "0.3 um. rejected: chi-squared tests below 5 %; ten quiet: probability that ten nodes reject nothing, as the paper's ten."
     )
-    return ResultTable("Followed by the LaserTracer", FOLLOWED, result.followed, caption, " ")
+    return tb.ResultTable("Followed by the LaserTracer", FOLLOWED, result.followed, caption, " ")
 
 
 def _over(u: Array) -> str:
@@ -117,18 +113,18 @@ def _against(one: ReadingResult) -> str:
     return ", ".join(one.against()) or "nothing"
 
 
-READ: tuple[Column[ReadingResult], ...] = (
-    Column("b-spline, plane, d, per", lambda one: one.reading.words),
-    Column("U form / um", lambda one: _over(one.form), NUMBER_TEXT),
-    Column("U distance / um", lambda one: _over(one.distance), NUMBER_TEXT),
-    Column("hits (p)", lambda one: f"{sum(one.hits())} ({one.hits_p:.2f})", NUMBER_TEXT),
-    Column("ratio (> 1)", lambda one: f"{one.ratio()[0]:.2f} ({one.ratio()[1]:.0%})", NUMBER_TEXT),
-    Column("p spread", lambda one: "{:.2f} {:.2f}".format(*one.spread), NUMBER_TEXT),
-    Column("against", _against),
+READ: tuple[tb.Column[ReadingResult], ...] = (
+    tb.Column("b-spline, plane, d, per", lambda one: one.reading.words),
+    tb.Column("U form / um", lambda one: _over(one.form), tb.NUMBER_TEXT),
+    tb.Column("U distance / um", lambda one: _over(one.distance), tb.NUMBER_TEXT),
+    tb.Column("hits (p)", lambda one: f"{sum(one.hits())} ({one.hits_p:.2f})", tb.NUMBER_TEXT),
+    tb.Column("ratio (> 1)", lambda one: f"{one.ratio()[0]:.2f} ({one.ratio()[1]:.0%})", tb.NUMBER_TEXT),
+    tb.Column("p spread", lambda one: "{:.2f} {:.2f}".format(*one.spread), tb.NUMBER_TEXT),
+    tb.Column("against", _against),
 )
 
 
-def readings_table(result: GaskaTwin) -> ResultTable[ReadingResult]:
+def readings_table(result: GaskaTwin) -> tb.ResultTable[ReadingResult]:
     """Readings of the model beside Table 3."""
     caption = (
         f"{result.draws} machines that agree with the published figures. U: mean over the five places, median and central 95 % of the machines; Table 3: 0.66 and 0.44 um. "
@@ -136,51 +132,51 @@ def readings_table(result: GaskaTwin) -> ResultTable[ReadingResult]:
         "the places (Table 3: 1.50); > 1: share of the machines in which it is so at all five (as in Table 3). p spread: of the five results of form (s = 0.16 um) and distance "
         "(0.28 um), two-sided. against: p or the share below 5 %, or one p of the spread below 2.5 %."
     )
-    return ResultTable("Readings of the model beside Table 3", READ, result.matrix, caption, " ")
+    return tb.ResultTable("Readings of the model beside Table 3", READ, result.matrix, caption, " ")
 
 
 def _of_result(cell: Callable[[ReadingResult], Any], one: OtherPlan) -> Any:
     return cell(one.result)
 
 
-def _of_plan(column: Column[ReadingResult]) -> Column[OtherPlan]:
+def _of_plan(column: tb.Column[ReadingResult]) -> tb.Column[OtherPlan]:
     assert column.head is not None
-    return Column(column.head, partial(_of_result, column.cell), column.writing)
+    return tb.Column(column.head, partial(_of_result, column.cell), column.writing)
 
 
-OTHER: tuple[Column[OtherPlan], ...] = (
-    Column("touches", lambda one: f"{one.face} + {one.bore}", NUMBER_TEXT),
-    Column("b-spline, per", lambda one: f"{one.result.reading.curve}, {one.result.reading.redraw}"),
+OTHER: tuple[tb.Column[OtherPlan], ...] = (
+    tb.Column("touches", lambda one: f"{one.face} + {one.bore}", tb.NUMBER_TEXT),
+    tb.Column("b-spline, per", lambda one: f"{one.result.reading.curve}, {one.result.reading.redraw}"),
     *(_of_plan(c) for c in READ[1:]),
 )
 
 
-def plans_table(result: GaskaTwin) -> ResultTable[OtherPlan]:
+def plans_table(result: GaskaTwin) -> tb.ResultTable[OtherPlan]:
     """Four readings with other numbers of touches."""
     caption = (
         f"The same for {min(PLAN_MACHINES, result.draws)} machines and three plans; the paper gives none."
     )
-    return ResultTable("Readings with fewer and more touches", OTHER, result.plans, caption, " ")
+    return tb.ResultTable("Readings with fewer and more touches", OTHER, result.plans, caption, " ")
 
 
-def places_table(result: GaskaTwin) -> ResultTable[Row]:
+def places_table(result: GaskaTwin) -> tb.ResultTable[Row]:
     """Form and distance at every place beside the paper; the same in the terminal, the CSV and the report."""
     n = result.draws
-    columns: list[Column[Row]] = [
-        Column("place", lambda row: row.place, csv="place"),
-        Column("form um", lambda row: row.form.value, UM, csv="form_um"),
-        Column("U um", lambda row: row.form.expanded, UM, csv="form_U_um"),
-        Column(f"{n} machines", lambda row: span(row.form_range), NUMBER_TEXT, csv="form_U_range_um"),
-        Column("paper", lambda row: PAPER_FORM_U[row.place], fixed(1), csv="paper_form_U_um"),
-        Column("best in", lambda row: result.shares[row.place][0], percent(0), csv="form_best_share"),
-        Column("distance mm", lambda row: row.distance.value, fixed(4), csv="distance_mm"),
-        Column("U um", lambda row: row.distance.expanded, UM, csv="distance_U_um"),
-        Column(f"{n} machines", lambda row: span(row.distance_range), NUMBER_TEXT, csv="distance_U_range_um"),
-        Column("paper", lambda row: PAPER_DISTANCE_U[row.place], fixed(1), csv="paper_distance_U_um"),
-        Column("best in", lambda row: result.shares[row.place][1], percent(0), csv="distance_best_share"),
-        Column("field's share", lambda row: f"{_field(row.form):.0%}, {_field(row.distance):.0%}", NUMBER_TEXT, csv="field_share", on="terminal"),
+    columns: list[tb.Column[Row]] = [
+        tb.Column("place", lambda row: row.place, csv="place"),
+        tb.Column("form um", lambda row: row.form.value, UM, csv="form_um"),
+        tb.Column("U um", lambda row: row.form.expanded, UM, csv="form_U_um"),
+        tb.Column(f"{n} machines", lambda row: span(row.form_range), tb.NUMBER_TEXT, csv="form_U_range_um"),
+        tb.Column("paper", lambda row: PAPER_FORM_U[row.place], tb.fixed(1), csv="paper_form_U_um"),
+        tb.Column("best in", lambda row: result.shares[row.place][0], tb.percent(0), csv="form_best_share"),
+        tb.Column("distance mm", lambda row: row.distance.value, tb.fixed(4), csv="distance_mm"),
+        tb.Column("U um", lambda row: row.distance.expanded, UM, csv="distance_U_um"),
+        tb.Column(f"{n} machines", lambda row: span(row.distance_range), tb.NUMBER_TEXT, csv="distance_U_range_um"),
+        tb.Column("paper", lambda row: PAPER_DISTANCE_U[row.place], tb.fixed(1), csv="paper_distance_U_um"),
+        tb.Column("best in", lambda row: result.shares[row.place][1], tb.percent(0), csv="distance_best_share"),
+        tb.Column("field's share", lambda row: f"{_field(row.form):.0%}, {_field(row.distance):.0%}", tb.NUMBER_TEXT, csv="field_share", on="terminal"),
     ]  # fmt: skip
-    return ResultTable(
+    return tb.ResultTable(
         "One machine from the middle, at five places", columns, result.rows, _caption(result), " "
     )
 
@@ -194,9 +190,9 @@ def _caption(result: GaskaTwin) -> str:
     )
 
 
-def _field(c: CharacteristicResult) -> float:
+def _field(c: measuring.CharacteristicResult) -> float:
     """The field's share of u² in the budget."""
-    name = of_role("residual field").name
+    name = fx.of_role("residual field").name
     return sum(line.share for line in c.budget if line.input.startswith(name))
 
 
@@ -213,7 +209,7 @@ def twin_page(scenario: Scenario, result: GaskaTwin, first: Sequence[str] = ()) 
     )
     blocks += [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     for one in tables(result):
-        blocks += [*titled_html(one), r.paragraph(one.caption)]
+        blocks += [*tb.titled_html(one), r.paragraph(one.caption)]
     blocks += [r.heading("U of every reading"), *charts(result)]
     blocks += [r.heading(f"Maps as in Fig. 7, at z = {HEIGHT:g} mm"), *maps(scenario)]
     blocks += [r.heading("Machine, part and places"), overview(scenario)]

@@ -16,20 +16,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm import Array, Input, Scenario, laws, placement
+from vcmm import characteristics as gps
+from vcmm import effects as fx
 from vcmm.answer.placing.objective import Uncertain
-from vcmm.answer.placing.placement import place
-from vcmm.answer.placing.result import Placed
-from vcmm.core.inputs import Input
-from vcmm.core.laws import MultivariateNormal
-from vcmm.core.run import Array
+from vcmm.task.measuring.plan import Ints
+
 from .nodes import NODES, SHOWN, draw_deviations
 from .readings import REDRAWS, SHOWN_READING, matrix
-from vcmm.part.gps import characteristics as gps
-from vcmm.physics import of_role
-from vcmm.physics.residual import CorrelatedField
-from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, six_of
-from vcmm.task.measuring.plan import Ints
-from vcmm.task.measuring.scenario import Scenario
 
 LENGTH = 150.0  # mm: correlation length of the correlated field, the distance between the nodes
 OTHERS = 40  # machines on which the pose found is tried
@@ -91,28 +85,30 @@ def field_scenario(scenario: Scenario, redraw: str, deviations: Array | None = N
     redraw "touch": every touch has its own draw with the interpolated standard deviation; "run": one Gaussian field per
     measurement. deviations: d (52, 3) um as standard deviations, those of the machine that is shown unless given.
     """
-    kind = of_role("residual field").name
+    kind = fx.of_role("residual field").name
     d = draw_deviations(SHOWN) if deviations is None else deviations
-    one = CorrelatedField(nodes=NODES, deviation=d * 1e-3, length=LENGTH)
+    one = fx.CorrelatedField(nodes=NODES, deviation=d * 1e-3, length=LENGTH)
     machine = scenario.machine
     effects = tuple(one if e.name == kind else e for e in machine.effects)
-    law = MultivariateNormal(one.covariance())
+    law = laws.MultivariateNormal(one.covariance())
     known = Input(one.name, "", "values", law, redraw, "Tables 1 and 2; 44 of 52 nodes drawn")
     inputs = tuple(known if i.effect == kind else i for i in machine.inputs)
     return replace(scenario, machine=replace(machine, effects=effects, inputs=inputs))
 
 
-def free_fixture() -> Fixture:
+def free_fixture() -> placement.Fixture:
     """Anywhere among the nodes, turned at will about the vertical."""
     ends = (-np.inf, np.inf)
     names = ("x", "y", "z")
-    return Fixture((*(Freedom(n, *ends) for n in names), Freedom("turn_z", -np.pi, np.pi)))
+    return placement.Fixture(
+        (*(placement.Freedom(n, *ends) for n in names), placement.Freedom("turn_z", -np.pi, np.pi))
+    )
 
 
-def goal(scenario: Scenario) -> Goal:
+def goal(scenario: Scenario) -> placement.Goal:
     """U of form and distance, equal weights: the two columns of the paper's Table 3."""
     names = [c.name for c in scenario.part.characteristics]
-    return Goal({"U": 1.0}, {n: 1.0 / len(names) for n in names})
+    return placement.Goal({"U": 1.0}, {n: 1.0 / len(names) for n in names})
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +120,7 @@ class Optimum:
     """
 
     redraw: str
-    found: Placed
+    found: placement.Placed
     places: dict[str, float]
     better: float
     saved: float
@@ -141,11 +137,11 @@ def optimum(
 ) -> Optimum:
     """The best pose found on a correlated field (redraw "run") or on interpolated standard deviations ("touch")."""
     changed = field_scenario(scenario, redraw)
-    found = place(
+    found = placement.place(
         changed, fixture=free_fixture(), goal=goal(scenario), evaluations=evaluations, scanned=scanned, trials=trials, seed=seed,
         progress=progress,
     )  # fmt: skip
-    six = np.array([*(six_of(p) for p in scenario.places.values()), found.best.pose])
+    six = np.array([*(placement.six_of(p) for p in scenario.places.values()), found.best.pose])
     values = found.objective.values(six)
     others = np.array([_values(scenario, redraw, draw_deviations(k), six) for k in range(1, OTHERS + 1)])
     saved = 1 - others[:, -1] / others[:, :-1].min(axis=1)
@@ -219,7 +215,7 @@ def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Arra
 
     objective = Uncertain.of(scenario, goal(scenario))
     rows = objective.closed.rows
-    box = boxes(free_fixture(), six_of(scenario.pose), Travels(rows))[0]
+    box = boxes(free_fixture(), placement.six_of(scenario.pose), Travels(rows))[0]
     six, _ = box.poses(np.random.default_rng([seed, 400]).random((count, box.d)))
     number = next(i for i, c in enumerate(objective.characteristics) if gps.is_linear(c))
     weights = objective.gradient_rows[number]

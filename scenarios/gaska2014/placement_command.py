@@ -2,90 +2,87 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from vcmm import Scenario
+from vcmm import placement as placing
+from vcmm import tables as tb
 
-def show_placement(folder: Path | None, draws: int, options: dict[str, Any], json: bool) -> int:
-    """Ranking, optimum and node reduction: tables, JSON, report. options: seed, evaluations, scanned, trials of `optimum`."""
-    from vcmm.files.own.library import example
-    from vcmm.files.own.scenario import load_scenario
-    from . import placement as twin
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import progress, say
+from . import placement_page as page
+from .placement import NodeReduction, Optimum, Ranking, optimum, ranking, reduction
 
-    source = example("gaska2014")
-    scenario = load_scenario(source)
-    with progress() as report:
-        rankings = twin.ranking(scenario, draws, report)
-        reductions = twin.reduction(scenario, min(draws, 100), seed=options.get("seed", 1), progress=report)
-        optima = [twin.optimum(scenario, redraw, report, **options) for redraw in ("touch", "run")]
-    seed = options.get("seed", scenario.settings.seed)
-    content = document("vcmm.place/1", body(rankings, optima, reductions, draws), seed=seed, files=[source])
-    if folder:
-        from .placement_page import placement_page
 
-        texts = {
-            "place.json": json_text(content),
-            "report.html": placement_page(scenario, rankings, optima, reductions, draws),
+@dataclass(frozen=True, eq=False)
+class PlacementStudy:
+    """The answers to the three questions of `placement`, over `draws` machines."""
+
+    scenario: Scenario
+    draws: int
+    rankings: Sequence[Ranking]
+    optima: Sequence[Optimum]
+    reductions: Sequence[NodeReduction]
+
+    def tables(self) -> list[tb.ResultTable[Any]]:
+        """Ranking, optimum and node reduction."""
+        return [
+            page.ranking_table(self.rankings, self.draws),
+            page.optimum_table(self.optima),
+            page.node_table(self.reductions),
+        ]
+
+    def html(self) -> str:
+        """The report as HTML."""
+        return page.placement_page(self.scenario, self.rankings, self.optima, self.reductions, self.draws)
+
+    def body(self) -> dict[str, Any]:
+        """The document: that of the placement on the correlated field, and what the twin adds."""
+        run = next(o for o in self.optima if o.redraw == "run")
+        twin = {
+            "draws": self.draws,
+            "ranking": [_ranking_body(r) for r in self.rankings],
+            "optimum": [_optimum_body(o) for o in self.optima],
+            "nodes": [_nodes_body(r) for r in self.reductions],
         }
-        write_files(folder, texts)
-        say(f"wrote {folder}/report.html, place.json")
-    if json:
-        print_json(content)
-    else:
-        _show(rankings, optima, reductions, draws)
-    return 0
+        return placing.place_json(run.found) | {"twin": twin}
 
 
-def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, Any]:
-    """The document: that of the placement on the correlated field, and what the twin adds."""
-    from vcmm.answer.placing.result import place_json, pose_json
+def study(
+    scenario: Scenario, draws: int, options: dict[str, Any], report: Callable[[str, float], None]
+) -> PlacementStudy:
+    """Rank the places, find the best pose and reduce the nodes. options: seed, evaluations, scanned, trials of `optimum`."""
+    rankings = ranking(scenario, draws, report)
+    reductions = reduction(scenario, min(draws, 100), seed=options.get("seed", 1), progress=report)
+    optima = [optimum(scenario, redraw, report, **options) for redraw in ("touch", "run")]
+    return PlacementStudy(scenario, draws, rankings, optima, reductions)
 
-    run = next(o for o in optima if o.redraw == "run")
-    twin = {
-        "draws": draws,
-        "ranking": [
-            {
-                "redraw": r.redraw,
-                "best": {
-                    name: dict(zip(("form", "distance", "both"), shares))
-                    for name, shares in r.shares().items()
-                },
-                "3_and_5_best": dict(zip(("form", "distance", "both"), r.both_best())),
-            }
-            for r in rankings
-        ],
-        "optimum": [
-            {
-                "redraw": o.redraw,
-                "pose": pose_json(o.found.best.pose),
-                "value": o.found.best.value,
-                "places": o.places,
-                "better_on_others": o.better,
-                "saved_on_others": o.saved,
-            }
-            for o in optima
-        ],
-        "nodes": [
-            {
-                "nodes": r.nodes,
-                "picked": r.picked,
-                "loss_median": r.median,
-                "loss_95": r.worst,
-                "right_place": r.right,
-            }
-            for r in reductions
-        ],
+
+def _ranking_body(r: Ranking) -> dict[str, Any]:
+    names = ("form", "distance", "both")
+    return {
+        "redraw": r.redraw,
+        "best": {name: dict(zip(names, shares)) for name, shares in r.shares().items()},
+        "3_and_5_best": dict(zip(names, r.both_best())),
     }
-    return place_json(run.found) | {"twin": twin}
 
 
-def _show(rankings: Any, optima: Any, reductions: Any, draws: int) -> None:
-    from .placement_page import node_table, optimum_table, ranking_table
-    from vcmm.show.console.terminal import show_table
+def _optimum_body(o: Optimum) -> dict[str, Any]:
+    return {
+        "redraw": o.redraw,
+        "pose": placing.pose_json(o.found.best.pose),
+        "value": o.found.best.value,
+        "places": o.places,
+        "better_on_others": o.better,
+        "saved_on_others": o.saved,
+    }
 
-    show_table(ranking_table(rankings, draws))
-    show_table(optimum_table(optima))
-    show_table(node_table(reductions))
+
+def _nodes_body(r: NodeReduction) -> dict[str, Any]:
+    return {
+        "nodes": r.nodes,
+        "picked": r.picked,
+        "loss_median": r.median,
+        "loss_95": r.worst,
+        "right_place": r.right,
+    }

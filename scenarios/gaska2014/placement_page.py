@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from vcmm import __version__
-from vcmm.answer.placing.words import pose_text
+from vcmm import Scenario, __version__, placement
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .page import overview
 from .placement import OTHERS, NodeReduction, Optimum, Ranking
 from .readings import PAPER_DISTANCE_U, PAPER_FORM_U
-from vcmm.show import report as r
-from vcmm.show.pages.place import maps
-from vcmm.show.tables.quantities import fixed, percent
-from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, html
-from vcmm.task.measuring.scenario import Scenario
 
 FIELDS = {"touch": "interpolated standard deviations", "run": "correlated field"}
 CAUTION = (
@@ -40,13 +37,13 @@ def placement_page(
 ) -> str:
     """One self-contained HTML file."""
     blocks = [r.note(CAUTION, "warning"), r.heading("Which of the five places is best")]
-    blocks.append(html(ranking_table(rankings, draws)))
+    blocks.append(tb.html(ranking_table(rankings, draws)))
     blocks.append(r.heading("The pose found, probe errors included"))
-    blocks.append(html(optimum_table(optima)))
+    blocks.append(tb.html(optimum_table(optima)))
     for one in optima:
-        blocks += [r.heading(f"Over the table: {FIELDS[one.redraw]}"), *maps(one.found)]
+        blocks += [r.heading(f"Over the table: {FIELDS[one.redraw]}"), *placement.maps(one.found)]
     blocks.append(r.heading("How few reference points still give the right place"))
-    blocks.append(html(node_table(reductions)))
+    blocks.append(tb.html(node_table(reductions)))
     blocks += [r.heading("Machine, nodes and the five places"), overview(scenario)]
     return r.page(
         "Gąska 2014: the place that the program finds",
@@ -70,19 +67,21 @@ def _share(index: int, place: RankedPlace) -> float:
     return place.shares[index]
 
 
-RANKING: tuple[Column[RankedPlace], ...] = (
-    Column("field per", lambda p: p.redraw),
-    Column("place", lambda p: p.name),
+RANKING: tuple[tb.Column[RankedPlace], ...] = (
+    tb.Column("field per", lambda p: p.redraw),
+    tb.Column("place", lambda p: p.name),
     *(
-        Column(f"by {what}", partial(_share, i), percent(0))
+        tb.Column(f"by {what}", partial(_share, i), tb.percent(0))
         for i, what in enumerate(("form", "distance", "both"))
     ),
-    Column("paper U form um", lambda p: p.paper[0], NUMBER_TEXT, page_head="paper: U form / µm"),
-    Column("paper U distance um", lambda p: p.paper[1], NUMBER_TEXT, page_head="paper: U distance / µm"),
+    tb.Column("paper U form um", lambda p: p.paper[0], tb.NUMBER_TEXT, page_head="paper: U form / µm"),
+    tb.Column(
+        "paper U distance um", lambda p: p.paper[1], tb.NUMBER_TEXT, page_head="paper: U distance / µm"
+    ),
 )
 
 
-def ranking_table(rankings: Sequence[Ranking], draws: int) -> ResultTable[RankedPlace]:
+def ranking_table(rankings: Sequence[Ranking], draws: int) -> tb.ResultTable[RankedPlace]:
     """One line per place and redraw rule, then the share in which 3 and 5 are the best two."""
     rows = []
     for one in rankings:
@@ -92,7 +91,7 @@ def ranking_table(rankings: Sequence[Ranking], draws: int) -> ResultTable[Ranked
         rows.append(RankedPlace(one.redraw, "3 and 5 best two", one.both_best()))
     title = f"which of the five places is best, over {draws} machines"
     on_page = f"Share of {draws} machines that agree with the published maxima and means."
-    return ResultTable(title, RANKING, rows, CAPTION, on_page)
+    return tb.ResultTable(title, RANKING, rows, CAPTION, on_page)
 
 
 def best_place(one: Optimum) -> str:
@@ -100,42 +99,42 @@ def best_place(one: Optimum) -> str:
     return min(one.places, key=lambda name: one.places[name])
 
 
-UM = fixed(3, scale=1e3)
-OPTIMA: tuple[Column[Optimum], ...] = (
-    Column("field", lambda o: FIELDS[o.redraw]),
-    Column("pose", lambda o: pose_text(o.found.best.pose)),
-    Column("U um", lambda o: o.found.best.value, UM, page_head="U / µm"),
-    Column("best of the five", best_place, NUMBER_TEXT),
-    Column("its U um", lambda o: o.places[best_place(o)], UM, page_head="its U / µm"),
-    Column("saved", lambda o: 1 - o.found.best.value / o.places[best_place(o)], percent(1)),
-    Column("better on others", lambda o: o.better, percent(0)),
-    Column("saved there", lambda o: o.saved, percent(1)),
-    Column("certificate", lambda o: o.found.certificate.text),
+UM = tb.fixed(3, scale=1e3)
+OPTIMA: tuple[tb.Column[Optimum], ...] = (
+    tb.Column("field", lambda o: FIELDS[o.redraw]),
+    tb.Column("pose", lambda o: placement.pose_text(o.found.best.pose)),
+    tb.Column("U um", lambda o: o.found.best.value, UM, page_head="U / µm"),
+    tb.Column("best of the five", best_place, tb.NUMBER_TEXT),
+    tb.Column("its U um", lambda o: o.places[best_place(o)], UM, page_head="its U / µm"),
+    tb.Column("saved", lambda o: 1 - o.found.best.value / o.places[best_place(o)], tb.percent(1)),
+    tb.Column("better on others", lambda o: o.better, tb.percent(0)),
+    tb.Column("saved there", lambda o: o.saved, tb.percent(1)),
+    tb.Column("certificate", lambda o: o.found.certificate.text),
 )
 
 
-def optimum_table(optima: Sequence[Optimum]) -> ResultTable[Optimum]:
+def optimum_table(optima: Sequence[Optimum]) -> tb.ResultTable[Optimum]:
     title = "the pose found, probe errors included (mean of U of form and distance)"
     caption = (
         f"Found on the machine that is shown. better on others: share of {OTHERS} other machines on which this pose beats the best of the five; saved "
         "there: median of U saved."
     )
-    return ResultTable(title, OPTIMA, optima, caption, f"U: mean of form and distance. {caption}")
+    return tb.ResultTable(title, OPTIMA, optima, caption, f"U: mean of form and distance. {caption}")
 
 
-NODES: tuple[Column[NodeReduction], ...] = (
-    Column("nodes", lambda x: x.nodes, NUMBER_TEXT),
-    Column("picked", lambda x: x.picked),
-    Column("loss, median", lambda x: x.median, percent(1)),
-    Column("loss, 95 %", lambda x: x.worst, percent(1)),
-    Column("within 2 % of the right place", lambda x: x.right, percent(0)),
+NODES: tuple[tb.Column[NodeReduction], ...] = (
+    tb.Column("nodes", lambda x: x.nodes, tb.NUMBER_TEXT),
+    tb.Column("picked", lambda x: x.picked),
+    tb.Column("loss, median", lambda x: x.median, tb.percent(1)),
+    tb.Column("loss, 95 %", lambda x: x.worst, tb.percent(1)),
+    tb.Column("within 2 % of the right place", lambda x: x.right, tb.percent(0)),
 )
 
 
-def node_table(reductions: Sequence[NodeReduction]) -> ResultTable[NodeReduction]:
+def node_table(reductions: Sequence[NodeReduction]) -> tb.ResultTable[NodeReduction]:
     title = "how few reference points still give the right place (distance, interpolated standard deviations)"
     caption = (
         "Loss: U of the distance at the place chosen with fewer nodes against the best place, judged with all 52. optimised: one subset for all "
         "machines, found on others than those counted."
     )
-    return ResultTable(title, NODES, reductions, page_caption=caption)
+    return tb.ResultTable(title, NODES, reductions, page_caption=caption)

@@ -20,15 +20,13 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from vcmm import Array, Scenario, laws, measuring
+from vcmm import effects as fx
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.streams import draw
-from vcmm.core.laws import MultivariateNormal, StudentT
-from vcmm.core.run import Array
-from .nodes import NODES, NU
-from vcmm.physics import of_role
 from vcmm.physics.residual import CURVES, field_weights
-from vcmm.task.measuring.scenario import Scenario
-from vcmm.task.measuring.strategies import Grid, Levels, plan_points
+
+from .nodes import NODES, NU
 
 PAPER_FORM_U = {"1": 0.6, "2": 0.8, "3": 0.5, "4": 0.9, "5": 0.5}  # Table 3, um
 PAPER_DISTANCE_U = {"1": 0.4, "2": 0.5, "3": 0.4, "4": 0.6, "5": 0.3}
@@ -37,7 +35,7 @@ PAPER_FORM = (11.7, 11.6, 11.4, 11.3, 11.6)  # um, results at places 1 to 5
 PAPER_DISTANCE = (188.9299, 188.9295, 188.9298, 188.9292, 188.9297)  # mm
 ROUNDED = 0.05  # um: half the last digit of Table 3
 PLANES = {"linear": "columns-linear", "nearest": "columns-nearest"}
-AMOUNTS = {"deviation": 1.0 / StudentT(1.0, NU).u, "scale": 1.0}  # scale of the t-law per d
+AMOUNTS = {"deviation": 1.0 / laws.StudentT(1.0, NU).u, "scale": 1.0}  # scale of the t-law per d
 REDRAWS = ("touch", "run")
 Ints = npt.NDArray[np.intp]
 TRIALS, RESULTS = 1000, 2000
@@ -134,7 +132,7 @@ def _normals(machines: int, count: int) -> Array:
 
 def with_reading(scenario: Scenario, reading: Reading, deviations: Array) -> Scenario:
     """The scenario with its field read that way; deviations: d (52, 3) um."""
-    machine, kind = scenario.machine, of_role("residual field")
+    machine, kind = scenario.machine, fx.of_role("residual field")
     scale = deviations.ravel() * 1e-3 * AMOUNTS[reading.amount]
     effects = tuple(
         kind(nodes=e.nodes, interpolation=PLANES[reading.plane], curve=reading.curve)
@@ -153,7 +151,7 @@ class _PlaceTrials:
 
     def __init__(self, scenario: Scenario, trials: int) -> None:
         model = build(scenario.task())
-        kind = of_role("residual field")
+        kind = fx.of_role("residual field")
         self.trials, self.seed = trials, scenario.settings.seed
         run = model.task.touches.run
         self.tip, self.normal = run.tip, run.normal
@@ -169,7 +167,7 @@ class _PlaceTrials:
         self.base = np.tile(model.q0[residuals, None], (1, trials))
         for term in others:
             assert not isinstance(
-                term.law, MultivariateNormal
+                term.law, laws.MultivariateNormal
             )  # its draws are standard normals times a factor
             self.base += term.gain[residuals] @ draw(self.seed, term.name, term.lanes, term.law, 0, trials).T
 
@@ -184,7 +182,7 @@ class _PlaceTrials:
         lanes = lanes if redraw == "touch" else lanes.sum(axis=0, keepdims=True)
         square = (lanes**2).sum(axis=0)
         return np.asarray(
-            np.sqrt(np.einsum("mki,ki->m", scales**2, square) * StudentT(1.0, NU).u ** 2 + self.rest)
+            np.sqrt(np.einsum("mki,ki->m", scales**2, square) * laws.StudentT(1.0, NU).u ** 2 + self.rest)
         )
 
     def form(self, drawn: list[tuple[Ints, Array]], scales: Array) -> tuple[Array, Array]:
@@ -249,8 +247,12 @@ def with_touches(scenario: Scenario, face: int, level: int) -> Scenario:
     steps = []
     for step in scenario.plan.steps:
         feature = scenario.part.features[step.feature]
-        way = Grid((face, face), 10.0) if feature.kind == "plane" else Levels((10.0, 40.0, 70.0), level)
-        points, normals = plan_points(feature, way)
+        way = (
+            measuring.Grid((face, face), 10.0)
+            if feature.kind == "plane"
+            else measuring.Levels((10.0, 40.0, 70.0), level)
+        )
+        points, normals = measuring.plan_points(feature, way)
         steps.append(replace(step, points=points, normals=normals))
     return replace(scenario, plan=replace(scenario.plan, steps=tuple(steps)))
 

@@ -11,16 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.kinematics import Axis, parse_structure
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
-from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
+from vcmm import Array, Axis, Machine, Recording, calibration, instruments, kinematics
+from vcmm import effects as fx
+
 from .nodes import NODES
-from vcmm.physics import made_for
-from vcmm.task.instruments.instrument import InstrumentCertificate
-from vcmm.task.instruments.laying import joined, simulated
-from vcmm.task.instruments.tracker import LASER_TRACER, lengths_to
-from vcmm.task.response.recording import Recording
 
 AXES = tuple((s * np.eye(3)[i]).astype(int) for i in range(3) for s in (1, -1))
 DIAGONALS = tuple(np.array([x, y, z]) for x in (1, -1) for y in (1, -1) for z in (1, -1))
@@ -39,7 +33,7 @@ READINGS = ("station", "length")
 def bare() -> Machine:
     """What the owner knows of the machine: structure and travels."""
     axes = {a: Axis(a, ends) for a, ends in TRAVEL.items()}
-    return Machine("Leitz PMM 12106 (twin)", "cmm", parse_structure("w Y' b X Z t"), axes)
+    return Machine("Leitz PMM 12106 (twin)", "cmm", kinematics.parse_structure("w Y' b X Z t"), axes)
 
 
 def senses() -> Array:
@@ -77,10 +71,12 @@ def planned() -> Recording:
     free = {"station": "setup", "zero": "setup"}
     tips = np.repeat(NODES, len(DIRECTIONS), axis=0)
     parts = [
-        lengths_to(bare(), "tracer", tips, place, RETRO, nuisance=free, u=U_CONSTANT / 2, label=f"{k + 1}")
+        instruments.lengths_to(
+            bare(), "tracer", tips, place, RETRO, nuisance=free, u=U_CONSTANT / 2, label=f"{k + 1}"
+        )
         for k, place in enumerate(STATIONS)
     ]
-    whole = joined("tracer", parts)
+    whole = instruments.joined("tracer", parts)
     count = len(STATIONS) * len(NODES)
     names = np.tile([_named(w) for w in DIRECTIONS], count)
     sense = np.tile(senses(), (count, 1))
@@ -95,12 +91,14 @@ def _named(way: Array) -> str:
 def read(drawn: Approached, rng: np.random.Generator) -> Recording:
     """The lengths that the LaserTracer reads on a machine with this scatter; its residual field at the nodes is drawn too."""
     meant = planned()
-    field = made_for("residual field", "the twin")
+    field = fx.made_for("residual field", "the twin")
     left = SYSTEMATIC * rng.standard_normal(NODES.shape)
     truth = bare().with_effect(field(nodes=NODES, interpolation="columns-linear", values=left))
     alone = drawn.length_u == READINGS[1]
-    certificate = InstrumentCertificate(LASER_TRACER, {"scale": 0.0 if alone else U_LENGTH / 2}, "setup")
-    seen = simulated(meant, truth, rng, certificate)
+    certificate = instruments.InstrumentCertificate(
+        instruments.LASER_TRACER, {"scale": 0.0 if alone else U_LENGTH / 2}, "setup"
+    )
+    seen = instruments.simulated(meant, truth, rng, certificate)
     value = seen.value + _approach_error(drawn, seen, rng)
     if alone:
         u = (U_CONSTANT + U_LENGTH * seen.run.column("length_mm")) / 2
@@ -117,12 +115,12 @@ def _approach_error(drawn: Approached, recording: Recording, rng: np.random.Gene
     return np.asarray(recording.sign * (recording.direction * moved[recording.row]).sum(axis=1))
 
 
-def found_by(drawn: Approached, seed: int) -> NodeScatter:
+def found_by(drawn: Approached, seed: int) -> calibration.NodeScatter:
     """The whole procedure on one draw."""
-    return node_scatter(read(drawn, np.random.default_rng([seed, 20140814])), bare())
+    return calibration.node_scatter(read(drawn, np.random.default_rng([seed, 20140814])), bare())
 
 
-def untold(found: NodeScatter, nodes: int = 10, level: float = 0.05) -> float:
+def untold(found: calibration.NodeScatter, nodes: int = 10, level: float = 0.05) -> float:
     """Probability that so many nodes, picked at random, have no test below the level (hypergeometric); the paper's ten had none."""
     from math import comb
 

@@ -19,12 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.indication import at_indication
-from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
-from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.core.run import Array
-from vcmm.files.own.recording_writer import recording_texts
-from vcmm.learn.calibration.machine_file import bare_text
+from vcmm import Array, Scenario, calibration, instruments, measuring
+from vcmm import tables as tb
+from vcmm.physics.residual import CURVES
+
 from .nodes import SHOWN, draw_deviations
 from .readings import (
     PAPER_DISTANCE_U,
@@ -40,9 +38,6 @@ from .readings import (
 )
 from .tracer import READINGS as LENGTHS
 from .tracer import Approached, bare, found_by, read, untold
-from vcmm.part.gps.decision import undecided
-from vcmm.physics.residual import CURVES
-from vcmm.task.measuring.scenario import Scenario
 
 RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"
 HYSTERESIS = (0.0, 0.5, 1.0)  # share of the variance of the approaches
@@ -62,11 +57,11 @@ class Row:
     """One place: form and distance on the machine that is shown, and the central 95 % of U over the machines (mm)."""
 
     place: str
-    form: CharacteristicResult
-    distance: CharacteristicResult
+    form: measuring.CharacteristicResult
+    distance: measuring.CharacteristicResult
     form_range: tuple[float, float]
     distance_range: tuple[float, float]
-    result: UncertaintyResult
+    result: measuring.UncertaintyResult
 
 
 @dataclass(frozen=True)
@@ -191,7 +186,7 @@ def places(scenario: Scenario, over: ReadingResult, trials: int | None, progress
     rows = []
     for k, (name, pose) in enumerate(scenario.places.items()):
         progress(f"place {name}", k / len(scenario.places))
-        result = evaluate(scenario.at(pose).task(), settings, read=False)
+        result = measuring.evaluate(scenario.at(pose).task(), settings, read=False)
         form, distance = (
             next(c for c in result.characteristics if c.type == t) for t in ("cylindricity", "distance")
         )
@@ -214,21 +209,21 @@ def span_of(u: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def by_recipe(form: CharacteristicResult, rule: str) -> CharacteristicResult:
+def by_recipe(form: measuring.CharacteristicResult, rule: str) -> measuring.CharacteristicResult:
     """As the paper takes it: U is half of where 95 % of the indicated values lie, whatever they say of the true one."""
     assert form.summary is not None
     low, high = form.summary.interval(form.p, form.interval_kind)
     u = form.summary.u
     return replace(
         form, value=form.indicated, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u, coverage_shown=False,
-        why_not_shown=RECIPE, decision=undecided(rule, RECIPE), true_value=None,
+        why_not_shown=RECIPE, decision=measuring.undecided(rule, RECIPE), true_value=None,
     )  # fmt: skip
 
 
-def in_detail(row: Row, rule: str) -> UncertaintyResult:
+def in_detail(row: Row, rule: str) -> measuring.UncertaintyResult:
     """The result of a place with what its form says of the true one, which parts are drawn for."""
     found = [
-        c if c.true_value or not c.extreme else at_indication(c, c.indicated, rule)
+        c if c.true_value or not c.extreme else measuring.at_indication(c, c.indicated, rule)
         for c in row.result.characteristics
     ]
     return replace(row.result, characteristics=tuple(found))
@@ -239,7 +234,10 @@ def tracer_files() -> dict[str, str]:
     `vcmm calibrate tracer.toml --machine cmm.toml --nodes`.
     """
     seen = read(Approached(draw_deviations(SHOWN) * 1e-3), np.random.default_rng(SHOWN))
-    return {**recording_texts(seen, "tracer", "cmm.toml"), "cmm.toml": bare_text(bare())}
+    return {
+        **instruments.recording_texts(seen, "tracer", "cmm.toml"),
+        "cmm.toml": calibration.bare_text(bare()),
+    }
 
 
 def order(values: Sequence[float]) -> str:
@@ -249,17 +247,15 @@ def order(values: Sequence[float]) -> str:
 
 def figures(result: GaskaTwin) -> dict[str, Any]:
     """Body of the JSON document."""
-    from vcmm.show.tables.evaluated import characteristic_json
-
     return {
         "draws": result.draws,
         "machine": {"draw": SHOWN, "rank_form": result.ranks[0], "rank_distance": result.ranks[1], "reading": SHOWN_READING.words},
         "rows": [
             {
                 "place": row.place, "redraw": SHOWN_READING.redraw,
-                "form": characteristic_json(row.form), "form_U_range_mm": list(row.form_range),
+                "form": tb.characteristic_json(row.form), "form_U_range_mm": list(row.form_range),
                 "paper_form_U_mm": PAPER_FORM_U[row.place] * 1e-3, "form_best_share": result.shares[row.place][0],
-                "distance": characteristic_json(row.distance), "distance_U_range_mm": list(row.distance_range),
+                "distance": tb.characteristic_json(row.distance), "distance_U_range_mm": list(row.distance_range),
                 "paper_distance_U_mm": PAPER_DISTANCE_U[row.place] * 1e-3, "distance_best_share": result.shares[row.place][1],
             }
             for row in result.rows

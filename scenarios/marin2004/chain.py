@@ -21,10 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.errors import UsageError
-from vcmm.core.kinematics import rotation_from_vector
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm import Array, Machine, Run, UsageError, kinematics
 
 STRUCTURE = "w X' Y' b Z t"
 LETTERS = ("Y", "X", "Z")  # carriages 1, 2, 3 of the paper
@@ -78,7 +75,7 @@ def matrix(travel: Array, offset: Array, shift: Array, turn: Array, exact: bool 
     out = np.zeros((len(travel), 4, 4))
     x, y, z = turn.T
     if exact:
-        out[:, :3, :3] = rotation_from_vector(turn)
+        out[:, :3, :3] = kinematics.rotation_from_vector(turn)
     else:
         out[:, 0, 0] = out[:, 1, 1] = out[:, 2, 2] = 1.0
         out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.run import T0_DEG_C, Array, Series, first_order_lag
-from vcmm.learn.calibration.net import CHOSEN, AxisNet, trained
+from vcmm import Array, Series, calibration
+from vcmm.core.run import T0_DEG_C, first_order_lag
 
 MINUTES = 480
 SENSORS = ("spindle", "column", "screw X", "screw Y", "bed", "air")
@@ -117,7 +117,7 @@ def regression(days: Sequence[Day], lags: tuple[int, ...] = (0,)) -> Regression:
 class NetworkModel:
     """Parameters (m, 6) from sensor readings by a net: the paper's other choice. lags as of `Regression`."""
 
-    net: AxisNet
+    net: calibration.AxisNet
     lags: tuple[int, ...]
 
     def over(self, today: Day) -> Array:
@@ -129,4 +129,4 @@ def network(days: Sequence[Day], lags: tuple[int, ...] = (0,), epochs: int = 400
     """One hidden layer of 2i+1 neurons, back-propagation with momentum, on every fourth minute of some days."""
     x = np.concatenate([read_before(d.sensors, lags) for d in days])[::4]
     y = np.concatenate([d.parameters for d in days])[::4]
-    return NetworkModel(trained(x, y, CHOSEN, np.random.default_rng(0), epochs), lags)
+    return NetworkModel(calibration.trained(x, y, calibration.CHOSEN, np.random.default_rng(0), epochs), lags)

@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
-from vcmm.learn.calibration.net import CHOSEN, trained
+from vcmm import Array, Machine, Run, calibration
+from vcmm import effects as fx
+
 from .chain import carriages, product, volumetric_error
-from vcmm.physics.component import ComponentTable
 
 LENGTH, ANGLE = 0.8e-3, 1.5e-6  # mm, rad: standard deviation of a reading
 DEGREE, DRAWS, EPOCHS = 3, 8, 5000
@@ -46,8 +45,8 @@ def learnt_geometry(machine: Machine, run: Run, draws: int = DRAWS) -> tuple[Lea
     return tuple(LearntGeometry(m, tuple(rms), tuple(largest)) for m, (rms, largest) in found.items())
 
 
-def tables_of(machine: Machine) -> dict[str, ComponentTable]:
-    return {e.component: e for e in machine.effects if isinstance(e, ComponentTable)}
+def tables_of(machine: Machine) -> dict[str, fx.ComponentTable]:
+    return {e.component: e for e in machine.effects if isinstance(e, fx.ComponentTable)}
 
 
 def readings(machine: Machine, rng: np.random.Generator) -> dict[str, Array]:
@@ -73,7 +72,7 @@ def smoothed(
         names = [n for n in read if n[2:] == axis]
         x = np.asarray(tables[names[0]].grids[0])[:, None]
         y = np.stack([read[n] for n in names], axis=1)
-        out |= dict(zip(names, trained(x, y, CHOSEN, rng, EPOCHS).at(x).T))
+        out |= dict(zip(names, calibration.trained(x, y, calibration.CHOSEN, rng, EPOCHS).at(x).T))
     return out
 
 
@@ -85,7 +84,7 @@ def _polynomial(x: Array, y: Array) -> Array:
 def with_tables(machine: Machine, values: Mapping[str, Array]) -> Machine:
     """The machine with other numbers at the nodes of its tables."""
     effects = tuple(
-        replace(e, values=values[e.component]) if isinstance(e, ComponentTable) else e
+        replace(e, values=values[e.component]) if isinstance(e, fx.ComponentTable) else e
         for e in machine.effects
     )
     return replace(machine, effects=effects)

@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from vcmm import __version__
-from vcmm.core.run import Array
+from vcmm import Array, CutScenario, __version__
+from vcmm import charts as draw
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .day import PARAMETERS, SENSORS, UNITS
 from .learnt import ANGLE, LENGTH, LearntGeometry
 from .rewritten import RewrittenProgram
@@ -31,11 +34,6 @@ from .twin import (
     PartCut,
     Remainder,
 )
-from vcmm.shop.machining.scenario import CutScenario
-from vcmm.show import charts as draw
-from vcmm.show import report as r
-from vcmm.show.tables.quantities import fixed
-from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 WHAT = (
     "D. Marin, Error prediction and compensation for CNC machine tools (SISOM 2004): the errors of a vertical machining "
@@ -78,7 +76,7 @@ REWRITTEN = {
 }
 
 
-def tables(result: MarinTwin) -> list[ResultTable[Any]]:
+def tables(result: MarinTwin) -> list[tb.ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [
         _agreements(result), _learnt(result), _fits(result), _remainders(result), _cuts(result), _programs(result),
@@ -86,10 +84,10 @@ def tables(result: MarinTwin) -> list[ResultTable[Any]]:
     ]  # fmt: skip
 
 
-LEARNT: tuple[Column[LearntGeometry], ...] = (
-    Column("model", lambda row: row.method),
-    Column("rms left / µm", lambda row: _spread(row.rms), NUMBER_TEXT),
-    Column("largest left / µm", lambda row: _spread(row.largest), NUMBER_TEXT),
+LEARNT: tuple[tb.Column[LearntGeometry], ...] = (
+    tb.Column("model", lambda row: row.method),
+    tb.Column("rms left / µm", lambda row: _spread(row.rms), tb.NUMBER_TEXT),
+    tb.Column("largest left / µm", lambda row: _spread(row.largest), tb.NUMBER_TEXT),
 )
 
 
@@ -97,64 +95,66 @@ def _spread(values: tuple[float, ...]) -> str:
     return f"{np.median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
 
 
-def _learnt(result: MarinTwin) -> ResultTable[LearntGeometry]:
+def _learnt(result: MarinTwin) -> tb.ResultTable[LearntGeometry]:
     v = result.volume
     caption = (
         f"Readings at every node with {LENGTH * 1e3:g} µm and {ANGLE * 1e6:g} µrad of noise, {len(result.learnt[0].rms)} draws; what equation 26 then leaves on 343 "
         f"places, where it was {v.mean:.1f} µm in the mean and {v.largest:.1f} µm at most. Equation 20: the workpiece is turned against the tool by {v.turned:.0f} µrad at "
         f"most, and its translation is the correction vector within {v.moved:.1f} nm. The programs below are rewritten with what the network learnt of the first draw."
     )
-    return ResultTable("Geometry learnt from readings", LEARNT, result.learnt, caption)
+    return tb.ResultTable("Geometry learnt from readings", LEARNT, result.learnt, caption)
 
 
-AGREEMENTS: tuple[Column[Agreement], ...] = (
-    Column("what", lambda a: a.what),
-    Column("against", lambda a: a.against),
-    Column(
+AGREEMENTS: tuple[tb.Column[Agreement], ...] = (
+    tb.Column("what", lambda a: a.what),
+    tb.Column("against", lambda a: a.against),
+    tb.Column(
         "largest difference / nm",
         lambda a: f"{a.nanometres:.2f}" if a.nanometres >= 0.01 else "< 0.01",
-        NUMBER_TEXT,
+        tb.NUMBER_TEXT,
     ),
 )
 
 
-def _agreements(result: MarinTwin) -> ResultTable[Agreement]:
+def _agreements(result: MarinTwin) -> tb.ResultTable[Agreement]:
     caption = (
         f"Largest difference of a tip coordinate on 343 places; the tip errors reach {result.largest_um:.1f} µm. The paper's "
         "first-order rotation matrices multiplied out are second order; reference axes and true rotations make the rest. Where "
         "rotations are true, squareness is what remains: vcmm turns the travel, the paper adds a slope."
     )
-    return ResultTable("The paper's product against vcmm's engines", AGREEMENTS, result.agreements, caption)
+    return tb.ResultTable(
+        "The paper's product against vcmm's engines", AGREEMENTS, result.agreements, caption
+    )
 
 
-FITS: tuple[Column[ParameterFit], ...] = (
-    Column("parameter", lambda f: PARAMETERS[f.parameter]),
-    Column("unit", lambda f: UNITS[f.parameter].replace("u", "µ", 1)),
-    Column("range over the day", lambda f: f.span, fixed(1)),
-    Column("rms left", lambda f: f.rms, fixed(2)),
-    Column("largest left", lambda f: f.largest, fixed(2)),
+FITS: tuple[tb.Column[ParameterFit], ...] = (
+    tb.Column("parameter", lambda f: PARAMETERS[f.parameter]),
+    tb.Column("unit", lambda f: UNITS[f.parameter].replace("u", "µ", 1)),
+    tb.Column("range over the day", lambda f: f.span, tb.fixed(1)),
+    tb.Column("rms left", lambda f: f.rms, tb.fixed(2)),
+    tb.Column("largest left", lambda f: f.largest, tb.fixed(2)),
 )
 
 
-def _fits(result: MarinTwin) -> ResultTable[ParameterFit]:
+def _fits(result: MarinTwin) -> tb.ResultTable[ParameterFit]:
     caption = f"Learned on {len(LEARNED)} drawn days from {len(SENSORS)} sensors, judged on another. What is left is looked into below."
-    return ResultTable("Thermal parameters by multiple regression", FITS, result.fits, caption)
+    return tb.ResultTable("Thermal parameters by multiple regression", FITS, result.fits, caption)
 
 
 def _rms_left(i: int, row: Remainder) -> str:
     return f"{row.rms[i]:.2f}"
 
 
-REMAINDERS: tuple[Column[Remainder], ...] = (
-    Column("condition", lambda row: row.condition),
+REMAINDERS: tuple[tb.Column[Remainder], ...] = (
+    tb.Column("condition", lambda row: row.condition),
     *(
-        Column(f"{name} / {unit.replace('u', 'µ', 1)}", partial(_rms_left, i), NUMBER_TEXT)
+        tb.Column(f"{name} / {unit.replace('u', 'µ', 1)}", partial(_rms_left, i), tb.NUMBER_TEXT)
         for i, (name, unit) in enumerate(zip(PARAMETERS, UNITS))
     ),
 )
 
 
-def _remainders(result: MarinTwin) -> ResultTable[Remainder]:
+def _remainders(result: MarinTwin) -> tb.ResultTable[Remainder]:
     as_drawn, straight, prompt, earlier, net, net_earlier = (row.rms[0] for row in result.remainders)
     caption = (
         f"rms left on the unseen day. Of the {as_drawn:.2f} µm of the first parameter the sensors' lag owns nearly all: without it "
@@ -162,7 +162,7 @@ def _remainders(result: MarinTwin) -> ResultTable[Remainder]:
         f"beside that of now tells how fast the node is warming: {earlier:.2f} µm. The network, the paper's other choice, leaves {net:.2f} µm, "
         f"and {net_earlier:.2f} µm with the earlier readings: the law is nearly linear, and a net has no use of that."
     )
-    return ResultTable("Where the remainder comes from", REMAINDERS, result.remainders, caption)
+    return tb.ResultTable("Where the remainder comes from", REMAINDERS, result.remainders, caption)
 
 
 def _of(result: MarinTwin, minute: int, model: str) -> PartCut | None:
@@ -183,14 +183,17 @@ def _mean_and_largest(model: str, row: CutFeature) -> str:
     return "–" if d is None else f"{d.mean():+.2f} / {np.abs(d).max():.2f}"
 
 
-CUTS: tuple[Column[CutFeature], ...] = (
-    Column("machine", lambda row: row.state),
-    Column("feature", lambda row: row.name),
-    *(Column(words, partial(_mean_and_largest, model), NUMBER_TEXT) for model, words in REWRITTEN.items()),
+CUTS: tuple[tb.Column[CutFeature], ...] = (
+    tb.Column("machine", lambda row: row.state),
+    tb.Column("feature", lambda row: row.name),
+    *(
+        tb.Column(words, partial(_mean_and_largest, model), tb.NUMBER_TEXT)
+        for model, words in REWRITTEN.items()
+    ),
 )
 
 
-def _cuts(result: MarinTwin) -> ResultTable[CutFeature]:
+def _cuts(result: MarinTwin) -> tb.ResultTable[CutFeature]:
     rows = [
         CutFeature(
             state, name, {c.model: c.departure[name] for c in result.cuts if c.state == f"minute {minute}"}
@@ -205,24 +208,24 @@ def _cuts(result: MarinTwin) -> ResultTable[CutFeature]:
         f"stays, and the control takes off a table that is written anew every {EVERY:g} minutes, of all errors or of each axis along itself. What is "
         "left on the walls cold is geometry that the readings did not tell."
     )
-    return ResultTable("The part, cut virtually", CUTS, rows, caption)
+    return tb.ResultTable("The part, cut virtually", CUTS, rows, caption)
 
 
-PROGRAMS: tuple[Column[RewrittenProgram], ...] = (
-    Column("NC file", lambda row: row.name),
-    Column("lines", lambda row: row.lines, fixed(0)),
-    Column("rewritten", lambda row: row.blocks, fixed(0)),
-    Column("off by / µm", lambda row: row.before, fixed(1)),
-    Column("after / µm", lambda row: row.after, fixed(2)),
+PROGRAMS: tuple[tb.Column[RewrittenProgram], ...] = (
+    tb.Column("NC file", lambda row: row.name),
+    tb.Column("lines", lambda row: row.lines, tb.fixed(0)),
+    tb.Column("rewritten", lambda row: row.blocks, tb.fixed(0)),
+    tb.Column("off by / µm", lambda row: row.before, tb.fixed(1)),
+    tb.Column("after / µm", lambda row: row.after, tb.fixed(2)),
 )
 
 
-def _programs(result: MarinTwin) -> ResultTable[RewrittenProgram]:
+def _programs(result: MarinTwin) -> tb.ResultTable[RewrittenProgram]:
     caption = (
         "Files that were not made for this twin, on this mill in the same minutes: largest distance of the tip from the programmed path by the "
         "model that corrects, before and after. The first has arcs and radius compensation, whose ways in and out are one piece."
     )
-    return ResultTable("Any program", PROGRAMS, result.programs, caption)
+    return tb.ResultTable("Any program", PROGRAMS, result.programs, caption)
 
 
 @dataclass(frozen=True)
@@ -237,10 +240,10 @@ def _rms(state: str, model: str, row: PredictedFeature) -> float:
     return row.rms[state, model]
 
 
-PREDICTIONS: tuple[Column[PredictedFeature], ...] = (
-    Column("feature", lambda row: row.name),
+PREDICTIONS: tuple[tb.Column[PredictedFeature], ...] = (
+    tb.Column("feature", lambda row: row.name),
     *(
-        Column(f"{state}: {words}", partial(_rms, state, model), fixed(2))
+        tb.Column(f"{state}: {words}", partial(_rms, state, model), tb.fixed(2))
         for state in ("cold", "warm")
         for model, words in ((GEOMETRY, "geometry"), (UPDATED, "and thermal"))
         if (state, model) != ("cold", UPDATED)
@@ -248,7 +251,7 @@ PREDICTIONS: tuple[Column[PredictedFeature], ...] = (
 )
 
 
-def _predictions(result: MarinTwin) -> ResultTable[PredictedFeature]:
+def _predictions(result: MarinTwin) -> tb.ResultTable[PredictedFeature]:
     asked = {("cold", GEOMETRY): 0, ("warm", GEOMETRY): result.warm, ("warm", UPDATED): result.warm}
     rows = [
         PredictedFeature(
@@ -260,7 +263,7 @@ def _predictions(result: MarinTwin) -> ResultTable[PredictedFeature]:
         "rms difference, µm, between the predicted and the true departures of the program as it was: geometry as learnt from readings, and the "
         "regression on the sensors."
     )
-    return ResultTable("Predicted without rewriting", PREDICTIONS, rows, caption)
+    return tb.ResultTable("Predicted without rewriting", PREDICTIONS, rows, caption)
 
 
 def _missed(result: MarinTwin, minute: int, model: str, name: str) -> float:
@@ -276,7 +279,7 @@ def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     blocks.append(r.table(["input", "whose"], SOURCES, caption="What is the paper's, and what is drawn."))
     for table in tables(result):
-        blocks += titled_html(table)
+        blocks += tb.titled_html(table)
     blocks += [r.heading("Equation 26, volumetric error"), _volume(result)]
     blocks += [r.heading("The drawn day"), _day(result), r.heading("The surface, warm"), _scenes(result)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."

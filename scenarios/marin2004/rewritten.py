@@ -18,21 +18,22 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensation.job import compensate
-from vcmm.compensation.result import CompensatedProgram
-from vcmm.core.effect import Effect
-from vcmm.core.machine import Machine
-from vcmm.core.run import T0_DEG_C, Array, Series
-from vcmm.files.own.library import folder
-from vcmm.files.own.setup import load_setup
+from vcmm import (
+    Array,
+    CutScenario,
+    Effect,
+    Machine,
+    Series,
+    Setup,
+    compensate,
+    example,
+    load_setup,
+    machining,
+)
+from vcmm import effects as fx
+from vcmm.core.run import T0_DEG_C
+
 from .day import PARAMETERS, SENSORS, Day, Regression, read_before
-from vcmm.shop.machining.cut_nets import CutNet, departure, cut_net
-from vcmm.physics.component import ComponentWarming
-from vcmm.program.setup import Setup, TemperatureLog
-from vcmm.shop.machining.maps import net
-from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.scenario import CutScenario
-from vcmm.shop.machining.warming import warmed
 
 TOLERANCE, DECIMALS = 0.2e-3, 4  # mm, of the rewritten programs
 MINUTE = 60.0
@@ -45,7 +46,7 @@ def warming(parameter: int, sensor: str, per_kelvin: float) -> Effect:
     name, per_metre = PARAMETERS[parameter][:3], PARAMETERS[parameter].endswith("per m")
     amount = per_kelvin * UNIT[parameter]
     coefficients = np.array([0.0, amount]) if per_metre else np.array([amount, 0.0])
-    return ComponentWarming(name, sensor=sensor, coefficients=coefficients)
+    return fx.ComponentWarming(name, sensor=sensor, coefficients=coefficients)
 
 
 def true_effects() -> tuple[Effect, ...]:
@@ -68,11 +69,11 @@ def sensor_names(lags: tuple[int, ...]) -> list[str]:
     return [s.replace(" ", "_") + (f"_{lag}min" if lag else "") for lag in lags for s in SENSORS]
 
 
-def true_log(today: Day, start: int, held: bool = False) -> TemperatureLog:
+def true_log(today: Day, start: int, held: bool = False) -> machining.TemperatureLog:
     return _log(dict(zip(TRUE, (T0_DEG_C + today.parameters).T)), today, start, held)
 
 
-def sensor_log(today: Day, start: int, lags: tuple[int, ...], held: bool = False) -> TemperatureLog:
+def sensor_log(today: Day, start: int, lags: tuple[int, ...], held: bool = False) -> machining.TemperatureLog:
     """What the sensors say, over the time of a program that begins at minute `start`; the zero was set cold, at minute 0.
 
     held: as at the start for ever.
@@ -80,12 +81,12 @@ def sensor_log(today: Day, start: int, lags: tuple[int, ...], held: bool = False
     return _log(dict(zip(sensor_names(lags), read_before(today.sensors, lags).T)), today, start, held)
 
 
-def _log(columns: Mapping[str, Array], today: Day, start: int, held: bool) -> TemperatureLog:
+def _log(columns: Mapping[str, Array], today: Day, start: int, held: bool) -> machining.TemperatureLog:
     time = (today.minute - start) * MINUTE
     if held:
         now = {n: np.where(today.minute == 0, v, v[start]) for n, v in columns.items()}
-        return TemperatureLog({n: Series(time, v) for n, v in now.items()}, float(time[0]))
-    return TemperatureLog({n: Series(time, v) for n, v in columns.items()}, float(time[0]))
+        return machining.TemperatureLog({n: Series(time, v) for n, v in now.items()}, float(time[0]))
+    return machining.TemperatureLog({n: Series(time, v) for n, v in columns.items()}, float(time[0]))
 
 
 @dataclass(frozen=True)
@@ -100,18 +101,18 @@ class RewrittenProgram:
 
 
 def rewritten(
-    program: Path, setup: Setup, machine: Machine, log: TemperatureLog | None
-) -> CompensatedProgram:
+    program: Path, setup: Setup, machine: Machine, log: machining.TemperatureLog | None
+) -> machining.CompensatedProgram:
     """The file with the errors of the machine taken out, as `vcmm compensate` does."""
     known = replace(setup, log=log, compensation=())
     return compensate(program, known, machine, tolerance=TOLERANCE, decimals=DECIMALS)
 
 
-def other_programs(machine: Machine, log: TemperatureLog) -> list[RewrittenProgram]:
+def other_programs(machine: Machine, log: machining.TemperatureLog) -> list[RewrittenProgram]:
     """Programs of others on this mill: arcs, radius compensation, a bored hole; `compensate` takes any it can read."""
     out = []
     for name in ("test_piece/part.nc", "abbe_milling/slot.nc"):
-        file = folder() / name
+        file = example(name.split("/")[0]).parent / name
         setup = load_setup(file.parent / "setup.toml")
         setup = replace(setup, offsets={"G54": (400.0, 250.0, -350.0)}, machine=None)
         found = rewritten(file, setup, machine, log)
@@ -127,7 +128,9 @@ def other_programs(machine: Machine, log: TemperatureLog) -> list[RewrittenProgr
     return out
 
 
-def looked_at(scenario: CutScenario, log: TemperatureLog, text: bytes | None = None) -> tuple[CutNet, ...]:
+def looked_at(
+    scenario: CutScenario, log: machining.TemperatureLog, text: bytes | None = None
+) -> tuple[machining.CutNet, ...]:
     """Every feature of the part as a program cuts it, whose state goes on meanwhile; text: instead of the scenario's file."""
     scenario = replace(scenario, setup=replace(scenario.setup, log=log))
     if text is None:
@@ -138,23 +141,27 @@ def looked_at(scenario: CutScenario, log: TemperatureLog, text: bytes | None = N
         return _nets(replace(scenario, program=file))
 
 
-def _nets(scenario: CutScenario) -> tuple[CutNet, ...]:
-    shop = set_up(scenario)
-    nets = [net(f, 15) for f in scenario.part.features.values()]
-    return tuple(cut_net(shop, one) for one in nets if one is not None)
+def _nets(scenario: CutScenario) -> tuple[machining.CutNet, ...]:
+    shop = machining.set_up(scenario)
+    nets = [machining.net(f, 15) for f in scenario.part.features.values()]
+    return tuple(machining.cut_net(shop, one) for one in nets if one is not None)
 
 
-def departures(views: tuple[CutNet, ...], machine: Machine, log: TemperatureLog) -> dict[str, Array]:
+def departures(
+    views: tuple[machining.CutNet, ...], machine: Machine, log: machining.TemperatureLog
+) -> dict[str, Array]:
     """Departure of each feature from the drawing, um, on a machine with that log; the zero was set cold on this machine."""
     out = {}
     for v in views:
-        now = replace(v, tool=replace(v.tool, run=warmed(v.tool.run, log)))
-        out[v.net.feature] = 1e3 * (departure(now, machine) + v.contacts.surface(v.tool.known))
+        now = replace(v, tool=replace(v.tool, run=machining.warmed(v.tool.run, log)))
+        out[v.net.feature] = 1e3 * (machining.departure(now, machine) + v.contacts.surface(v.tool.known))
     return out
 
 
 def by_table(
-    views: tuple[CutNet, ...], truth: tuple[Machine, TemperatureLog], table: tuple[Machine, TemperatureLog]
+    views: tuple[machining.CutNet, ...],
+    truth: tuple[Machine, machining.TemperatureLog],
+    table: tuple[Machine, machining.TemperatureLog],
 ) -> dict[str, Array]:
     """Departures with the control taking a table off; its errors count at the edge that cuts, as a volumetric compensation's do."""
     nominal = {v.net.feature: 1e3 * v.contacts.surface(v.tool.known) for v in views}
@@ -162,7 +169,7 @@ def by_table(
     return {n: real[n] - off[n] + nominal[n] for n in real}
 
 
-def held_between(log: TemperatureLog, minutes: float) -> TemperatureLog:
+def held_between(log: machining.TemperatureLog, minutes: float) -> machining.TemperatureLog:
     """The log as a control has it whose table is written anew every so many minutes, the first time when the program begins."""
     out = {}
     for name, one in log.sensors.items():

@@ -15,9 +15,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from vcmm.core.kinematics import Axis
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm import Array, Axis, CutScenario, Machine, Run, machining
+
 from ..shared.error_tables import shape, table_text
 from .chain import (
     LETTERS,
@@ -61,8 +60,6 @@ from .rewritten import (
     true_effects,
     true_log,
 )
-from vcmm.shop.machining.cut_nets import CutNet
-from vcmm.shop.machining.scenario import CutScenario
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
 LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables
@@ -149,7 +146,7 @@ class MarinTwin:
     cuts: tuple[PartCut, ...]
     today: Day
     model: Regression
-    views: tuple[CutNet, ...]
+    views: tuple[machining.CutNet, ...]
     learnt: tuple[LearntGeometry, ...]
     volume: VolumeErrors
     warm: int  # minute at which the warm cut begins
@@ -325,7 +322,7 @@ def kept(machine: Machine) -> Machine:
 
 def rewritten_cuts(
     scenario: CutScenario, geometry: Machine, today: Day, model: Regression
-) -> tuple[list[PartCut], tuple[CutNet, ...], int, list[RewrittenProgram]]:
+) -> tuple[list[PartCut], tuple[machining.CutNet, ...], int, list[RewrittenProgram]]:
     """The NC file cut cold and while the machine warms, before and after rewriting; the minute of the warm cut; programs of others.
 
     The geometry that corrects is learnt from noisy readings by the network, the thermal parameters by the regression.

@@ -6,11 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vcmm.core.effect import Effect
-from vcmm.core.kinematics import Axis
-from vcmm.core.run import Array
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm import Array, Axis, Effect
+from vcmm import effects as fx
 
 NODES = 11
 
@@ -27,11 +24,11 @@ def effects_of(tables: Mapping[str, Array], axes: Mapping[str, Axis]) -> tuple[E
     out: list[Effect] = []
     for name, values in tables.items():
         if name[1] == "0":
-            out.append(Squareness(name, float(np.round(values[0], 9))))
+            out.append(fx.Squareness(name, float(np.round(values[0], 9))))
         else:
             nodes = np.linspace(*axes[name[2]].travel, NODES)
             decimals = 9 if name[1] in "ABC" else 6
-            out.append(ComponentTable(name, (name[2],), (nodes,), np.round(values, decimals)))
+            out.append(fx.ComponentTable(name, (name[2],), (nodes,), np.round(values, decimals)))
     return tuple(out)
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from vcmm import __version__
+from vcmm import Array, CutScenario, __version__
+from vcmm import charts as draw
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .twin import CIRCLE, PieceTwin
-from vcmm.core.run import Array
-from vcmm.shop.machining.scenario import CutScenario
-from vcmm.show import charts as draw
-from vcmm.show import report as r
-from vcmm.show.tables.table import Column, ResultTable, Writing, titled_html
 
 WHAT = (
     "The piece is cut virtually with one error of the machine at a time, of a round unit size. The table shows what each "
@@ -24,11 +23,11 @@ CAUTION = (
 )
 SMALL = 0.005  # um, shown as a dot
 ErrorRow = tuple[str, Array]  # an error, and what each feature departs under it, um
-CELL = Writing(lambda value, unit: "·" if abs(value) < SMALL else f"{value:+.2f}")
+CELL = tb.Writing(lambda value, unit: "·" if abs(value) < SMALL else f"{value:+.2f}")
 DRAWN = (0, 2, 7, 9, 11, 6)  # rows of the errors whose circles are drawn
 
 
-def tables(result: PieceTwin) -> list[ResultTable[ErrorRow]]:
+def tables(result: PieceTwin) -> list[tb.ResultTable[ErrorRow]]:
     """Round and flat features apart; the same in terminal, report and documentation."""
     circle = [i for i, n in enumerate(result.features) if n in CIRCLE or "circle" in n]
     flat = [i for i in range(len(result.features)) if i not in circle]
@@ -44,10 +43,10 @@ def tables(result: PieceTwin) -> list[ResultTable[ErrorRow]]:
     ]
 
 
-def _columns(result: PieceTwin, of: list[int], title: str, caption: str) -> ResultTable[ErrorRow]:
-    columns: list[Column[ErrorRow]] = [Column("error", lambda row: row[0])]
-    columns += [Column(_short(result.features[i]), partial(_departure, i), CELL) for i in of]
-    return ResultTable(title, columns, list(zip(result.errors, result.um)), caption)
+def _columns(result: PieceTwin, of: list[int], title: str, caption: str) -> tb.ResultTable[ErrorRow]:
+    columns: list[tb.Column[ErrorRow]] = [tb.Column("error", lambda row: row[0])]
+    columns += [tb.Column(_short(result.features[i]), partial(_departure, i), CELL) for i in of]
+    return tb.ResultTable(title, columns, list(zip(result.errors, result.um)), caption)
 
 
 def _departure(feature: int, row: ErrorRow) -> float:
@@ -68,7 +67,7 @@ def twin_page(scenario: CutScenario, result: PieceTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     for table in tables(result):
-        blocks += titled_html(table)
+        blocks += tb.titled_html(table)
     blocks.append(r.heading("The circle under single errors"))
     circles = [
         draw.on_page(draw.polar, result.angle, result.circle[i], title=result.errors[i]) for i in DRAWN

@@ -11,52 +11,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect
-from vcmm.core.run import Array
-from vcmm.shop.machining.cut_nets import CutNet, departure, cut_net
-from vcmm.part.gps import characteristics as gps
-from vcmm.part.part import Feature, normal, surface_point
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.heating import SpindleGrowth
-from vcmm.physics.lag import ServoLag
-from vcmm.physics.reversal import ReversalSpike
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.setting import ToolRadius
-from vcmm.physics.squareness import Squareness
-from vcmm.shop.machining.job import finished_part
-from vcmm.shop.machining.maps import Net
-from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.process import PreparedCut
-from vcmm.shop.machining.scenario import CutScenario
-from vcmm.shop.machining.world import Cutting
-from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
+from vcmm import Array, CutScenario, Effect, machining, measuring
+from vcmm import characteristics as gps
+from vcmm import effects as fx
 
 UM, URAD = 1e-3, 1e-6
 CIRCLE = ("circle, scan of 1°", "oval at 0°", "oval at 45°")
 
 
-def bow(component: str, centre: float) -> ComponentPolynomial:
+def bow(component: str, centre: float) -> fx.ComponentPolynomial:
     """100 um/m2 (s - centre)^2, s in m: a straightness error without a slope in the middle of the part."""
-    return ComponentPolynomial(component, 100 * UM * np.array([centre**2, -2 * centre, 1.0]))
+    return fx.ComponentPolynomial(component, 100 * UM * np.array([centre**2, -2 * centre, 1.0]))
 
 
 SINGLE: tuple[tuple[str, Effect], ...] = (
-    ("squareness of X and Y, C0Y 10 µrad", Squareness("C0Y", 10 * URAD)),
-    ("squareness of X and Z, B0Z 10 µrad", Squareness("B0Z", 10 * URAD)),
-    ("scale of X, 10 µm/m", ScaleFactor("X", 10 * UM / 1000)),
-    ("scale of Y, 10 µm/m", ScaleFactor("Y", 10 * UM / 1000)),
+    ("squareness of X and Y, C0Y 10 µrad", fx.Squareness("C0Y", 10 * URAD)),
+    ("squareness of X and Z, B0Z 10 µrad", fx.Squareness("B0Z", 10 * URAD)),
+    ("scale of X, 10 µm/m", fx.ScaleFactor("X", 10 * UM / 1000)),
+    ("scale of Y, 10 µm/m", fx.ScaleFactor("Y", 10 * UM / 1000)),
     ("straightness EYX, bow 100 µm/m²", bow("EYX", 0.3)),
     ("straightness EXY, bow 100 µm/m²", bow("EXY", 0.25)),
-    ("yaw ECX, 100 µrad/m from X = 0", ComponentPolynomial("ECX", np.array([0.0, 100 * URAD]))),
-    ("backlash of X, 1 µm", Backlash("X", 1 * UM)),
-    ("backlash of Y, 1 µm", Backlash("Y", 1 * UM)),
-    ("reversal spike of X, 1 µm", ReversalSpike("X", 1 * UM)),
-    ("reversal spike of Y, 1 µm", ReversalSpike("Y", 1 * UM)),
-    ("lag of X, 0.1 ms", ServoLag("X", 1e-4)),
-    ("lag of Y, 0.1 ms", ServoLag("Y", 1e-4)),
-    ("spindle growth, 10 µm", SpindleGrowth("Z", 10 * UM)),
-    ("cutter too large, 1 µm in radius", ToolRadius("1", 1 * UM)),
+    ("yaw ECX, 100 µrad/m from X = 0", fx.ComponentPolynomial("ECX", np.array([0.0, 100 * URAD]))),
+    ("backlash of X, 1 µm", fx.Backlash("X", 1 * UM)),
+    ("backlash of Y, 1 µm", fx.Backlash("Y", 1 * UM)),
+    ("reversal spike of X, 1 µm", fx.ReversalSpike("X", 1 * UM)),
+    ("reversal spike of Y, 1 µm", fx.ReversalSpike("Y", 1 * UM)),
+    ("lag of X, 0.1 ms", fx.ServoLag("X", 1e-4)),
+    ("lag of Y, 0.1 ms", fx.ServoLag("Y", 1e-4)),
+    ("spindle growth, 10 µm", fx.SpindleGrowth("Z", 10 * UM)),
+    ("cutter too large, 1 µm in radius", fx.ToolRadius("1", 1 * UM)),
 )
 
 
@@ -75,25 +58,30 @@ class PieceTwin:
 class Ready:
     """The piece cut once: what follows is one evaluation per machine."""
 
-    job: PreparedCut
-    task: Task
-    world: Cutting
-    circle: CutNet
+    job: machining.PreparedCut
+    task: measuring.Task
+    world: machining.Cutting
+    circle: machining.CutNet
 
 
 def prepared(scenario: CutScenario) -> Ready:
     """Program read, tools swept, inspection points and the circle looked at."""
-    job = set_up(scenario)
-    task, world, _ = finished_part(job)
-    return Ready(job, task, world, cut_net(job, scan(scenario.part.features["circle"])))
+    job = machining.set_up(scenario)
+    task, world, _ = machining.finished_part(job)
+    return Ready(job, task, world, machining.cut_net(job, scan(scenario.part.features["circle"])))
 
 
-def scan(feature: Feature) -> Net:
+def scan(feature: measuring.Feature) -> machining.Net:
     """361 points round the middle of a cylinder."""
     angle, height = np.radians(np.arange(361.0)), np.array([feature.extent[0] / 2])
-    points = surface_point(feature, angle, height)
-    return Net(
-        feature.name, points, normal(feature, points), angle, height, ("angle / deg", "along the axis / mm")
+    points = measuring.surface_point(feature, angle, height)
+    return machining.Net(
+        feature.name,
+        points,
+        measuring.normal(feature, points),
+        angle,
+        height,
+        ("angle / deg", "along the axis / mm"),
     )
 
 
@@ -101,10 +89,12 @@ def row(ready: Ready, effects: Sequence[Effect]) -> tuple[Array, Array]:
     """(deviation (um) of each characteristic and of CIRCLE, departure of the circle (angles,) um) with these errors alone."""
     machine = replace(ready.job.machine, effects=tuple(effects), inputs=())
     world = replace(ready.world, tool=replace(ready.world.tool, machine=machine, inputs=()))
-    found = evaluate_all(ready.task, fit_features(ready.task, measured_points(ready.task, world.errors())))
+    found = measuring.evaluate_all(
+        ready.task, measuring.fit_features(ready.task, measuring.measured_points(ready.task, world.errors()))
+    )
     features = ready.task.part.features
     nominal = np.array([float(gps.nominal(c, features)) for c in ready.task.part.characteristics])
-    circle = departure(ready.circle, machine)
+    circle = machining.departure(ready.circle, machine)
     return np.append(found - nominal, harmonics(ready.circle.net.first, circle)) / UM, circle / UM
 
 

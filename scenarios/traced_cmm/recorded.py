@@ -13,14 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.core.kinematics import Axis, parse_structure
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
-from vcmm.files.own.recording_writer import recording_texts
-from vcmm.physics import made_for
-from vcmm.task.instruments.laying import joined, layout, rows, simulated
-from vcmm.task.instruments.tracker import lengths_to
-from vcmm.task.response.recording import Recording
+from vcmm import Array, Axis, Machine, Recording, instruments, kinematics
+from vcmm import effects as fx
 
 TRAVEL = {"X": (0.0, 600.0), "Y": (0.0, 500.0), "Z": (-400.0, 0.0)}
 STATIONS = (
@@ -38,13 +32,13 @@ BEND, LAG = 1.8e-3, 2600.0  # mm/K, s: the bridge pushes the tip along z
 def bare() -> Machine:
     """What the owner knows: structure and travels."""
     axes = {a: Axis(a, ends) for a, ends in TRAVEL.items()}
-    return Machine("bridge CMM, never calibrated", "cmm", parse_structure("w b Y X Z t"), axes)
+    return Machine("bridge CMM, never calibrated", "cmm", kinematics.parse_structure("w b Y X Z t"), axes)
 
 
 def truth() -> Machine:
     """Its errors: for each a sine of one to two periods over the travel and half as much of another, 1 to 4 um, 2 to 8 urad."""
     rng = np.random.default_rng(SEED)
-    table, angle = (made_for(r, "a case") for r in ("error table", "angle between axes"))
+    table, angle = (fx.made_for(r, "a case") for r in ("error table", "angle between axes"))
     effects = []
     for axis, (low, high) in TRAVEL.items():
         q = np.linspace(low, high, 61)
@@ -68,7 +62,7 @@ def tracer() -> Recording:
     grid = every[number.sum(axis=0) % 4 == 0]
     free = {"station": "setup", "zero": "setup"}
     parts = [
-        lengths_to(
+        instruments.lengths_to(
             bare(),
             "LaserTracer",
             grid + np.array(tip),
@@ -81,7 +75,9 @@ def tracer() -> Recording:
         for k, (place, tip) in enumerate(zip(STATIONS, TIPS))
     ]
     rng = np.random.default_rng([SEED, 1])
-    return replace(joined("lengths", [simulated(p, truth(), rng) for p in parts]), name="lengths")
+    return replace(
+        instruments.joined("lengths", [instruments.simulated(p, truth(), rng) for p in parts]), name="lengths"
+    )
 
 
 def diagonals() -> Recording:
@@ -91,10 +87,12 @@ def diagonals() -> Recording:
         ends = {a: (high, low) if a == "Y" and reverse else (low, high) for a, (low, high) in TRAVEL.items()}
         place = {a: low + share * (high - low) for a, (low, high) in ends.items()}
         way = np.array([high - low for low, high in ends.values()])
-        run = rows(place, np.array([0.0, 0.0, -150.0]), {"setup": [f"{k + 1}"] * len(share)})
-        meant = layout("diagonal", "displacement", run, way / np.linalg.norm(way), {"zero": "setup"}, LASER_U)
-        parts.append(simulated(meant, truth(), np.random.default_rng([SEED, 2, k])))
-    return replace(joined("diagonal", parts), name="diagonal")
+        run = instruments.rows(place, np.array([0.0, 0.0, -150.0]), {"setup": [f"{k + 1}"] * len(share)})
+        meant = instruments.layout(
+            "diagonal", "displacement", run, way / np.linalg.norm(way), {"zero": "setup"}, LASER_U
+        )
+        parts.append(instruments.simulated(meant, truth(), np.random.default_rng([SEED, 2, k])))
+    return replace(instruments.joined("diagonal", parts), name="diagonal")
 
 
 def warm_up() -> str:
@@ -128,5 +126,7 @@ def texts() -> dict[str, str]:
     """Name -> text of the data files beside scenarios/traced_cmm.toml."""
     out = {}
     for recording in (tracer(), diagonals()):
-        out[f"{recording.name}.csv"] = recording_texts(recording, recording.name)[f"{recording.name}.csv"]
+        out[f"{recording.name}.csv"] = instruments.recording_texts(recording, recording.name)[
+            f"{recording.name}.csv"
+        ]
     return out | {"warm_up.csv": warm_up()}

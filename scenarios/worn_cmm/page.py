@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vcmm import __version__
+from vcmm import __version__, diagnosis
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .twin import AIR, CONCEALED, Concealed, Moved, WornTwin, answer_to
-from vcmm.learn.diagnosis.estimates import Estimate
-from vcmm.show import report as r
-from vcmm.show.pages.diagnosis import sentences
-from vcmm.show.tables.diagnosed import FOLDS, FoldRow, folds
-from vcmm.show.tables.quantities import fixed
-from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 WHAT = (
     "A ball plate is touched 400 times in six hours, in five placements, on a bridge CMM with a worn Y drive and a ram that "
@@ -25,7 +22,7 @@ CAUTION = (
 )
 
 
-def tables(result: WornTwin) -> list[ResultTable[Any]]:
+def tables(result: WornTwin) -> list[tb.ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [_concealed(result), _folds(result), _job(result)]
 
@@ -38,7 +35,7 @@ class ConcealedParameter:
     name: str
     true: float
     unit: str
-    said: Estimate | None
+    said: diagnosis.Estimate | None
     probability: float | None
 
 
@@ -46,18 +43,18 @@ def _interval(p: ConcealedParameter) -> str:
     return "–" if p.said is None else f"{p.said.interval95[0]:.2f} … {p.said.interval95[1]:.2f}"
 
 
-CONCEALED_COLUMNS: tuple[Column[ConcealedParameter], ...] = (
-    Column("concealed", lambda p: p.fault.effect),
-    Column("where", lambda p: " ".join(p.fault.where.values())),
-    Column("parameter", lambda p: f"{p.name} / {p.unit}"),
-    Column("true", lambda p: p.true, fixed(2)),
-    Column("found", lambda p: "not found" if p.said is None else f"{p.said.value:.2f}", NUMBER_TEXT),
-    Column("95 % coverage interval", _interval, NUMBER_TEXT),
-    Column("probability", lambda p: p.probability, fixed(3)),
+CONCEALED_COLUMNS: tuple[tb.Column[ConcealedParameter], ...] = (
+    tb.Column("concealed", lambda p: p.fault.effect),
+    tb.Column("where", lambda p: " ".join(p.fault.where.values())),
+    tb.Column("parameter", lambda p: f"{p.name} / {p.unit}"),
+    tb.Column("true", lambda p: p.true, tb.fixed(2)),
+    tb.Column("found", lambda p: "not found" if p.said is None else f"{p.said.value:.2f}", tb.NUMBER_TEXT),
+    tb.Column("95 % coverage interval", _interval, tb.NUMBER_TEXT),
+    tb.Column("probability", lambda p: p.probability, tb.fixed(3)),
 )
 
 
-def _concealed(result: WornTwin) -> ResultTable[ConcealedParameter]:
+def _concealed(result: WornTwin) -> tb.ResultTable[ConcealedParameter]:
     rows = []
     for hidden in CONCEALED:
         answer = answer_to(result.diagnosis, hidden)
@@ -74,44 +71,46 @@ def _concealed(result: WornTwin) -> ResultTable[ConcealedParameter]:
     caption = f"Verdict: {result.diagnosis.verdict}. " + (
         f"Also named: {', '.join(more)}." if more else "Nothing else is named."
     )
-    return ResultTable("What was concealed, and what was found", CONCEALED_COLUMNS, rows, caption)
+    return tb.ResultTable("What was concealed, and what was found", CONCEALED_COLUMNS, rows, caption)
 
 
-def _folds(result: WornTwin) -> ResultTable[FoldRow]:
+def _folds(result: WornTwin) -> tb.ResultTable[diagnosis.FoldRow]:
     caption = (
         "Each line fits the named effects on the other rows and predicts these; the first line is fitted."
     )
-    columns = [replace(FOLDS[0], head="rows left out of the fit"), *FOLDS[1:]]
-    rows = folds(result.diagnosis).rows
-    return ResultTable("The prediction on rows never fitted", columns, rows, caption)
+    columns = [replace(diagnosis.FOLDS[0], head="rows left out of the fit"), *diagnosis.FOLDS[1:]]
+    rows = diagnosis.folds(result.diagnosis).rows
+    return tb.ResultTable("The prediction on rows never fitted", columns, rows, caption)
 
 
-DEPARTS = fixed(2, scale=1e3, signed=True)  # um
-JOB: tuple[Column[Moved], ...] = (
-    Column("characteristic", lambda m: m.name),
-    Column("file - true", lambda m: m.before[0] - m.true, DEPARTS),
-    Column("diagnosed - true", lambda m: m.after[0] - m.true, DEPARTS),
-    Column("U, file", lambda m: m.before[1], fixed(2, scale=1e3)),
-    Column("U, diagnosed", lambda m: m.after[1], fixed(2, scale=1e3)),
+DEPARTS = tb.fixed(2, scale=1e3, signed=True)  # um
+JOB: tuple[tb.Column[Moved], ...] = (
+    tb.Column("characteristic", lambda m: m.name),
+    tb.Column("file - true", lambda m: m.before[0] - m.true, DEPARTS),
+    tb.Column("diagnosed - true", lambda m: m.after[0] - m.true, DEPARTS),
+    tb.Column("U, file", lambda m: m.before[1], tb.fixed(2, scale=1e3)),
+    tb.Column("U, diagnosed", lambda m: m.after[1], tb.fixed(2, scale=1e3)),
 )
 
 
-def _job(result: WornTwin) -> ResultTable[Moved]:
+def _job(result: WornTwin) -> tb.ResultTable[Moved]:
     caption = (
         f"What the scenario plate would indicate in a room at {AIR:g} °C, predicted from the machine file and from the improved one, "
         "less what the machine with its concealed faults does indicate, µm. An improved file knows the new parameters only "
         "as well as the recording showed them. U contains this for sizes (gap, k), not for a time constant or another scanned "
         "parameter, nor their correlation."
     )
-    return ResultTable("A measuring job predicted with the improved machine file", JOB, result.job, caption)
+    return tb.ResultTable(
+        "A measuring job predicted with the improved machine file", JOB, result.job, caption
+    )
 
 
 def twin_page(result: WornTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning"), r.heading("What the diagnosis says")]
-    blocks += [r.paragraph(s) for s in sentences(result.diagnosis)]
+    blocks += [r.paragraph(s) for s in diagnosis.sentences(result.diagnosis)]
     for table in tables(result):
-        blocks += titled_html(table)
+        blocks += tb.titled_html(table)
     footer = f"vcmm {__version__}. Measuring error = indicated - true."
     return r.page(
         "Two faults concealed in the log of a CMM", blocks, subtitle=result.machine.name, footer=footer

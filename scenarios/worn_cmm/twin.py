@@ -18,23 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.evaluation.virtual_measurement import measure_task
-from vcmm.core.effect import Effect
-from vcmm.core.inputs import Input
-from vcmm.core.laws import StudentT
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run, Series
-from vcmm.core.text import csv_of
-from vcmm.learn.diagnosis.accepted import written
-from vcmm.learn.diagnosis.improve import improved
-from vcmm.learn.diagnosis.job import diagnose
-from vcmm.learn.diagnosis.result import Answer, Diagnosis
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.thermal import ThermalDrift
-from vcmm.task.measuring.scenario import Scenario
-from vcmm.task.response.observe import baseline, calibration_columns
-from vcmm.task.response.recording import Recording
+from vcmm import Array, Effect, Input, Machine, Recording, Run, Scenario, Series, diagnose, laws
+from vcmm import diagnosis as vcmm_diagnosis
+from vcmm import effects as fx
+from vcmm import measuring as vcmm_measuring
+from vcmm import tables as tb
 
 GAP = 1.4e-3  # mm, play of the Y drive: a worn nut, the order of ISO 230-2 reversal errors of used machines
 GROWTH, LAG = (
@@ -80,12 +68,12 @@ class Moved:
 class WornTwin:
     recording: Recording
     machine: Machine
-    diagnosis: Diagnosis
+    diagnosis: vcmm_diagnosis.Diagnosis
     better: Machine
     job: tuple[Moved, ...]
 
 
-def answer_to(diagnosis: Diagnosis, hidden: Concealed) -> Answer | None:
+def answer_to(diagnosis: vcmm_diagnosis.Diagnosis, hidden: Concealed) -> vcmm_diagnosis.Answer | None:
     """The answer that names the concealed mechanism, if there is one."""
     named = (a for a in diagnosis.answer if a.effect == hidden.effect)
     return next((a for a in named if hidden.where.items() <= a.where.items()), None)
@@ -105,12 +93,12 @@ def recorded(machine: Machine, seed: int = SEED) -> Recording:
         direction=normal,
         other=np.full(run.n, -1),
     )
-    known = baseline(empty, machine)
-    for _, columns in calibration_columns(
+    known = vcmm_diagnosis.baseline(empty, machine)
+    for _, columns in vcmm_diagnosis.calibration_columns(
         empty, machine
     ):  # the calibration is wrong, by as much as it states
         known = known + columns @ rng.standard_normal(columns.shape[1])
-    noise = StudentT(SCATTER, DOF)
+    noise = laws.StudentT(SCATTER, DOF)
     scatter = SCATTER * rng.standard_t(DOF, run.n)
     value = known + seen(play(run), normal) + seen(ram(run), normal) + scatter
     return replace(empty, value=value, nuisance={"rigid": "pose", "offset": "stylus"}, noise=noise)
@@ -228,7 +216,7 @@ def _written(values: Array, decimals: int) -> list[str]:
 
 def _csv(columns: Mapping[str, list[str]]) -> str:
     rows = zip(*columns.values(), strict=True)
-    return csv_of([list(columns), *rows])
+    return tb.csv_of([list(columns), *rows])
 
 
 def run(
@@ -236,18 +224,22 @@ def run(
 ) -> WornTwin:
     """Diagnose the recording, and do a measuring job in a room at AIR by the machine as filed, as diagnosed, as it is."""
     found = diagnose(recording, machine, seed=seed, progress=progress)
-    learnt = tuple((a.fitted, a.inputs) for a in written(found.answer) if a.fitted is not None)
-    return WornTwin(recording, machine, found, improved(machine, learnt), _job(job, learnt))
+    learnt = tuple((a.fitted, a.inputs) for a in vcmm_diagnosis.written(found.answer) if a.fitted is not None)
+    return WornTwin(recording, machine, found, vcmm_diagnosis.improved(machine, learnt), _job(job, learnt))
 
 
 def _job(job: Scenario, learnt: Learnt) -> tuple[Moved, ...]:
     """The job is for the same machine; its file adds what the room and the part do."""
     job, machine = replace(job, constants={**job.constants, "temp_air_C": AIR}), job.machine
-    hidden = (Backlash(axis="Y", gap=GAP), ThermalDrift(direction="z", sensor="air", k=-GROWTH, tau=LAG))
+    hidden = (
+        fx.Backlash(axis="Y", gap=GAP),
+        fx.ThermalDrift(direction="z", sensor="air", k=-GROWTH, tau=LAG),
+    )
     really = replace(machine, effects=(*machine.effects, *hidden))
-    true = measure_task(replace(job, machine=really).task()).values
+    true = vcmm_measuring.measure_task(replace(job, machine=really).task()).values
     before, after = (
-        evaluate(replace(job, machine=m).task(), job.settings) for m in (machine, improved(machine, learnt))
+        vcmm_measuring.evaluate(replace(job, machine=m).task(), job.settings)
+        for m in (machine, vcmm_diagnosis.improved(machine, learnt))
     )
     return tuple(
         Moved(v.name, (b.value, b.expanded), (a.value, a.expanded), v.value)
@@ -269,7 +261,7 @@ def figures(result: WornTwin) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _compared(diagnosis: Diagnosis, hidden: Concealed) -> dict[str, Any]:
+def _compared(diagnosis: vcmm_diagnosis.Diagnosis, hidden: Concealed) -> dict[str, Any]:
     answer = answer_to(diagnosis, hidden)
     out: dict[str, Any] = {}
     for name, (true, unit) in hidden.parameters.items():

@@ -12,7 +12,8 @@ from functools import cache
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array
+
 from .lathe import NM, RADIUS, TURN, DrawnLathe, surface_motion
 from .surveys import asynchronous, wander
 

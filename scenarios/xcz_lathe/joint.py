@@ -17,10 +17,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array, reversals
+
 from .flat import PER_TURN, SLOW, FlatScan, cells, on_flat, terms
 from .lathe import NM, RADIUS, YAW
-from .surveys import MIRROR, NORMAL, PLACED, PLACES, Survey
+from .surveys import MIRROR, PLACED, PLACES, Survey
 
 RINGS, SECTORS = 25, 36
 NODES = np.linspace(-RADIUS, RADIUS, 41)
@@ -116,7 +117,7 @@ def _flat_rows(scan: FlatScan, index: float, number: int, where: _Columns) -> tu
 def _half_turn_rows(survey: Survey, where: _Columns) -> tuple[Array, Array, float]:
     """Rows of x > 0, the odd part that was read, and its u from the scatter of the scans."""
     odd = np.stack([(s.value - s.value[::-1]) / 2 for s in survey.scans])
-    first = np.array([s.setup == NORMAL for s in survey.scans])
+    first = np.array([s.setup == reversals.NORMAL for s in survey.scans])
     up = MIRROR > 1e-9
     both = (odd[first].mean(axis=0) + odd[~first].mean(axis=0)) / 2
     left = np.concatenate([odd[m] - odd[m].mean(axis=0) for m in (first, ~first)])

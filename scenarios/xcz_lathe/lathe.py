@@ -11,12 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.kinematics import Axis, parse_structure
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm import Array, Axis, Machine, Run, kinematics
+from vcmm import effects as fx
 
 NM, ARCSEC, TURN = 1e-6, np.pi / 180 / 3600, 2 * np.pi
 STRAIGHT, AXIAL, SQUARE = 52.6 * NM, 4.4 * NM, 0.08 * ARCSEC  # published
@@ -54,12 +50,12 @@ def drawn_lathe(rng: np.random.Generator) -> DrawnLathe:
         "EBX": YAW * _level(_smooth(rng)),  # its mean is squareness
         "ECX": YAW * _level(_smooth(rng)),
     }
-    tables = [ComponentTable(name, ("X",), (NODES,), values) for name, values in curves.items()]
-    turning = [RotaryCyclic(name, values) for name, values in _spindle(rng).items()]
+    tables = [fx.ComponentTable(name, ("X",), (NODES,), values) for name, values in curves.items()]
+    turning = [fx.RotaryCyclic(name, values) for name, values in _spindle(rng).items()]
     sign = rng.choice([-1.0, 1.0])
     tilts = [
-        RotaryLocation("B0C", tilt=sign * SQUARE),
-        RotaryLocation("A0C", tilt=rng.uniform(-1, 1) * 2 * SQUARE),
+        fx.RotaryLocation("B0C", tilt=sign * SQUARE),
+        fx.RotaryLocation("A0C", tilt=rng.uniform(-1, 1) * 2 * SQUARE),
     ]
     axes = {
         "X": Axis("X", (-HALF, HALF), measured_at=(0.0, -CARRIAGE, 0.0)),
@@ -69,7 +65,7 @@ def drawn_lathe(rng: np.random.Generator) -> DrawnLathe:
     machine = Machine(
         "lathe of the paper's figures",
         "lathe",
-        parse_structure("w C' X' b Z t"),
+        kinematics.parse_structure("w C' X' b Z t"),
         axes,
         (*tables, *turning, *tilts),
     )
@@ -133,10 +129,10 @@ def only(machine: Machine, names: Sequence[str]) -> Machine:
     kept = tuple(e for e in machine.effects if str(getattr(e, "component", "")) in names)
     if "EZX" not in names or "EAX" in names:
         return replace(machine, effects=kept)
-    tables = {e.component: e for e in machine.effects if isinstance(e, ComponentTable)}
+    tables = {e.component: e for e in machine.effects if isinstance(e, fx.ComponentTable)}
     whole = np.asarray(tables["EZX"].values) + CARRIAGE * np.asarray(tables["EAX"].values)
     others = tuple(e for e in kept if str(getattr(e, "component", "")) != "EZX")
-    return replace(machine, effects=(ComponentTable("EZX", ("X",), (NODES,), whole), *others))
+    return replace(machine, effects=(fx.ComponentTable("EZX", ("X",), (NODES,), whole), *others))
 
 
 def selective(x: Array, straight: Array, axial: Array, tilt: Array, square: float) -> Array:

@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from vcmm import __version__
-from vcmm.core.run import Array
+from vcmm import Array, __version__
+from vcmm import charts as draw
+from vcmm import report as r
+from vcmm import tables as tb
+
 from .flat import CELL, RADIUS, cells
 from .lathe import CIRCLE, NM
 from .twin import (
@@ -24,9 +27,6 @@ from .twin import (
     Pictured,
     XczTwin,
 )
-from vcmm.show import charts as draw
-from vcmm.show import report as r
-from vcmm.show.tables.table import Column, ResultTable, titled_html
 
 WITHIN, OUTSIDE, BARE = "within our range", "outside our range", "no figure of theirs"
 WHAT = (
@@ -115,12 +115,14 @@ def _range(values: Sequence[float], digits: int = 1) -> str:
     return f"{np.median(values):.{digits}f} ({min(values):.{digits}f} to {max(values):.{digits}f})"
 
 
-COMPARED: tuple[Column[LatheFigure], ...] = (
-    Column("figure", lambda row: row.what),
-    Column("unit", lambda row: row.unit),
-    Column("paper", lambda row: row.paper),
-    Column("median (range) of our lathes", lambda row: _range(row.values, 2 if row.unit == "arcsec" else 1)),
-    Column("the paper's", lambda row: row.verdict),
+COMPARED: tuple[tb.Column[LatheFigure], ...] = (
+    tb.Column("figure", lambda row: row.what),
+    tb.Column("unit", lambda row: row.unit),
+    tb.Column("paper", lambda row: row.paper),
+    tb.Column(
+        "median (range) of our lathes", lambda row: _range(row.values, 2 if row.unit == "arcsec" else 1)
+    ),
+    tb.Column("the paper's", lambda row: row.verdict),
 )
 
 
@@ -133,12 +135,12 @@ class MapRow:
     gains: tuple[float, ...]
 
 
-MAPS: tuple[Column[MapRow], ...] = (
-    Column("compensation", lambda row: row.kind),
-    Column("flatness / nm", lambda row: _range([f.pv for f in row.flats])),
-    Column("rms / nm", lambda row: _range([f.rms for f in row.flats])),
-    Column("rms off the true flat / nm", lambda row: _range([f.wrong for f in row.flats], 2)),
-    Column("gain / %", lambda row: "" if row.kind == NONE else _range(row.gains, 0)),
+MAPS: tuple[tb.Column[MapRow], ...] = (
+    tb.Column("compensation", lambda row: row.kind),
+    tb.Column("flatness / nm", lambda row: _range([f.pv for f in row.flats])),
+    tb.Column("rms / nm", lambda row: _range([f.rms for f in row.flats])),
+    tb.Column("rms off the true flat / nm", lambda row: _range([f.wrong for f in row.flats], 2)),
+    tb.Column("gain / %", lambda row: "" if row.kind == NONE else _range(row.gains, 0)),
 )
 
 
@@ -148,23 +150,23 @@ class LeftOut:
     values: tuple[float, ...]
 
 
-ADDED: tuple[Column[LeftOut], ...] = (
-    Column("left out of eq. 6", lambda row: row.what),
-    Column("nm", lambda row: _range(row.values, 2)),
+ADDED: tuple[tb.Column[LeftOut], ...] = (
+    tb.Column("left out of eq. 6", lambda row: row.what),
+    tb.Column("nm", lambda row: _range(row.values, 2)),
 )
 
 
-def tables(result: XczTwin) -> list[ResultTable[Any]]:
+def tables(result: XczTwin) -> list[tb.ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     lathes = result.lathes
     value, low, high = result.theirs
-    one = ResultTable(
+    one = tb.ResultTable(
         "The paper's figures", COMPARED, compared(result),
         f"{len(lathes)} drawn lathes and flats, those of {len(lathes) / result.share:.0f} whose uncompensated scan is within 2.3 nm of 17.3 nm. The paper's "
         f"gain from its rounded figures is {100 * value:.0f} %, with its own standard deviations over three repeats {100 * low:.0f} to {100 * high:.0f} % (95 %); ours "
         "lies within where it meets that. Flatness: peak to valley less a plane, mean of three scans.",
     )  # fmt: skip
-    two = ResultTable(
+    two = tb.ResultTable(
         "Ways to compensate", MAPS, [_map_row(kind, lathes) for kind in KINDS],
         f"The third row is what the paper describes. The last three estimate the flat itself; the last states u = {_range([m.stated for m in lathes], 2)} nm.",
     )  # fmt: skip
@@ -176,7 +178,7 @@ def _map_row(kind: str, lathes: Sequence[OneLathe]) -> MapRow:
     return MapRow(kind, flats, tuple(100 * f.gain(m.flats[NONE], m.reference) for f, m in zip(flats, lathes)))
 
 
-def _added(lathes: Sequence[OneLathe]) -> ResultTable[LeftOut]:
+def _added(lathes: Sequence[OneLathe]) -> tb.ResultTable[LeftOut]:
     names = sorted(lathes[0].left_out, key=lambda n: -float(np.median([m.left_out[n] for m in lathes])))
     shown = [n for n in names if n == "all" or max(m.left_out[n] for m in lathes) >= 0.005]
     words = {"all": "all of them, rms on the flat"}
@@ -187,7 +189,7 @@ def _added(lathes: Sequence[OneLathe]) -> ResultTable[LeftOut]:
         LeftOut(f"probe {h:g} mm higher than in the reversal, range", tuple(m.heights[h] for m in lathes))
         for h in HEIGHTS
     ]
-    return ResultTable(
+    return tb.ResultTable(
         "What the selective model leaves out", ADDED, rows,
         f"Less a plane or a line. Below 0.005 nm in every lathe: {', '.join(n for n in names if n not in shown)}. With the probe at the height of the reversal the "
         "Abbe share is in E_ZX.",
@@ -198,7 +200,7 @@ def twin_page(result: XczTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT)]
     for one in tables(result):
-        blocks += titled_html(one)
+        blocks += tb.titled_html(one)
     blocks += [r.heading("The first lathe"), *pictures(result.first)]
     blocks += [
         r.heading("The paper, step by step"),

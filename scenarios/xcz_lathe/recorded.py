@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array, reversals
+
 from .lathe import NM, drawn_lathe
 from .surveys import FACE, half_turn_scans, straightness_scans
-from vcmm.task.instruments.reversal_line import LineScan
-from vcmm.task.instruments.reversal_simulated import Sampling, simulated_values
 
 SEED, THIN = 3, 10  # every tenth mean of a scan: 1 mm
-SAMPLING = Sampling(turns=5, per_turn=48, u=0.3 * NM, mounting=2e-6)
+SAMPLING = reversals.Sampling(turns=5, per_turn=48, u=0.3 * NM, mounting=2e-6)
 FORM = 20 * NM  # two waves of the flat under the outer probe
 
 
@@ -26,7 +25,7 @@ def texts() -> dict[str, str]:
     }
 
 
-def _lines(scans: list[LineScan]) -> str:
+def _lines(scans: list[reversals.LineScan]) -> str:
     rows, count = ["X_mm,setup,run,d_um"], {"normal": 0, "reversed": 0}
     for scan in scans:
         count[scan.setup] += 1
@@ -42,7 +41,9 @@ def _face(rng: np.random.Generator) -> str:
         return np.asarray(FORM * np.cos(2 * angle + 1.0))
 
     rows = ["C_deg,setup,instrument,d_um"]
-    for one in simulated_values(FACE, lathe.machine, form, ("normal", "reversed"), SAMPLING, rng=rng):
+    for one in reversals.simulated_values(
+        FACE, lathe.machine, form, ("normal", "reversed"), SAMPLING, rng=rng
+    ):
         setup, probe, angle, value = one
         rows += [f"{a:.1f},{setup},{probe},{d * 1e3:.5f}" for a, d in zip(np.degrees(angle), value)]
     return "\n".join(rows) + "\n"

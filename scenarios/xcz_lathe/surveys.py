@@ -10,19 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm import Array, Machine, Run, reversals
+
 from .lathe import HALF, NM, RADIUS, TURN, DrawnLathe, surface_motion
-from vcmm.task.instruments.reversal import NORMAL, REVERSED, ReversalTest, Separated, separated
-from vcmm.task.instruments.reversal_line import (
-    LineScan,
-    SquarenessReversal,
-    StraightnessReversal,
-    squareness_reversal,
-    straightness_reversal,
-)
-from vcmm.task.instruments.reversal_simulated import reading
-from vcmm.task.instruments.reversal_turns import TurnGroup, turn_group
 
 RATE = 1000.0  # 1/s
 QUIET, PASS = 0.6 * NM, 60.0  # after the low-pass, Hz
@@ -38,7 +28,7 @@ WANDER, PLACED = (
     0.5 * NM,
     0.05,
 )  # rms of a set-up's slow wander over a scan; mm, rms of the mirror's place after a reversal
-FACE = ReversalTest("face", "EZC", "EBC", {"centre": 0.0, "outer": ARM})
+FACE = reversals.ReversalTest("face", "EZC", "EBC", {"centre": 0.0, "outer": ARM})
 PLACES = np.arange(-HALF, HALF + STEP / 2, STEP)
 MIRROR = np.arange(-RADIUS, RADIUS + STEP / 2, STEP)
 
@@ -51,42 +41,45 @@ class Survey:
     the straightness reversal, which the paper did not do.
     """
 
-    straight: StraightnessReversal
-    spindle: Separated
-    square: SquarenessReversal
-    corrected: SquarenessReversal
-    scans: tuple[LineScan, ...]
+    straight: reversals.StraightnessReversal
+    spindle: reversals.Separated
+    square: reversals.SquarenessReversal
+    corrected: reversals.SquarenessReversal
+    scans: tuple[reversals.LineScan, ...]
     yaw: tuple[Array, float]
 
 
 def survey(lathe: DrawnLathe, rng: np.random.Generator) -> Survey:
     """All three tests."""
-    straight = straightness_reversal(straightness_scans(lathe.machine, rng))
-    spindle = separated(FACE, face_groups(lathe, rng))
+    straight = reversals.straightness_reversal(straightness_scans(lathe.machine, rng))
+    spindle = reversals.separated(FACE, face_groups(lathe, rng))
     tilt = half_turn_tilt(spindle)
     scans = half_turn_scans(lathe, rng)
     without = [
-        LineScan(s.setup, s.place, s.value - np.interp(s.place, straight.nodes, straight.machine))
+        reversals.LineScan(s.setup, s.place, s.value - np.interp(s.place, straight.nodes, straight.machine))
         for s in scans
     ]
-    square, corrected = squareness_reversal(scans, tilt=tilt), squareness_reversal(without, tilt=tilt)
+    square, corrected = (
+        reversals.squareness_reversal(scans, tilt=tilt),
+        reversals.squareness_reversal(without, tilt=tilt),
+    )
     return Survey(straight, spindle, square, corrected, tuple(scans), yaw_of(lathe.machine, rng))
 
 
-def half_turn_tilt(spindle: Separated) -> float:
+def half_turn_tilt(spindle: reversals.Separated) -> float:
     """E_tilt of eq. 11: mean of E_BC at 0 and 180 deg, rad."""
     return float(spindle.curve("EBC", np.array([0.0, np.pi])).mean())
 
 
-def straightness_scans(machine: Machine, rng: np.random.Generator) -> list[LineScan]:
+def straightness_scans(machine: Machine, rng: np.random.Generator) -> list[reversals.LineScan]:
     """Eq. 7: three scans and three reversed. The probe on the slide at the height of the spindle, the mirror on Z."""
     probe = -PLACES  # the probe stays on the slide, so the place on the mirror side moves on
     moved = -machine.tip_error(_scan(PLACES, probe))[:, 2]
     edge, out = mirror_profile(rng), []
-    for setup, sense in ((NORMAL, 1.0), (REVERSED, -1.0)):
+    for setup, sense in ((reversals.NORMAL, 1.0), (reversals.REVERSED, -1.0)):
         form = np.interp(PLACES + (PLACED * rng.standard_normal() if sense < 0 else 0.0), *edge)
         for _ in range(SCANS):
-            out.append(LineScan(setup, PLACES, form + sense * moved + scan_noise(len(PLACES), rng)))
+            out.append(reversals.LineScan(setup, PLACES, form + sense * moved + scan_noise(len(PLACES), rng)))
     return out
 
 
@@ -143,7 +136,7 @@ def wander(n: int, rng: np.random.Generator, size: float = WANDER) -> Array:
     return np.asarray(size * walk / walk.std())
 
 
-def face_groups(lathe: DrawnLathe, rng: np.random.Generator) -> list[TurnGroup]:
+def face_groups(lathe: DrawnLathe, rng: np.random.Generator) -> list[reversals.TurnGroup]:
     """Eq. 9: two probes before and after the reversal, 20 turns of 3000 readings each."""
     angle = np.arange(PER_TURN) * TURN / PER_TURN
     flat = rng.standard_normal(12) / np.repeat(np.arange(1, 7), 2)
@@ -153,19 +146,19 @@ def face_groups(lathe: DrawnLathe, rng: np.random.Generator) -> list[TurnGroup]:
         * sum(flat[2 * k - 2] * np.cos(k * angle) + flat[2 * k - 1] * np.sin(k * angle) for k in range(1, 7))
     )
     whole, out = np.arange(TURNS * PER_TURN) * TURN / PER_TURN, []
-    for setup in (NORMAL, REVERSED):
+    for setup in (reversals.NORMAL, reversals.REVERSED):
         lies = 2e-6 * rng.standard_normal(2)
         loose = [asynchronous(len(whole), PER_TURN, rms, rng) for rms in lathe.asynchronous]
         for probe, arm in (FACE.arms or {}).items():
-            here = -arm if setup == REVERSED else arm
-            seen = reading(
+            here = -arm if setup == reversals.REVERSED else arm
+            seen = reversals.reading(
                 FACE, lathe.machine, lambda q: np.asarray(form), setup=setup, probe=probe, angle=angle
             )
             seen = seen + here * (lies[0] * np.cos(angle) + lies[1] * np.sin(angle))
             value = (
                 np.tile(seen, TURNS) + loose[0] - here * loose[1] + NOISE * rng.standard_normal(len(whole))
             )
-            out.append(turn_group(setup, probe, whole, value, ORDERS))
+            out.append(reversals.turn_group(setup, probe, whole, value, ORDERS))
     return out
 
 
@@ -177,11 +170,11 @@ def asynchronous(n: int, per_turn: int, rms: float, rng: np.random.Generator) ->
     return np.asarray(rms * 1.22 * np.interp(at, np.arange(len(raw)), raw))
 
 
-def half_turn_scans(lathe: DrawnLathe, rng: np.random.Generator) -> list[LineScan]:
+def half_turn_scans(lathe: DrawnLathe, rng: np.random.Generator) -> list[reversals.LineScan]:
     """Three scans of the mirror on the spindle at 0 and three at 180 deg; the spindle stands still."""
     form, lean, out = mirror_profile(rng), 5e-6 * rng.standard_normal(), []
-    for setup, angle, way in ((NORMAL, 0.0, 1.0), (REVERSED, np.pi, -1.0)):
+    for setup, angle, way in ((reversals.NORMAL, 0.0, 1.0), (reversals.REVERSED, np.pi, -1.0)):
         moved = surface_motion(lathe.machine, MIRROR, np.full(len(MIRROR), angle))
         seen = np.interp(way * MIRROR, *form) + way * lean * MIRROR + moved
-        out += [LineScan(setup, MIRROR, seen + scan_noise(len(MIRROR), rng)) for _ in range(SCANS)]
+        out += [reversals.LineScan(setup, MIRROR, seen + scan_noise(len(MIRROR), rng)) for _ in range(SCANS)]
     return out

@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.run import Array
+from vcmm import Array
+from vcmm import effects as fx
+
 from .flat import (
     REPEATS,
     Flatness,
@@ -45,7 +47,6 @@ from .lathe import (
     surface_motion,
 )
 from .surveys import Survey, survey
-from vcmm.physics.squareness import RotaryLocation
 
 RAW, SIGMA_ON, ON, OFF_LINE, SIGMA_OFF = 17.3, 2.3, 11.4, 8.7, 1.2  # nm, published
 ADDED = 1.5  # nm that the noise of a scan adds to its range
@@ -206,7 +207,7 @@ def _result(several: Sequence[Array], true: Array, aside: bool = False) -> FlatR
 def _found(lathe: DrawnLathe, found: Survey) -> dict[str, float]:
     """Sizes that the reversals found, and what was drawn."""
     drawn = next(
-        e.tilt for e in lathe.machine.effects if isinstance(e, RotaryLocation) and e.component == "B0C"
+        e.tilt for e in lathe.machine.effects if isinstance(e, fx.RotaryLocation) and e.component == "B0C"
     )
     return {
         "EZX_nm": float(np.ptp(found.straight.machine)) / NM,

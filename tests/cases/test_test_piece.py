@@ -7,18 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vcmm_twins.test_piece import page, piece, twin
 
 import vcmm
 from tests.documented import assert_documented, assert_titled, instead
-from vcmm_twins.test_piece import piece
-from vcmm_twins.test_piece import twin
-from vcmm_twins.test_piece import page
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example, folder
-from vcmm.shop.machining.cut_nets import departure, cut_net
 from vcmm.physics.lag import ServoLag
 from vcmm.physics.scale import ScaleFactor
 from vcmm.physics.squareness import Squareness
+from vcmm.shop.machining.cut_nets import cut_net, departure
 from vcmm.shop.machining.preparation import set_up
 
 

@@ -102,6 +102,7 @@ FOLDERS = (
     "show.pages",
     "show",
     "face",
+    "face.public",
     "face.workbench",
     "face.cli",
 )

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vcmm_twins.abbe_milling import survey, twin, validation
 
 import vcmm
 from vcmm.core.run import Run
 from vcmm.files.own.design import load_design
 from vcmm.files.own.library import example, folder
-from vcmm_twins.abbe_milling import survey, twin, validation
-from vcmm.shop.machining.cut_nets import departure, decisive_contacts
 from vcmm.physics.backlash import Backlash
 from vcmm.physics.component import ComponentTable
+from vcmm.shop.machining.cut_nets import decisive_contacts, departure
 
 TRAVEL = np.array([0.0, 1500.0])
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vcmm_twins.xcz_lathe import flat, joint, lathe, page, recorded, surveys, twin
+from vcmm_twins.xcz_lathe.lathe import ARCSEC, NM
 
 from tests.documented import assert_documented
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.face.cli import run as command
-from vcmm_twins.xcz_lathe import flat, joint, lathe, page, recorded, surveys, twin
-from vcmm_twins.xcz_lathe.lathe import ARCSEC, NM
 from vcmm.physics.component import ComponentTable
 from vcmm.physics.rotary import RotaryCyclic
 from vcmm.physics.squareness import RotaryLocation

@@ -98,4 +98,8 @@ def _run_recorded(
 
     recording, machine = load_recording(example(name))
     result = package.twin.run(recording, machine, load_scenario(example("plate")), progress=report)
-    return result, package.page.twin_page(result), [example(name), *companions(name).values(), example("plate")]
+    return (
+        result,
+        package.page.twin_page(result),
+        [example(name), *companions(name).values(), example("plate")],
+    )
