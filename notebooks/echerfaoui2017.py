@@ -17,8 +17,11 @@
 # %%
 import numpy as np
 
+import vcmm
 from vcmm.show.charts.canvas import canvas
 
+paper = vcmm.twin("echerfaoui2017")  # scenarios/echerfaoui2017/*.py
+page, twin = paper.page, paper.twin
 rng = np.random.default_rng(7)
 cmm = twin.drawn_cmm(rng)
 readings, square = twin.measured(cmm, "precision", rng)

@@ -195,7 +195,7 @@ def test_u_of_the_distance_by_other_means():
 def evaluated():
     """The full evaluation at place 4."""
     one = scenario().at(scenario().places["4"])
-    return twin.evaluate(one.task(), replace(one.settings, trials=4000, certify=50))
+    return twin.measuring.evaluate(one.task(), replace(one.settings, trials=4000, certify=50))
 
 
 def test_the_matrix_agrees_with_the_evaluation_of_the_scenario():

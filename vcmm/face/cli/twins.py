@@ -44,11 +44,13 @@ def draws_machines(package: ModuleType) -> bool:
 
 def way_of(name: str) -> tuple[Callable[..., Outcome], list[str]]:
     """How a twin is run, which its scenario says, and the commands that come next."""
-    from vcmm.files.own.library import cuts, example, records, scenarios
+    from vcmm.files.own.library import cuts, example, records, scenarios, turns_over
 
     if name not in scenarios():
         return _run_drawn, ["calibrate --help"]
     new = f"new {name}"
+    if turns_over(example(name)):
+        return _run_drawn, [new]
     if cuts(example(name)):
         return _run_cut, [new, f"cut {name}.toml --out {name}-report"]
     if records(example(name)):
