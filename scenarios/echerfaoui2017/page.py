@@ -16,7 +16,7 @@ from .twin import METHODS, EcherfaouiTwin
 
 PAPER_MAXIMA = (35.0, 30.0, 25.0)  # um
 CHOSEN_ROW = list(calibration.LAYOUTS).index(calibration.CHOSEN)
-REPRODUCED, OUTSIDE, BARE = "within our range", "outside our range", "no figure of theirs"
+BARE = "no figure of theirs"
 WHAT = (
     "A bridge CMM of 400 x 400 x 400 mm is drawn with errors of the published size, read axis by axis with the 6-D laser of the "
     "paper's Table 2, learnt by one feed-forward net per axis, put together over the volume and compensated. Everything is repeated "
@@ -30,7 +30,7 @@ LEFT_OUT = (
     ("eq. 1 to 8: transforms of X, Y, Z and a tool of length L", "vcmm's chain w b X Y Z t; the text's signs of L (eq. 4 against 8a, 8b) and of (3, 1) in eq. 2 are mended"),
     ("Table 2: 6-D laser, regular and precision", "both; limits as uniform laws; 0.5/m of the precision tilt read as 0.05/m"),
     ("eq. 8 to 13: logistic neurons, back-propagation with momentum, 0 to 1", "as printed, with - eta delta in eq. 11 and (1 - O) of the own layer in eq. 13; gain, momentum and epochs are not published and drawn"),
-    ("four layouts", "all four; i = 1, the position of the axis: a rigid machine has nothing that several profiles could add"),
+    ("four layouts", "all four; i = 1, the position of the axis; the profiles over the volume that the paper asks for as further inputs see one rigid machine here: nine are averaged"),
     ("Table 3, three validation procedures", "its content is not published: every third position is held out"),
     ("error maps, squareness", "shapes are drawn: the paper shows them as pictures only"),
     ("diagonal of 692.82 mm in 10 steps", "the same; 27 um is the norm of 7, 23 and 12: along the diagonal they are at most 24.2 um"),
@@ -50,11 +50,11 @@ class PaperFigure:
 
     @property
     def verdict(self) -> str:
-        """Whether some of our machines lie where the paper's does."""
+        """How many of our machines lie where the paper's does."""
         if self.bounds is None:
             return BARE
         low, high = self.bounds
-        return REPRODUCED if any(low <= v <= high for v in self.values) else OUTSIDE
+        return f"{sum(low <= v <= high for v in self.values)} of {len(self.values)}"
 
 
 def compared(result: EcherfaouiTwin) -> list[PaperFigure]:
@@ -67,13 +67,11 @@ def compared(result: EcherfaouiTwin) -> list[PaperFigure]:
         _row(f"largest error in {axis}", "µm", f"{size:g}", (0.9 * size, 1.1 * size), before[k])
         for k, (axis, size) in enumerate(zip("XYZ", PAPER_MAXIMA))
     ]
-    rows.append(
-        _row("largest error vector", "µm", "> 63 (35, 30, 25: 52.4 at most)", (63.0, np.inf), before[3])
-    )
+    rows.append(_row("largest error vector", "µm", "> 63", (63.0, np.inf), before[3]))
     net = np.array([100 * m.layouts[CHOSEN_ROW].total for m in result.machines])
     rows.append(_row("what the chosen net leaves of a component", "%", "< 5", (0.0, 5.0), net))
     for k, method in enumerate(METHODS):
-        bare = k > 0  # the paper has no splines
+        bare = "splines" in method  # the paper has none
         rows.append(
             _row(
                 f"left over the volume, {method}",
@@ -112,7 +110,7 @@ COMPARED: tuple[tb.Column[PaperFigure], ...] = (
     tb.Column("unit", lambda row: row.unit),
     tb.Column("paper", lambda row: row.paper),
     tb.Column("median (range) of our machines", lambda row: _range(row.values)),
-    tb.Column("the paper's", lambda row: row.verdict),
+    tb.Column("within the paper's", lambda row: row.verdict),
 )
 
 
@@ -146,7 +144,9 @@ def tables(result: EcherfaouiTwin) -> list[tb.ResultTable[Any]]:
     )  # fmt: skip
     figures = tb.ResultTable(
         "The paper's figures", COMPARED, compared(result),
-        f"{count} drawn machines, laser option {result.option}. Equal means within 10 % of a figure, or within a bound, for some of them. "
+        f"{count} drawn machines, laser option {result.option}. Within the paper's: machines within 10 % of its figure, or within its bound. "
+        f"63 um: {result.large} of {result.tried} machines so drawn have a larger vector; were 35, 30 and 25 um the maxima over the whole volume, "
+        "52.4 um would be the most, as maxima in the coordinate planes they bound nothing. "
         + THERMAL.format(um=result.thermal),
     )  # fmt: skip
     return [figures, layouts]
