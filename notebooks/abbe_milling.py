@@ -59,7 +59,10 @@ for place in ("centre", twin.FAR):
 
 # %%
 setups, _, _ = vcmm.load_design(vcmm.example("abbe_milling").parent / "abbe_milling" / "survey.toml")
-slots = {p: tuple(map(vcmm.machining.decisive_contacts, twin.look_at(scenario, zero)[:2])) for p, zero in validation.ZEROS.items()}
+slots = {
+    p: tuple(map(vcmm.machining.decisive_contacts, twin.look_at(scenario, zero)[:2]))
+    for p, zero in validation.ZEROS.items()
+}
 for one in validation.validated(slots, setups, twin.machine(1), 1):
     print(
         f"{one.alignment:20s} {one.place:12s} measured {one.real:4.1f} um rms,"

@@ -33,7 +33,9 @@ assert max(a.nanometres for a in result.agreements) < 5
 # %%
 for f in result.fits:
     unit = paper.day.UNITS[f.parameter]
-    print(f"{paper.day.PARAMETERS[f.parameter]:10s} {f.span:5.1f} {unit} over the day, {f.rms:.2f} {unit} rms left")
+    print(
+        f"{paper.day.PARAMETERS[f.parameter]:10s} {f.span:5.1f} {unit} over the day, {f.rms:.2f} {unit} rms left"
+    )
 
 # %% [markdown]
 # The NC file cut cold, and while the machine warms: as programmed, rewritten for the geometry, for the state at the start of the cut, and

@@ -181,7 +181,11 @@ def test_their_gain_and_its_uncertainty():
     assert value == pytest.approx(1 - 2.7 / 8.6)
     rng = np.random.default_rng(11)  # Student's t as a normal over the root of a mean square of two
     raw, on, off = (
-        v + s / np.sqrt(3) * rng.normal(size=200_000) / np.sqrt((rng.normal(size=(2, 200_000)) ** 2).mean(axis=0))
+        v
+        + s
+        / np.sqrt(3)
+        * rng.normal(size=200_000)
+        / np.sqrt((rng.normal(size=(2, 200_000)) ** 2).mean(axis=0))
         for v, s in ((17.3, 2.3), (11.4, 2.3), (8.7, 1.2))
     )
     want = np.quantile(1 - abs(on - off) / abs(raw - off), (0.025, 0.975))
