@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from inspect import cleandoc, getdoc, isfunction, signature
+from inspect import cleandoc, getdoc, isfunction, ismodule, signature
 from pathlib import Path
 from typing import Any
 
@@ -152,6 +152,16 @@ def reference() -> str:
 
 def described(name: str, item: Any) -> list[str]:
     """How it is called, and its docstring as it stands in the code."""
+    if ismodule(item):
+        offered = sorted(getattr(item, "__all__", None) or (n for n in vars(item) if n[0].isupper()))
+        return [
+            *fenced(f"module {name}"),
+            *fenced(getdoc(item) or ""),
+            ", ".join(f"`{n}`" for n in offered),
+            "",
+        ]
+    if not item.__module__.startswith("vcmm."):  # a type of numpy under a name of ours
+        return fenced(f"{name} = {item}")
     called = f"{name}{signature(item)}" if isfunction(item) else f"class {name}"
     return [*fenced(called), *fenced(getdoc(item) or "")]
 

@@ -20,11 +20,9 @@
 import numpy as np
 
 import vcmm
-from vcmm.files.own.design import load_design
-from vcmm.files.own.library import folder
-from vcmm.papers.abbe_milling import twin, validation
-from vcmm.papers.virtual_cut import departure, thinned
 
+paper = vcmm.twin("abbe_milling")  # scenarios/abbe_milling/*.py
+twin, validation = paper.twin, paper.validation
 scenario = vcmm.load_cut(vcmm.example("abbe_milling"))
 for letter, axis in scenario.machine.axes.items():
     print(letter, "reflector at", axis.measured_at, "mm in the frame of the axis")
@@ -48,8 +46,8 @@ assert np.mean(corner) > np.mean(middle)  # the conventional arms begin at the m
 # %%
 for place in ("centre", twin.FAR):
     for view in twin.look_at(scenario, twin.PLACES[place]):
-        consistent = departure(view, scenario.machine, zero_set_here=False)
-        doubled = departure(view, twin.conventional(scenario.machine), zero_set_here=False)
+        consistent = vcmm.machining.departure(view, scenario.machine, zero_set_here=False)
+        doubled = vcmm.machining.departure(view, twin.conventional(scenario.machine), zero_set_here=False)
         print(
             f"{place:12s} {view.net.feature:10s} conventional {twin.rms(doubled) * 1e3:5.1f} um rms,"
             f" Abbe-consistent {twin.rms(consistent) * 1e3:5.1f}, apart by {twin.rms(doubled - consistent) * 1e3:5.1f}"
@@ -60,8 +58,11 @@ for place in ("centre", twin.FAR):
 # they read. Slots are milled there, and a CMM measures them. Which prediction is nearer?
 
 # %%
-setups, _, _ = load_design(folder() / "abbe_milling" / "survey.toml")
-slots = {p: tuple(map(thinned, twin.look_at(scenario, zero)[:2])) for p, zero in validation.ZEROS.items()}
+setups, _, _ = vcmm.load_design(vcmm.example("abbe_milling").parent / "abbe_milling" / "survey.toml")
+slots = {
+    p: tuple(map(vcmm.machining.decisive_contacts, twin.look_at(scenario, zero)[:2]))
+    for p, zero in validation.ZEROS.items()
+}
 for one in validation.validated(slots, setups, twin.machine(1), 1):
     print(
         f"{one.alignment:20s} {one.place:12s} measured {one.real:4.1f} um rms,"

@@ -17,9 +17,11 @@
 # %%
 import numpy as np
 
-from vcmm.papers.echerfaoui2017 import page, twin
+import vcmm
 from vcmm.show.charts.canvas import canvas
 
+paper = vcmm.twin("echerfaoui2017")  # scenarios/echerfaoui2017/*.py
+page, twin = paper.page, paper.twin
 rng = np.random.default_rng(7)
 cmm = twin.drawn_cmm(rng)
 readings, square = twin.measured(cmm, "precision", rng)

@@ -25,8 +25,8 @@ import shlex
 import shutil
 from pathlib import Path
 
+import vcmm as package
 from vcmm.face.cli import run
-from vcmm.files.own.library import folder
 
 
 def vcmm(line: str) -> dict:
@@ -39,16 +39,9 @@ def vcmm(line: str) -> dict:
     return json.loads(said.getvalue())
 
 
-def edited(name: str, source: str, **changes: str) -> None:
-    """A file with words replaced, as an editor does."""
-    text = Path(source).read_text()
-    for old, new in changes.items():
-        text = text.replace(old.replace("__", "."), new)
-    Path(name).write_text(text)
-
-
-shutil.copy(folder() / "five_papers.toml", ".")
-shutil.copytree(folder() / "five_papers", "five_papers", dirs_exist_ok=True)
+source = package.example("five_papers")  # what `vcmm new five_papers` copies
+shutil.copy(source, ".")
+shutil.copytree(source.with_suffix(""), "five_papers", dirs_exist_ok=True)
 
 # %% [markdown]
 # ## Calibrated: laser and tracer jointly
@@ -67,17 +60,14 @@ print(f"{len(found['identified'])} errors, {found['residual_um']:.2f} um left of
 # %% [markdown]
 # ## Placed
 #
-# Where on the table does this machine cut this part best? Only the known errors are asked for, so the covariance is left aside.
+# Where on the table does this machine cut this part best? Only the known errors are asked for, so the covariance is left aside, as
+# `grep -v '^covariance' five_papers/mill.toml > five_papers/mill_known.toml` does.
 
 # %%
 mill = Path("five_papers/mill.toml").read_text()
 known = "\n".join(line for line in mill.splitlines() if not line.startswith("covariance"))
 Path("five_papers/mill_known.toml").write_text(known)
-job = Path("five_papers.toml").read_text().replace("known.toml", "mill_known.toml")
-at = {name: job.index(f"[{name}]") for name in ("inspection", "placement", "plan", "environment")}
-plain = job[: at["inspection"]] + job[at["placement"] : at["plan"]] + job[at["environment"] :]
-Path("placing.toml").write_text(plain)
-placed = vcmm("place placing.toml --out placed --evaluations 16 --scan 4")
+placed = vcmm("place five_papers/placing.toml --out placed --evaluations 16 --scan 4")
 print(f"objective {placed['present']['value']:.3f} -> {placed['objective']['value']:.3f}")
 
 # %% [markdown]
@@ -95,11 +85,8 @@ assert after < 0.2 * before
 # `shop.toml` is what happens: the real machine cuts the rewritten program and probes the part itself, once. `job.toml` is what the shop knows of it.
 
 # %%
-edits = {"five_papers/part__nc": "part-compensated.nc", "five_papers/setup__toml": "placed/placed-setup.toml"}
-edited("shop.toml", "five_papers.toml", known__toml="truth.toml", **edits)
-edited("job.toml", "five_papers.toml", known__toml="mill.toml", **edits)
-vcmm("measure shop.toml --seed 1 --out on_machine")
-back = vcmm("cut job.toml --measured on_machine/points.csv --out cut")
+vcmm("measure five_papers/shop.toml --seed 1 --out on_machine")
+back = vcmm("cut five_papers/job.toml --measured on_machine/points.csv --out cut")
 for row in back["measured"]:
     print(f"{row['name']:18s} E_n {row['E_n']:+.2f}")
 for row in back["mismatch"]:

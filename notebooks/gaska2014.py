@@ -18,8 +18,9 @@
 import numpy as np
 
 import vcmm
-from vcmm.papers.gaska2014 import maps, nodes, readings, tracer, twin
 
+paper = vcmm.twin("gaska2014")  # scenarios/gaska2014/*.py
+maps, nodes, readings, tracer, twin = paper.maps, paper.nodes, paper.readings, paper.tracer, paper.twin
 scenario = vcmm.load_scenario(vcmm.example("gaska2014"))
 print(scenario.name, "-", len(scenario.places), "places,", scenario.task().touches.run.n, "touches")
 

@@ -17,9 +17,9 @@
 # %%
 
 import vcmm
-from vcmm.papers.marin2004 import twin
-from vcmm.papers.marin2004.day import PARAMETERS, UNITS
 
+paper = vcmm.twin("marin2004")  # scenarios/marin2004/*.py
+twin = paper.twin
 scenario = vcmm.load_cut(vcmm.example("marin2004"))
 result = twin.run(scenario)
 print(f"tip errors up to {result.largest_um:.1f} um")
@@ -32,8 +32,10 @@ assert max(a.nanometres for a in result.agreements) < 5
 
 # %%
 for f in result.fits:
-    unit = UNITS[f.parameter]
-    print(f"{PARAMETERS[f.parameter]:10s} {f.span:5.1f} {unit} over the day, {f.rms:.2f} {unit} rms left")
+    unit = paper.day.UNITS[f.parameter]
+    print(
+        f"{paper.day.PARAMETERS[f.parameter]:10s} {f.span:5.1f} {unit} over the day, {f.rms:.2f} {unit} rms left"
+    )
 
 # %% [markdown]
 # The NC file cut cold, and while the machine warms: as programmed, rewritten for the geometry, for the state at the start of the cut, and

@@ -17,15 +17,13 @@
 import numpy as np
 
 import vcmm
-from vcmm.cases import test_piece_errors as twin
-from vcmm.cases.test_piece_page import tables
-from vcmm.show.tables.table import text
 
+piece = vcmm.twin("test_piece")  # scenarios/test_piece/*.py
 scenario = vcmm.load_cut(vcmm.example("test_piece"))
-result = twin.run(scenario)
-for shown in tables(result):
+result = piece.twin.run(scenario)
+for shown in piece.page.tables(result):
     print(shown.title, "/ um")
-    print(text(shown), end="\n\n")
+    print(vcmm.tables.text(shown), end="\n\n")
 
 # %% [markdown]
 # By hand: with 10 urad between X and Y the cutter's centre, on a radius of 62 mm, is off by -c 62 sin a cos a along the

@@ -16,9 +16,11 @@
 # %%
 import numpy as np
 
-from vcmm.papers.xcz_lathe import flat, joint, lathe, surveys, twin
+import vcmm
 from vcmm.show.charts.canvas import canvas
 
+paper = vcmm.twin("xcz_lathe")  # scenarios/xcz_lathe/*.py
+flat, joint, lathe, surveys, twin = paper.flat, paper.joint, paper.lathe, paper.surveys, paper.twin
 rng = np.random.default_rng(4)
 drawn, shape, tried = twin.consistent(rng)
 found = surveys.survey(drawn, rng)

@@ -12,7 +12,52 @@ Everything public is imported on first use, so that `import vcmm` costs nothing.
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the same names for type checkers and editors
+    from vcmm import physics as effects
+    from vcmm.answer.inference.audit import audit
+    from vcmm.answer.placing.planning import optimise_plan
+    from vcmm.compensation.job import compensate
+    from vcmm.core import kinematics, laws
+    from vcmm.core.effect import Effect
+    from vcmm.core.errors import ModelLimit, UsageError
+    from vcmm.core.inputs import Input
+    from vcmm.core.kinematics import Axis
+    from vcmm.core.machine import Machine
+    from vcmm.core.pose import Pose
+    from vcmm.core.run import Array, Run, Series
+    from vcmm.face.api import evaluate, measure, place, uncertainty
+    from vcmm.face.public import (
+        calibration,
+        diagnosis,
+        instruments,
+        machining,
+        measuring,
+        placement,
+        reversals,
+        tables,
+    )
+    from vcmm.face.twins import twin
+    from vcmm.files.own.cut_scenario import load_cut
+    from vcmm.files.own.design import load_design
+    from vcmm.files.own.library import example
+    from vcmm.files.own.machine import load_machine
+    from vcmm.files.own.recording import load_recording
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.files.own.setup import load_setup
+    from vcmm.learn.calibration.job import calibrate
+    from vcmm.learn.diagnosis.job import diagnose
+    from vcmm.learn.diagnosis.several import diagnose_several
+    from vcmm.part.gps import characteristics
+    from vcmm.program.setup import Setup
+    from vcmm.shop.machining.job import cut
+    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.show import charts, report
+    from vcmm.task.measuring.scenario import Scenario
+    from vcmm.task.measuring.settings import Settings
+    from vcmm.task.response.recording import Recording
+    from vcmm.task.response.volumetric import field
 
 __version__ = "0.1.0"
 
@@ -41,11 +86,41 @@ _HOME = {
     "calibrate": "vcmm.learn.calibration.job",
     "load_cut": "vcmm.files.own.cut_scenario",
     "load_recording": "vcmm.files.own.recording",
+    "Array": "vcmm.core.run",
+    "Series": "vcmm.core.run",
+    "Pose": "vcmm.core.pose",
+    "Setup": "vcmm.program.setup",
+    "Recording": "vcmm.task.response.recording",
+    "CutScenario": "vcmm.shop.machining.scenario",
+    "UsageError": "vcmm.core.errors",
+    "ModelLimit": "vcmm.core.errors",
+    "load_setup": "vcmm.files.own.setup",
+    "load_design": "vcmm.files.own.design",
+    "twin": "vcmm.face.twins",
 }
-__all__ = ["__version__", *_HOME]
+# Subjects: modules under the name by which programs ask for them, as vcmm.effects.Squareness.
+_SUBJECTS = {
+    "calibration": "vcmm.face.public.calibration",
+    "characteristics": "vcmm.part.gps.characteristics",
+    "charts": "vcmm.show.charts",
+    "diagnosis": "vcmm.face.public.diagnosis",
+    "effects": "vcmm.physics",
+    "instruments": "vcmm.face.public.instruments",
+    "kinematics": "vcmm.core.kinematics",
+    "laws": "vcmm.core.laws",
+    "machining": "vcmm.face.public.machining",
+    "measuring": "vcmm.face.public.measuring",
+    "placement": "vcmm.face.public.placement",
+    "report": "vcmm.show.report",
+    "reversals": "vcmm.face.public.reversals",
+    "tables": "vcmm.face.public.tables",
+}
+__all__ = ["__version__", *_HOME, *_SUBJECTS]
 
 
 def __getattr__(name: str) -> Any:
+    if name in _SUBJECTS:
+        return importlib.import_module(_SUBJECTS[name])
     if name not in _HOME:
         from vcmm.core.errors import choose_from
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from vcmm_twins.ballbar import recorded as ball_bar
 
 import vcmm
-from vcmm.cases import ball_bar
 from vcmm.files.own.library import companions, example, folder
 
 

@@ -7,18 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vcmm_twins.test_piece import page, piece, twin
 
 import vcmm
 from tests.documented import assert_documented, assert_titled, instead
-from vcmm.cases import test_piece as piece
-from vcmm.cases import test_piece_errors as twin
-from vcmm.cases import test_piece_page as page
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example, folder
-from vcmm.papers.virtual_cut import departure, seen
 from vcmm.physics.lag import ServoLag
 from vcmm.physics.scale import ScaleFactor
 from vcmm.physics.squareness import Squareness
+from vcmm.shop.machining.cut_nets import cut_net, departure
 from vcmm.shop.machining.preparation import set_up
 
 
@@ -110,7 +108,7 @@ def test_the_oval_of_a_lag_turns_over_with_the_direction_of_travel(scenario, tmp
     views = []
     for program in (scenario.program, file):
         shop = set_up(replace(scenario, program=program))
-        views.append(seen(shop, twin.scan(scenario.part.features["circle"])))
+        views.append(cut_net(shop, twin.scan(scenario.part.features["circle"])))
     late = replace(scenario.machine, effects=(ServoLag("X", 1e-4),), inputs=())
     there, back = (twin.harmonics(v.net.first, departure(v, late))[2] for v in views)
     # 600 mm/min x 0.1 ms = 1 um; half of it in sin 2a

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from vcmm_twins.traced_cmm import recorded as traced_cmm
 
 import vcmm
-from vcmm.cases import traced_cmm
 from vcmm.files.own.library import companions, example, folder
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.tested import put_to_test

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vcmm_twins.worn_cmm import page, twin
 
 import vcmm
-from vcmm.cases import worn_cmm as twin
-from vcmm.cases import worn_cmm_page as page
 from vcmm.core.run import Run, Series
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import companions, example, folder

@@ -15,8 +15,6 @@ from vcmm.core.declaration import OWNERS, ROLES
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.physics import ALL, BY_NAME, has_role, made_for, of_role
 
-MADE_OF_EFFECTS = ("physics", "papers", "cases")  # a paper's twin is made of certain effects
-
 # (module, string): why it stands there without meaning the effect of that name.
 CONTRACT = {
     (
@@ -45,7 +43,7 @@ def strings(module: str) -> Iterator[tuple[int, str]]:
 
 
 def others() -> list[str]:
-    return [m for m in sources() if not any(within(m, room) for room in MADE_OF_EFFECTS)]
+    return [m for m in sources() if not within(m, "physics")]
 
 
 def test_no_effect_is_named_outside_its_file():
@@ -65,7 +63,7 @@ def test_nobody_imports_a_single_effect():
 
 @pytest.mark.thorough
 def test_every_file_of_effects_can_be_deleted():
-    """Each with its line; then everything else is imported. Twins of papers that are made of it may miss it."""
+    """Each with its line; then everything else is imported."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.house.other_effects"],
         cwd=PACKAGE.parent, capture_output=True, text=True, check=False,
@@ -75,11 +73,12 @@ def test_every_file_of_effects_can_be_deleted():
 
 
 def test_a_deleted_file_is_really_gone():
-    """The check above sees what needs the file: the tables of a paper are made of its class."""
+    """The check above sees what needs the file: neither its module nor its class can be had."""
     code = (
         "import importlib\nfrom tests.house.other_effects import without\nwithout('component').install()\n"
         "from vcmm.physics import BY_NAME\nassert 'component_table' not in BY_NAME and 'backlash' in BY_NAME\n"
-        "importlib.import_module('vcmm.papers.error_tables')"
+        "import vcmm\nassert hasattr(vcmm.effects, 'Backlash') and not hasattr(vcmm.effects, 'ComponentTable')\n"
+        "importlib.import_module('vcmm.physics.component')"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False

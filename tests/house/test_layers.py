@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "vcmm"
 
-# The whiteboard: the rooms from the ground up, and what each imports. Papers and cases are guests, not rooms.
+# The whiteboard: the rooms from the ground up, and what each imports. Twins of papers live outside, beside their scenarios.
 WHITEBOARD: dict[str, tuple[str, ...]] = {
     "core": (),
     "physics": ("core",),
@@ -53,7 +53,6 @@ WHITEBOARD: dict[str, tuple[str, ...]] = {
         "show",
     ),
 }
-GUESTS = ("papers", "cases")
 # Arrows that are not on the whiteboard and are to go, with the reason why they are still there.
 TO_GO: dict[tuple[str, str], str] = {
     ("task", "show"): "the plot() of a scenario, a recording and a field",
@@ -62,8 +61,6 @@ TO_GO: dict[tuple[str, str], str] = {
     ("learn", "show"): "the plot() of results",
     ("learn", "files"): "writes machine files itself",
     ("compensation", "files"): "reads machines and set-ups, writes tables itself",
-    ("face", "papers"): "demo --twin",
-    ("face", "cases"): "demo --twin",
 }
 # Folders from the ground up: a folder imports from folders above it in this list, never from below.
 FOLDERS = (
@@ -105,13 +102,7 @@ FOLDERS = (
     "show.pages",
     "show",
     "face",
-    "papers",
-    "papers.echerfaoui2017",
-    "papers.gaska2014",
-    "papers.marin2004",
-    "papers.abbe_milling",
-    "papers.xcz_lathe",
-    "cases",
+    "face.public",
     "face.workbench",
     "face.cli",
 )
@@ -233,13 +224,13 @@ def test_folders_import_upwards_only():
 
 
 def arrows() -> set[tuple[str, str]]:
-    """(room, room that it imports), guests included."""
+    """(room, room that it imports)."""
     pairs = {(i.module.split(".")[0], i.target.split(".")[0]) for i in inner_imports()}
     return {(a, b) for a, b in pairs if a != b}
 
 
 def test_the_whiteboard_shows_what_each_room_imports():
-    real = {(a, b) for a, b in arrows() if a not in GUESTS}
+    real = arrows()
     declared = {(room, other) for room, others in WHITEBOARD.items() for other in others}
     assert real - declared == set(TO_GO), "arrows beside the whiteboard, or entries of TO_GO no longer needed"
     assert declared <= real, f"no longer imported: {sorted(declared - real)}"

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vcmm_twins.abbe_milling import page, twin
+from vcmm_twins.abbe_milling.spline_slot import Slot, contour, program
 
 import vcmm
 from tests.documented import DOCS, instead
@@ -16,11 +18,9 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example, folder
-from vcmm.papers.abbe_milling import page, twin
-from vcmm.papers.abbe_milling.spline_slot import Slot, contour, program
-from vcmm.papers.virtual_cut import departure
 from vcmm.physics.component import ComponentTable
 from vcmm.physics.squareness import Squareness
+from vcmm.shop.machining.cut_nets import departure
 from vcmm.show.tables.table import text
 
 

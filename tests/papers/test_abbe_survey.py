@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vcmm_twins.abbe_milling import survey, twin, validation
 
 import vcmm
 from vcmm.core.run import Run
 from vcmm.files.own.design import load_design
 from vcmm.files.own.library import example, folder
-from vcmm.papers.abbe_milling import survey, twin, validation
-from vcmm.papers.virtual_cut import departure, thinned
 from vcmm.physics.backlash import Backlash
 from vcmm.physics.component import ComponentTable
+from vcmm.shop.machining.cut_nets import decisive_contacts, departure
 
 TRAVEL = np.array([0.0, 1500.0])
 
@@ -32,7 +32,7 @@ def scenario():
 @pytest.fixture(scope="module")
 def slots(scenario):
     seen = {p: twin.look_at(scenario, zero)[:2] for p, zero in validation.ZEROS.items()}
-    return {p: tuple(thinned(v) for v in views) for p, views in seen.items()}
+    return {p: tuple(decisive_contacts(v) for v in views) for p, views in seen.items()}
 
 
 def quiet(setups):
@@ -133,7 +133,7 @@ def test_the_difference_of_the_models_by_hand(slots):
 
 def test_thinned_contacts_give_the_same_walls(scenario):
     full = twin.look_at(scenario, validation.ZEROS[validation.FAR])[0]
-    few = thinned(full)
+    few = decisive_contacts(full)
     assert few.tool.run.n < full.tool.run.n / 10
     for here in (True, False):
         gap = departure(few, twin.machine(1), here) - departure(full, twin.machine(1), here)

@@ -7,11 +7,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from vcmm_twins.echerfaoui2017 import page, twin
+from vcmm_twins.echerfaoui2017.laser import ARCSEC, OPTIONS, read
 
 from tests.documented import DOCS, assert_documented
 from vcmm.face.cli import run as command
-from vcmm.papers.echerfaoui2017 import page, twin
-from vcmm.papers.echerfaoui2017.laser import ARCSEC, OPTIONS, read
 
 
 @cache

@@ -44,3 +44,24 @@ def test_the_page_shows_the_commands_of_the_notebook():
     verbs = re.findall(r'vcmm\(\s*f?[\'"](\w+)', notebook)
     assert verbs == ["calibrate", "calibrate", "place", "compensate", "measure", "cut", "diagnose"]
     assert re.findall(r"\| `vcmm (\w+)", page) == verbs
+
+
+def test_the_files_of_later_steps_are_the_scenario_with_other_files():
+    """placing: without inspection and plan; shop and job: what is cut is the rewritten program, where the part was placed."""
+    job = body((folder() / "five_papers.toml").read_text(encoding="utf-8")).replace("five_papers/", "")
+    at = {name: job.index(f"[{name}]") for name in ("inspection", "placement", "plan", "environment")}
+    plain = job[: at["inspection"]] + job[at["placement"] : at["plan"]] + job[at["environment"] :]
+    moved = job.replace('"part.nc"', '"../part-compensated.nc"')
+    moved = moved.replace('"setup.toml"', '"../placed/placed-setup.toml"')
+    wanted = {
+        "placing": plain.replace("known.toml", "mill_known.toml"),
+        "shop": moved.replace("known.toml", "truth.toml"),
+        "job": moved.replace("known.toml", "mill.toml"),
+    }
+    for name, text in wanted.items():
+        assert body((folder() / "five_papers" / f"{name}.toml").read_text(encoding="utf-8")) == text
+
+
+def body(text: str) -> str:
+    """A scenario without the comment at its head."""
+    return text[text.index('vcmm = "scenario/1"') :]

@@ -11,6 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vcmm_twins.gaska2014 import maps, nodes, page, placement, readings, tracer, twin
+from vcmm_twins.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviations
+from vcmm_twins.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
 
 from vcmm.core.laws import StudentT
 from vcmm.face.cli import run as command
@@ -18,9 +21,6 @@ from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration import multilateration
 from vcmm.learn.calibration import nodes as calibrated_nodes
-from vcmm.papers.gaska2014 import maps, nodes, page, placement, readings, tracer, twin
-from vcmm.papers.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviations
-from vcmm.papers.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
 from vcmm.physics import residual
 from vcmm.show.tables.table import in_terminal
 from vcmm.task.measuring.fixture import six_of
@@ -195,7 +195,7 @@ def test_u_of_the_distance_by_other_means():
 def evaluated():
     """The full evaluation at place 4."""
     one = scenario().at(scenario().places["4"])
-    return twin.evaluate(one.task(), replace(one.settings, trials=4000, certify=50))
+    return twin.measuring.evaluate(one.task(), replace(one.settings, trials=4000, certify=50))
 
 
 def test_the_matrix_agrees_with_the_evaluation_of_the_scenario():
@@ -335,7 +335,7 @@ def drawn_results(scenario, deviations, asked=readings.READINGS, trials=0, progr
 def test_command(tmp_path, capsys, monkeypatch):
     """One place evaluated and shown at all five; the files are read by the next command."""
     result = evaluated()
-    monkeypatch.setattr(twin, "evaluate", lambda task, settings, read: result)
+    monkeypatch.setattr(twin.measuring, "evaluate", lambda task, settings, read: result)
     monkeypatch.setattr(twin, "HYSTERESIS", (0.5,))
     monkeypatch.setattr(twin, "matrix", drawn_results)
     assert command(["demo", "--draws", "8", "--out", str(tmp_path), "--json"]) == 0

@@ -6,15 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-import vcmm
-from tests.documented import assert_documented, assert_titled
-from vcmm.core.errors import UsageError
-from vcmm.core.run import T0_DEG_C, Run
-from vcmm.files.own.library import example, folder
-from vcmm.papers.error_tables import effects_of
-from vcmm.papers.marin2004 import learnt, page, rewritten, twin
-from vcmm.papers.marin2004.chain import (
+from vcmm_twins.marin2004 import learnt, page, rewritten, twin
+from vcmm_twins.marin2004.chain import (
     carriages,
     expanded,
     in_workpiece_axes,
@@ -23,7 +16,7 @@ from vcmm.papers.marin2004.chain import (
     relation,
     volumetric_error,
 )
-from vcmm.papers.marin2004.day import (
+from vcmm_twins.marin2004.day import (
     GAINS,
     MINUTES,
     Day,
@@ -32,6 +25,13 @@ from vcmm.papers.marin2004.day import (
     read_before,
     regression,
 )
+from vcmm_twins.shared.error_tables import effects_of
+
+import vcmm
+from tests.documented import assert_documented, assert_titled
+from vcmm.core.errors import UsageError
+from vcmm.core.run import T0_DEG_C, Run
+from vcmm.files.own.library import example, folder
 from vcmm.physics.backlash import Backlash
 from vcmm.physics.component import ComponentTable
 from vcmm.physics.squareness import Squareness
@@ -270,7 +270,7 @@ def test_rewriting_before_and_after_warm_up(result):
 def test_updating_is_worth_what_the_head_moves_meanwhile(result):
     """By hand from the sensors: what the regression says of the ledge's height when it is cut, less what it said at the start."""
     model = regression([day(seed) for seed in twin.LEARNED], twin.LAGS)
-    view = next(v for v in result.seen if v.net.feature == "ledge")
+    view = next(v for v in result.views if v.net.feature == "ledge")
     row, _ = view.contacts.deepest(view.tool.known)
     minute = result.warm + view.tool.run.column("time_s")[row].mean() / 60.0
     said = model.over(result.today)

@@ -117,7 +117,9 @@ def test_a_scenario_without_the_state_of_its_control(tmp_path, capsys):
     assert "setup.toml" in capsys.readouterr().err
 
 
-READ = 23  # a dwell P500. (fanuc_g83) is refused, as the control alarms: P counts milliseconds without a point
+READ = (
+    23  # a dwell P500. (fanuc_g83) is refused, as the control alarms: P counts milliseconds without a point
+)
 HOLES = (
     "nist_appC3_canned_cycles_3planes.ngc"  # straight holes, R and bottom moved together, in a strong field
 )

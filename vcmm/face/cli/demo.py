@@ -47,10 +47,9 @@ def demo_command(
 
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.face import api
+    from vcmm.face.twins import twin as load_twin
     from vcmm.files.own.library import example
     from vcmm.files.own.scenario import load_scenario
-    from vcmm.papers.gaska2014 import twin as gaska2014
-    from vcmm.papers.gaska2014.page import places_table, tables, twin_page
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import progress, say, show_table
@@ -60,24 +59,25 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
 
     folder = output_folder(out)
     source, ring = example("gaska2014"), example("ring_gauge")
+    gaska = load_twin("gaska2014")
     scenario, plain = load_scenario(source), load_scenario(ring)
     with progress() as report:
         first = api.uncertainty(plain, progress=report)
-        result = gaska2014.run(scenario, draws, trials, report)
-    body = {"first": characteristic_json(first.characteristics[0]), **gaska2014.figures(result)}
+        result = gaska.twin.run(scenario, draws, trials, report)
+    body = {"first": characteristic_json(first.characteristics[0]), **gaska.twin.figures(result)}
     content = document("vcmm.demo/1", body, seed=scenario.settings.seed, files=[ring, source])
     texts = {
         "demo.json": json_text(content),
-        "demo.csv": csv_text(places_table(result)),
-        "report.html": twin_page(scenario, result, first_blocks(plain, first)),
-        **gaska2014.tracer_files(),
+        "demo.csv": csv_text(gaska.page.places_table(result)),
+        "report.html": gaska.page.twin_page(scenario, result, first_blocks(plain, first)),
+        **gaska.twin.tracer_files(),
     }
     write_files(folder, texts)
     if json:
         print_json(content)
         return 0
     print("\n".join(sentences(plain, first.characteristics[0])) + "\n")
-    for table in tables(result):
+    for table in gaska.page.tables(result):
         show_table(table)
     say(f"wrote {folder}/{', '.join(texts)}")
     me = _command()

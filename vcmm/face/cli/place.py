@@ -132,11 +132,30 @@ def _chosen(
 def _twin(
     machines: list[Path] | None, draws: int | None, options: dict[str, Any], json: bool, folder: Path | None
 ) -> int:
-    """The twin of the published study."""
-    from vcmm.papers.gaska2014.placement_command import show_placement
+    """The twin of the published study: ranking, optimum and node reduction as tables, JSON, report."""
+    from vcmm.face.twins import twin
+    from vcmm.files.own.library import example
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.show.console.documents import document, json_text, print_json
+    from vcmm.show.console.files import write_files
+    from vcmm.show.console.terminal import progress, say, show_table
 
     _refuse("the twin has machines of its own", {"--machines": machines})
-    return show_placement(folder, draws or 200, options, json)
+    source = example("gaska2014")
+    scenario = load_scenario(source)
+    with progress() as report:
+        study = twin("gaska2014").placement_command.study(scenario, draws or 200, options, report)
+    seed = options.get("seed", scenario.settings.seed)
+    content = document("vcmm.place/1", study.body(), seed=seed, files=[source])
+    if folder:
+        write_files(folder, {"place.json": json_text(content), "report.html": study.html()})
+        say(f"wrote {folder}/report.html, place.json")
+    if json:
+        print_json(content)
+    else:
+        for table in study.tables():
+            show_table(table)
+    return 0
 
 
 def _refuse(why: str, given: dict[str, Any]) -> None:

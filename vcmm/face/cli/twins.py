@@ -8,97 +8,62 @@ from types import ModuleType
 from typing import Any
 
 
-def _abbe_milling() -> tuple[ModuleType, ModuleType]:
-    from vcmm.papers.abbe_milling import page, twin
-
-    return twin, page
-
-
-def _echerfaoui2017() -> tuple[ModuleType, ModuleType]:
-    from vcmm.papers.echerfaoui2017 import page, twin
-
-    return twin, page
-
-
-def _marin2004() -> tuple[ModuleType, ModuleType]:
-    from vcmm.papers.marin2004 import page, twin
-
-    return twin, page
-
-
-def _test_piece() -> tuple[ModuleType, ModuleType]:
-    from vcmm.cases import test_piece_errors, test_piece_page
-
-    return test_piece_errors, test_piece_page
-
-
-def _worn_cmm() -> tuple[ModuleType, ModuleType]:
-    from vcmm.cases import worn_cmm, worn_cmm_page
-
-    return worn_cmm, worn_cmm_page
-
-
-def _xcz_lathe() -> tuple[ModuleType, ModuleType]:
-    from vcmm.papers.xcz_lathe import page, twin
-
-    return twin, page
-
-
-# Twin (run, figures) and page (tables, twin_page) of each name, imported when it is run.
-TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
-    "abbe_milling": _abbe_milling,
-    "echerfaoui2017": _echerfaoui2017,
-    "marin2004": _marin2004,
-    "test_piece": _test_piece,
-    "worn_cmm": _worn_cmm,
-    "xcz_lathe": _xcz_lathe,
-}
-DRAWN = ("abbe_milling", "echerfaoui2017", "xcz_lathe")  # twins whose ranges are over drawn machines
-
-
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
     """Run one twin on its embedded files and write report.html and demo.json. me: how the user calls vcmm."""
     from vcmm.core.errors import UsageError
-    from vcmm.files.own.library import scenarios
+    from vcmm.face.twins import twin as load
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import progress, say, show_table
 
-    if draws is not None and name not in DRAWN:
+    package = load(name)
+    if draws is not None and not draws_machines(package):
         raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
     output_folder(folder)
-    twin, page = TWINS[name]()
-    run = {"worn_cmm": _recorded_run, "echerfaoui2017": _drawn_run, "xcz_lathe": _drawn_run}.get(
-        name, _cut_run
-    )
+    run, following = way_of(name)
     with progress() as report:
-        result, html, files = run(name, twin, page, {} if draws is None else {"draws": draws}, report)
-    content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
+        result, html, files = run(name, package, {} if draws is None else {"draws": draws}, report)
+    content = document("vcmm.twin/1", {"twin": name, **package.twin.figures(result)}, files=files)
     write_files(folder, {"demo.json": json_text(content), "report.html": html})
     if json:
         print_json(content)
         return 0
-    for table in page.tables(result):
+    for table in package.page.tables(result):
         show_table(table)
     say(f"wrote {folder}/report.html, demo.json")
-    if run is _drawn_run:
-        more = f"new {name}" if name in scenarios() else "calibrate --help"
-        print(f"Next:\n  open {folder}/report.html\n  {me} {more}")
-        return 0
-    verb = "diagnose" if name == "worn_cmm" else "cut"
-    print(
-        f"Next:\n  open {folder}/report.html\n  {me} new {name}\n  {me} {verb} {name}.toml --out {name}-report"
-    )
+    print("\n  ".join(["Next:", f"open {folder}/report.html", *(f"{me} {words}" for words in following)]))
     return 0
+
+
+def draws_machines(package: ModuleType) -> bool:
+    """Whether the ranges of a twin are over drawn machines, so that `--draws` says how many."""
+    from inspect import signature
+
+    return "draws" in signature(package.twin.run).parameters
+
+
+def way_of(name: str) -> tuple[Callable[..., Outcome], list[str]]:
+    """How a twin is run, which its scenario says, and the commands that come next."""
+    from vcmm.files.own.library import cuts, example, records, scenarios, turns_over
+
+    if name not in scenarios():
+        return _run_drawn, ["calibrate --help"]
+    new = f"new {name}"
+    if turns_over(example(name)):
+        return _run_drawn, [new]
+    if cuts(example(name)):
+        return _run_cut, [new, f"cut {name}.toml --out {name}-report"]
+    if records(example(name)):
+        return _run_recorded, [new, f"diagnose {name}.toml --out {name}-report"]
+    return _run_drawn, [new]
 
 
 Outcome = tuple[Any, str, list[Path]]  # the twin's result, its page, the files read
 
 
-def _cut_run(
+def _run_cut(
     name: str,
-    twin: ModuleType,
-    page: ModuleType,
+    package: ModuleType,
     options: dict[str, int],
     report: Callable[[str, float], None],
 ) -> Outcome:
@@ -107,26 +72,24 @@ def _cut_run(
     from vcmm.files.own.library import companions, example
 
     scenario = load_cut(example(name))
-    result = twin.run(scenario, **options, progress=report)
-    return result, page.twin_page(scenario, result), [example(name), *companions(name).values()]
+    result = package.twin.run(scenario, **options, progress=report)
+    return result, package.page.twin_page(scenario, result), [example(name), *companions(name).values()]
 
 
-def _drawn_run(
+def _run_drawn(
     name: str,
-    twin: ModuleType,
-    page: ModuleType,
+    package: ModuleType,
     options: dict[str, int],
     report: Callable[[str, float], None],
 ) -> Outcome:
     """A twin whose machines and readings are drawn."""
-    result = twin.run(**options, progress=report)
-    return result, page.twin_page(result), []
+    result = package.twin.run(**options, progress=report)
+    return result, package.page.twin_page(result), []
 
 
-def _recorded_run(
+def _run_recorded(
     name: str,
-    twin: ModuleType,
-    page: ModuleType,
+    package: ModuleType,
     options: dict[str, int],
     report: Callable[[str, float], None],
 ) -> Outcome:
@@ -136,5 +99,9 @@ def _recorded_run(
     from vcmm.files.own.scenario import load_scenario
 
     recording, machine = load_recording(example(name))
-    result = twin.run(recording, machine, load_scenario(example("plate")), progress=report)
-    return result, page.twin_page(result), [example(name), *companions(name).values(), example("plate")]
+    result = package.twin.run(recording, machine, load_scenario(example("plate")), progress=report)
+    return (
+        result,
+        package.page.twin_page(result),
+        [example(name), *companions(name).values(), example("plate")],
+    )

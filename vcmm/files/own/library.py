@@ -34,10 +34,13 @@ def example(name: str) -> Path:
 
 
 def companions(name: str) -> dict[str, Path]:
-    """Files that an embedded scenario needs beside it: path relative to its folder -> file. Empty for most."""
+    """Files that an embedded scenario needs beside it: path relative to its folder -> file. Empty for most.
+
+    Python files are none of them: they are the twin, which `vcmm demo --twin` runs.
+    """
     beside = folder() / name
-    found = sorted(p for p in beside.rglob("*") if p.is_file() and not p.name.startswith("."))
-    return {str(p.relative_to(folder())): p for p in found}
+    files = sorted(p for p in beside.rglob("*") if p.is_file() and not p.name.startswith("."))
+    return {str(p.relative_to(folder())): p for p in files if p.suffix not in (".py", ".pyc")}
 
 
 def cuts(scenario: Path) -> bool:

@@ -1,0 +1,1 @@
+"""A ball bar on a mill: the recording of the scenario, drawn."""

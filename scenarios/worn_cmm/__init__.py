@@ -1,0 +1,1 @@
+"""A worn measuring machine: a log with concealed faults, diagnosed, and a measuring task before and after."""

@@ -1,1 +1,0 @@
-"""Worked cases that are no papers: a test piece, a worn measuring machine."""

@@ -1,0 +1,25 @@
+"""Diagnosis: the values that `vcmm.diagnose` returns, and how an answer becomes part of a machine."""
+
+from __future__ import annotations
+
+from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.estimates import Estimate
+from vcmm.learn.diagnosis.improve import improved
+from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.show.pages.diagnosis import sentences
+from vcmm.show.tables.diagnosed import FOLDS, FoldRow, folds
+from vcmm.task.response.observe import baseline, calibration_columns
+
+__all__ = [
+    "FOLDS",
+    "Answer",
+    "Diagnosis",
+    "Estimate",
+    "FoldRow",
+    "baseline",
+    "calibration_columns",
+    "folds",
+    "improved",
+    "sentences",
+    "written",
+]

@@ -1,0 +1,19 @@
+"""Instruments: readings of machines with drawn errors, joined to recordings, and written as files."""
+
+from __future__ import annotations
+
+from vcmm.files.own.recording_writer import recording_texts
+from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.laying import joined, layout, rows, simulated
+from vcmm.task.instruments.tracker import LASER_TRACER, lengths_to
+
+__all__ = [
+    "LASER_TRACER",
+    "InstrumentCertificate",
+    "joined",
+    "layout",
+    "lengths_to",
+    "recording_texts",
+    "rows",
+    "simulated",
+]

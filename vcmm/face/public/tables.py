@@ -1,0 +1,22 @@
+"""Tables of results: columns declared once for terminal, page, CSV and documents."""
+
+from __future__ import annotations
+
+from vcmm.core.text import csv_of
+from vcmm.show.tables.evaluated import characteristic_json
+from vcmm.show.tables.quantities import fixed, percent
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, Writing, html, text, titled_html
+
+__all__ = [
+    "NUMBER_TEXT",
+    "Column",
+    "ResultTable",
+    "Writing",
+    "characteristic_json",
+    "csv_of",
+    "fixed",
+    "html",
+    "percent",
+    "text",
+    "titled_html",
+]
