@@ -16,9 +16,9 @@ from vcmm.cases import test_piece_page as page
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example, folder
 from vcmm.papers.virtual_cut import departure, seen
-from vcmm.physics.lag import ServoLag
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.lag import ServoLag
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.shop.machining.preparation import set_up
 
 

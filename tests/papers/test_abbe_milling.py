@@ -19,8 +19,8 @@ from vcmm.files.own.library import example, folder
 from vcmm.papers.abbe_milling import page, twin
 from vcmm.papers.abbe_milling.spline_slot import Slot, contour, program
 from vcmm.papers.virtual_cut import departure
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.show.tables.table import text
 
 

@@ -13,8 +13,8 @@ from vcmm.files.own.design import load_design
 from vcmm.files.own.library import example, folder
 from vcmm.papers.abbe_milling import survey, twin, validation
 from vcmm.papers.virtual_cut import departure, thinned
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentTable
 
 TRAVEL = np.array([0.0, 1500.0])
 

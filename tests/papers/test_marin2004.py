@@ -32,9 +32,9 @@ from vcmm.papers.marin2004.day import (
     read_before,
     regression,
 )
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 
 
 @pytest.fixture(scope="module")

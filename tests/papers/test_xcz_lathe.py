@@ -16,9 +16,9 @@ from vcmm.core.machine import Machine
 from vcmm.face.cli import run as command
 from vcmm.papers.xcz_lathe import flat, joint, lathe, page, recorded, surveys, twin
 from vcmm.papers.xcz_lathe.lathe import ARCSEC, NM
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 
 
 @cache

@@ -9,10 +9,10 @@ from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.encoder_harmonics import EncoderHarmonics
-from vcmm.physics.plate_bow import PlateBow
-from vcmm.physics.play import BacklashRamp, LoadedPlay
-from vcmm.physics.uniform_scale import UniformScale
+from vcmm.physics.catalogue.encoder_harmonics import EncoderHarmonics
+from vcmm.physics.catalogue.plate_bow import PlateBow
+from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay
+from vcmm.physics.catalogue.uniform_scale import UniformScale
 
 
 def one_row(position=(0.0, 0.0, 0.0), **columns: float) -> Run:

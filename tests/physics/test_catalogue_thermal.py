@@ -8,11 +8,12 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run, Series
-from vcmm.physics.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
-from vcmm.physics.drift_vector import DriftVector, StepVector, ThermalVector
-from vcmm.physics.heating import ScrewHeating, SpindleGrowth
-from vcmm.physics.thermal import ThermalDrift
-from vcmm.physics.workpiece import WorkpieceHeating
+from vcmm.physics.catalogue.drift import LinearDrift, SettlingDrift, StepChange
+from vcmm.physics.catalogue.drift_vector import DriftVector, StepVector, ThermalVector
+from vcmm.physics.catalogue.heating import ScrewHeating
+from vcmm.physics.catalogue.workpiece import WorkpieceHeating
+from vcmm.physics.structure.spindle_growth import SpindleGrowth
+from vcmm.physics.structure.thermal import ThermalDrift, ThermalDriftTwoLags
 
 E1 = 0.632121  # 1 - 1/e
 

@@ -9,19 +9,20 @@ from vcmm.core.declaration import KnownRange, Site
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.physics import BY_NAME
-from vcmm.physics.clamping import Clamping
-from vcmm.physics.component import ComponentSpline, ComponentTable
-from vcmm.physics.dynamics import StructuralVibration
-from vcmm.physics.encoder import EncoderInterpolation
-from vcmm.physics.flexure import GradientBending
-from vcmm.physics.geometric_change import GeometricChange
-from vcmm.physics.gravity import GravityFlexure
-from vcmm.physics.laser import CosineError
-from vcmm.physics.map_interpolation import MapInterpolation
-from vcmm.physics.probe import ProbeLobing, TipRadius
-from vcmm.physics.residual import CorrelatedField
-from vcmm.physics.reversal_curve import LostMotionCurve
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.clamping import Clamping
+from vcmm.physics.catalogue.dynamics import StructuralVibration
+from vcmm.physics.catalogue.encoder import EncoderInterpolation
+from vcmm.physics.catalogue.flexure import GradientBending
+from vcmm.physics.catalogue.gravity import GravityFlexure
+from vcmm.physics.catalogue.laser import CosineError
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.catalogue.probe import ProbeLobing
+from vcmm.physics.catalogue.reversal_curve import LostMotionCurve
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentSpline, ComponentTable
+from vcmm.physics.structure.geometric_change import GeometricChange
+from vcmm.physics.structure.residual import CorrelatedField
+from vcmm.physics.structure.tip import TipRadius
 
 CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
 

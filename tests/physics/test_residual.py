@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Run
-from vcmm.physics.residual import CorrelatedField, ResidualField, field_weights
+from vcmm.physics.structure.residual import CorrelatedField, ResidualField, field_weights
 
 LEVELS = (0.0, 100.0, 200.0, 300.0)
 COLUMNS = ((0.0, 0.0), (120.0, 0.0), (60.0, 90.0))  # staggered: one triangle

@@ -9,8 +9,8 @@ from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.squareness import RotaryLocation, Squareness
-from vcmm.physics.tilt import AxisLean, CentreLineOffset, CentreLineTilt
+from vcmm.physics.catalogue.tilt import AxisLean, CentreLineOffset, CentreLineTilt
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
 
 RUN = Run(
     {a: np.array([v]) for a, v in (("X", 50.0), ("Y", 200.0), ("Z", -100.0), ("C", 0.0))},

@@ -16,14 +16,14 @@ from vcmm.core.run import Array
 from vcmm.papers.virtual_cut import SeenNet, departure, seen
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import Feature, normal, surface_point
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.heating import SpindleGrowth
-from vcmm.physics.lag import ServoLag
-from vcmm.physics.reversal import ReversalSpike
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.setting import ToolRadius
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.lag import ServoLag
+from vcmm.physics.catalogue.reversal import ReversalSpike
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.setting import ToolRadius
+from vcmm.physics.structure.spindle_growth import SpindleGrowth
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.maps import Net
 from vcmm.shop.machining.preparation import set_up

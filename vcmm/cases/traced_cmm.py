@@ -13,11 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.effect import Effect
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.files.own.recording_writer import recording_texts
-from vcmm.physics import made_for
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments.laying import joined, layout, rows, simulated
 from vcmm.task.instruments.tracker import lengths_to
 from vcmm.task.response.recording import Recording
@@ -44,8 +46,7 @@ def bare() -> Machine:
 def truth() -> Machine:
     """Its errors: for each a sine of one to two periods over the travel and half as much of another, 1 to 4 um, 2 to 8 urad."""
     rng = np.random.default_rng(SEED)
-    table, angle = (made_for(r, "a case") for r in ("error table", "angle between axes"))
-    effects = []
+    effects: list[Effect] = []
     for axis, (low, high) in TRAVEL.items():
         q = np.linspace(low, high, 61)
         for kind in "XYZABC":
@@ -55,8 +56,8 @@ def truth() -> Machine:
             values = np.sin(first * turn + rng.uniform(0, 6)) + 0.5 * np.sin(
                 second * turn + rng.uniform(0, 6)
             )
-            effects.append(table(f"E{kind}{axis}", (axis,), (q,), size * (values - values.mean())))
-    effects += [angle(pair, value) for pair, value in SQUARE.items()]
+            effects.append(ComponentTable(f"E{kind}{axis}", (axis,), (q,), size * (values - values.mean())))
+    effects += [Squareness(pair, value) for pair, value in SQUARE.items()]
     return bare().with_effect(*effects)
 
 

@@ -30,8 +30,8 @@ from vcmm.learn.diagnosis.accepted import written
 from vcmm.learn.diagnosis.improve import improved
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.thermal import ThermalDrift
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.thermal import ThermalDrift
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.response.observe import baseline, calibration_columns
 from vcmm.task.response.recording import Recording

@@ -15,37 +15,6 @@ from vcmm.core.run import Array, Run
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
 PLAY = 50 * URAD  # of an axis that turns: worm and gear drives 5-30 arcsec, direct drives less, arms to 60
 
-# What the program itself makes an effect for, and how it calls the class that takes the role. At most one effect has each.
-ROLES: Mapping[str, str] = {
-    "error table": "(component, arguments, grids, values): [errors] table",
-    "error curve": '(component, nodes, values): [errors] interpolation = "cubic"',
-    "angle between axes": "(pair, angle): C0Y, B0Z, A0Z of an error table",
-    "turning axis orders": "(component, coefficients), Input of `coefficients`: what a reversal finds of a spindle",
-    "rotary axis location": "(component, offset=..., tilt=...): X0C, A0C ... of an error table",
-    "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
-    "changed component": "(component, nodes): a calibration that is stale",
-    "lost motion table": "(axis, nodes, values): what a calibration finds of reversals",
-    "residual field": "(nodes, interpolation, values), Input of `values`: nodes of a machine measured by a LaserTracer",
-    "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
-    "repeatability": "(): one touch, Input of `value`; [repeatability]",
-    "digits of a file": "(): one touch, Input of `value`; the last digit of points.csv",
-    "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
-    "part temperature": "(alpha, corrected), Input of `alpha`; [part] expansion",
-    "temperature drift": "(direction, sensor, k, tau, trained): what a calibration finds of a sensor",
-    "temperature drift in two parts": "(direction, sensor, k, k_slow, tau, tau_slow, trained): the same with two lags",
-    "spindle growth": "(axis, amplitude, tau): what a calibration finds of a running spindle",
-    "tip out of round": "(stylus, coefficients), Input of `coefficients`; [certificate] P_Form_Sph_1x25",
-    "tip size": "(stylus, dr), Input of `dr`; [certificate] P_Size_Sph_1x25",
-    "qualified stylus": "(stylus), Input of `d`, offset and radius; qualification of a stylus",
-    "reversal gap": "(axis, gap): the backlash column of a control's table",
-    "work zero": "(direction), Input of `shift`; [cut] work_offset",
-    "tool length": "(tool), Input of `dl`; [cut] tools",
-    "tool radius": "(tool), Input of `dr`; [cut] tools",
-    "probe touch": "(touch), Input of `shift`; u_touch of [cut] tools",
-    "tool offset": "(tool, direction), Input of `shift`; [cut] tools",
-    "tool bending": ".of_rod(compliance, tool), .of_edge(compliance, tool) of a turning tool, Input of `compliance`; stick_out or compliance of a tool",
-}
-TOOL_TABLE = ("tool length", "tool radius", "tool offset")  # roles: what a tool setter measures
 OWNERS = ("machine", "tool", "setup", "part")
 
 
@@ -136,7 +105,6 @@ class Declared:
     """Declarations of an effect, all with defaults.
 
     family             the effect that it is a second shape of, and reported as
-    role               what the program itself makes it for, a key of ROLES
     belongs_to         one of OWNERS: who answers for it in a budget
     words, prior       see Words and Prior
     diagnosed          whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
@@ -166,7 +134,6 @@ class Declared:
     """
 
     family: ClassVar[str] = ""
-    role: ClassVar[str] = ""
     belongs_to: ClassVar[str] = "machine"
     words: ClassVar[Words | None] = None
     prior: ClassVar[Prior] = Prior()

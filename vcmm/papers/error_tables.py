@@ -9,8 +9,8 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.kinematics import Axis
 from vcmm.core.run import Array
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 
 NODES = 11
 

@@ -15,14 +15,14 @@ from vcmm.learn.diagnosis.accepted import notes, written
 from vcmm.learn.diagnosis.machine_file import effect_toml, improved_machine
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.physics import ALL
-from vcmm.physics.abbe import AbbeOffset
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import CalibrationModes, ComponentSpline, ComponentTable
-from vcmm.physics.drift import StepChange
-from vcmm.physics.geometric_change import GeometricChange
-from vcmm.physics.laser import AirIndex
-from vcmm.physics.map_interpolation import MapInterpolation
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.drift import StepChange
+from vcmm.physics.catalogue.laser import AirIndex
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.structure.abbe import AbbeOffset
+from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
+from vcmm.physics.structure.geometric_change import GeometricChange
+from vcmm.physics.structure.squareness import RotaryLocation
 
 ARRAYS = ("nodes", "powers", "orders")
 

@@ -14,7 +14,7 @@ from vcmm.core.run import Array
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.calibration.nodes import NodeScatter
 from vcmm.learn.diagnosis.machine_file import effect_toml
-from vcmm.physics import of_role
+from vcmm.physics.structure.residual import ResidualField
 
 TOLD = 2.0  # times its u: a mean deviation below that is not written
 REDRAW = "touch"  # d is a scatter of approaches
@@ -25,12 +25,9 @@ def node_effect(found: NodeScatter, machine: Machine) -> Effect:
 
     Raises UsageError where they do neither, or where the machine states such a field already.
     """
-    kind = of_role("residual field")
-    if kind is None:
-        raise UsageError("nodes become a residual field; put its file back into effects")
-    if any(e.name == kind.name for e in machine.effects):
+    if any(e.name == ResidualField.name for e in machine.effects):
         raise UsageError(
-            f"the machine file states {kind.name} already; take it out of the file, so that no error is counted twice"
+            f"the machine file states {ResidualField.name} already; take it out of the file, so that no error is counted twice"
         )
     grids = [len(np.unique(found.place[:, i])) for i in range(3)]
     columns, heights = np.unique(found.place[:, :2], axis=0, return_counts=True)
@@ -43,8 +40,7 @@ def node_effect(found: NodeScatter, machine: Machine) -> Effect:
             f"{len(found.place)} nodes stand neither in vertical columns of two or more nor on a full grid; measure each column at several heights"
         )
     told = np.abs(found.deviation) > TOLD * found.deviation_u
-    effect: Effect = kind(nodes=found.place, interpolation=way, values=np.where(told, found.deviation, 0.0))
-    return effect
+    return ResidualField(nodes=found.place, interpolation=way, values=np.where(told, found.deviation, 0.0))
 
 
 def predictive_scale(found: NodeScatter) -> Array:

@@ -22,7 +22,8 @@ from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.sanity import dead_sensors
 from vcmm.learn.diagnosis.scans import is_change, trials
-from vcmm.physics import ALL, of_role
+from vcmm.physics import ALL
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 MOST_COLUMNS = 120
@@ -116,16 +117,15 @@ def first_place(family: Family) -> str:
 
 def _stale(problem: Problem) -> list[Family]:
     """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
-    changed = of_role("changed component")
     machine = {one.id for one in problem.machine.inputs}
     stated = [columns for name, columns in problem.stated if name in machine]
-    if changed is None or not stated:
+    if not stated:
         return []
     left, size = thin_svd(np.concatenate(stated, axis=1))
     columns = (left * size)[:, size > EXACT * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
-    return [Family(changed.name, {"component": "all"}, (option,))]
+    return [Family(GeometricChange.name, {"component": "all"}, (option,))]
 
 
 def _joined(families: list[Family], new: Family) -> list[Family]:

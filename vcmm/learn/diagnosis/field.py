@@ -53,7 +53,7 @@ from vcmm.learn.diagnosis.refine import MOMENTS, scanned
 from vcmm.learn.diagnosis.result import Answer, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
 from vcmm.learn.diagnosis.shape_proposal import proposal
-from vcmm.physics import has_role
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 TRIED = 8  # kernels that the residual follows most
 SHORT = 4  # fields that are weighed with every subset of the names
@@ -161,9 +161,7 @@ def _curves(selection: Selection) -> set[str]:
     free = [t for t in selection.terms if t.option.effect is not None and t.option.effect.free_curve]
     places = [str(t.family.where.get("component", "")) for t in free]
     alone = [
-        t
-        for t, p in zip(free, places)
-        if has_role(t.family.name, "changed component") and places.count(p) == 1
+        t for t, p in zip(free, places) if t.family.name == GeometricChange.name and places.count(p) == 1
     ]
     return {str(t.family.where["component"])[2:] for t in alone}
 

@@ -22,9 +22,9 @@ from vcmm.core.history import row_history
 from vcmm.core.kinematics import link_frames
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laying import simulated
 from vcmm.task.response.nuisance import nuisance_columns

@@ -34,8 +34,8 @@ from vcmm.papers.abbe_milling.validation import (
 )
 from vcmm.papers.error_tables import effects_of, shape, table_text
 from vcmm.papers.virtual_cut import SeenNet, departure, placed, seen, thinned
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.task.response.volumetric import grid

@@ -29,9 +29,9 @@ from vcmm.papers.abbe_milling.survey import (
     surveyed,
 )
 from vcmm.papers.virtual_cut import SeenNet, departure
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.measuring.plan import Plan, Step, Stylus, touches
 
 CENTRE, NEAR, FAR = "centre", "corner X- Y-", "corner X+ Y+"

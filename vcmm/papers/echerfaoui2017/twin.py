@@ -24,8 +24,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.net import CHOSEN, EPOCHS, LAYOUTS, folds, share_left, trained
 from vcmm.papers.echerfaoui2017.laser import ARCSEC, OPTIONS, read
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 
 TRAVEL, LENGTH, STEP = 400.0, 120.0, 20.0  # mm: travels, tool, distance of laser readings
 LINEAR = {"X": 7e-3, "Y": 10e-3, "Z": 8e-3}  # mm, largest; straightness and angles between:

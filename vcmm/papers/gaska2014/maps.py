@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.papers.gaska2014.nodes import COLUMNS, NODES
 from vcmm.papers.gaska2014.readings import PLANES
-from vcmm.physics.residual import field_weights
+from vcmm.physics.structure.residual import field_weights
 
 PANELS: Sequence[tuple[str, int, str]] = (
     ("a", 0, "linear"), ("b", 0, "nearest"), ("c", 1, "linear"), ("d", 1, "nearest"), ("e", 2, "nearest"),

@@ -30,7 +30,7 @@ from vcmm.papers.gaska2014.twin import (
     order,
     span_of,
 )
-from vcmm.physics import of_role
+from vcmm.physics.structure.residual import ResidualField
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.uncertainty import pictures
@@ -196,7 +196,7 @@ def _caption(result: GaskaTwin) -> str:
 
 def _field(c: CharacteristicResult) -> float:
     """The field's share of u² in the budget."""
-    name = of_role("residual field").name
+    name = ResidualField.name
     return sum(line.share for line in c.budget if line.input.startswith(name))
 
 

@@ -25,8 +25,7 @@ from vcmm.core.run import Array
 from vcmm.papers.gaska2014.nodes import NODES, SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import REDRAWS, SHOWN_READING, matrix
 from vcmm.part.gps import characteristics as gps
-from vcmm.physics import of_role
-from vcmm.physics.residual import CorrelatedField
+from vcmm.physics.structure.residual import CorrelatedField, ResidualField
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, six_of
 from vcmm.task.measuring.plan import Ints
 from vcmm.task.measuring.scenario import Scenario
@@ -91,7 +90,7 @@ def field_scenario(scenario: Scenario, redraw: str, deviations: Array | None = N
     redraw "touch": every touch has its own draw with the interpolated standard deviation; "run": one Gaussian field per
     measurement. deviations: d (52, 3) um as standard deviations, those of the machine that is shown unless given.
     """
-    kind = of_role("residual field").name
+    kind = ResidualField.name
     d = draw_deviations(SHOWN) if deviations is None else deviations
     one = CorrelatedField(nodes=NODES, deviation=d * 1e-3, length=LENGTH)
     machine = scenario.machine

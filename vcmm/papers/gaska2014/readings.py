@@ -25,8 +25,7 @@ from vcmm.answer.evaluation.streams import draw
 from vcmm.core.laws import MultivariateNormal, StudentT
 from vcmm.core.run import Array
 from vcmm.papers.gaska2014.nodes import NODES, NU
-from vcmm.physics import of_role
-from vcmm.physics.residual import CURVES, field_weights
+from vcmm.physics.structure.residual import CURVES, ResidualField, field_weights
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.strategies import Grid, Levels, plan_points
 
@@ -134,7 +133,7 @@ def _normals(machines: int, count: int) -> Array:
 
 def with_reading(scenario: Scenario, reading: Reading, deviations: Array) -> Scenario:
     """The scenario with its field read that way; deviations: d (52, 3) um."""
-    machine, kind = scenario.machine, of_role("residual field")
+    machine, kind = scenario.machine, ResidualField
     scale = deviations.ravel() * 1e-3 * AMOUNTS[reading.amount]
     effects = tuple(
         kind(nodes=e.nodes, interpolation=PLANES[reading.plane], curve=reading.curve)
@@ -153,7 +152,7 @@ class _PlaceTrials:
 
     def __init__(self, scenario: Scenario, trials: int) -> None:
         model = build(scenario.task())
-        kind = of_role("residual field")
+        kind = ResidualField
         self.trials, self.seed = trials, scenario.settings.seed
         run = model.task.touches.run
         self.tip, self.normal = run.tip, run.normal

@@ -16,7 +16,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
 from vcmm.papers.gaska2014.nodes import NODES
-from vcmm.physics import made_for
+from vcmm.physics.structure.residual import ResidualField
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laying import joined, simulated
 from vcmm.task.instruments.tracker import LASER_TRACER, lengths_to
@@ -95,9 +95,8 @@ def _named(way: Array) -> str:
 def read(drawn: Approached, rng: np.random.Generator) -> Recording:
     """The lengths that the LaserTracer reads on a machine with this scatter; its residual field at the nodes is drawn too."""
     meant = planned()
-    field = made_for("residual field", "the twin")
     left = SYSTEMATIC * rng.standard_normal(NODES.shape)
-    truth = bare().with_effect(field(nodes=NODES, interpolation="columns-linear", values=left))
+    truth = bare().with_effect(ResidualField(nodes=NODES, interpolation="columns-linear", values=left))
     alone = drawn.length_u == READINGS[1]
     certificate = InstrumentCertificate(LASER_TRACER, {"scale": 0.0 if alone else U_LENGTH / 2}, "setup")
     seen = simulated(meant, truth, rng, certificate)

@@ -41,7 +41,7 @@ from vcmm.papers.gaska2014.readings import (
 from vcmm.papers.gaska2014.tracer import READINGS as LENGTHS
 from vcmm.papers.gaska2014.tracer import Approached, bare, found_by, read, untold
 from vcmm.part.gps.decision import undecided
-from vcmm.physics.residual import CURVES
+from vcmm.physics.structure.residual import CURVES
 from vcmm.task.measuring.scenario import Scenario
 
 RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"

@@ -16,7 +16,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.net import CHOSEN, trained
 from vcmm.papers.marin2004.chain import carriages, product, volumetric_error
-from vcmm.physics.component import ComponentTable
+from vcmm.physics.structure.component import ComponentTable
 
 LENGTH, ANGLE = 0.8e-3, 1.5e-6  # mm, rad: standard deviation of a reading
 DEGREE, DRAWS, EPOCHS = 3, 8, 5000

@@ -27,7 +27,7 @@ from vcmm.files.own.library import folder
 from vcmm.files.own.setup import load_setup
 from vcmm.papers.marin2004.day import PARAMETERS, SENSORS, Day, Regression, read_before
 from vcmm.papers.virtual_cut import SeenNet, departure, seen
-from vcmm.physics.component import ComponentWarming
+from vcmm.physics.structure.component import ComponentWarming
 from vcmm.program.setup import Setup, TemperatureLog
 from vcmm.shop.machining.maps import net
 from vcmm.shop.machining.preparation import set_up

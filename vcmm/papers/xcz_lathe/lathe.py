@@ -14,9 +14,9 @@ import numpy as np
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 
 NM, ARCSEC, TURN = 1e-6, np.pi / 180 / 3600, 2 * np.pi
 STRAIGHT, AXIAL, SQUARE = 52.6 * NM, 4.4 * NM, 0.08 * ARCSEC  # published

@@ -45,7 +45,7 @@ from vcmm.papers.xcz_lathe.lathe import (
     surface_motion,
 )
 from vcmm.papers.xcz_lathe.surveys import Survey, survey
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.squareness import RotaryLocation
 
 RAW, SIGMA_ON, ON, OFF_LINE, SIGMA_OFF = 17.3, 2.3, 11.4, 8.7, 1.2  # nm, published
 ADDED = 1.5  # nm that the noise of a scan adds to its range

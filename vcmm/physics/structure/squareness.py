@@ -28,7 +28,6 @@ class Squareness(Effect):
     per = "pair"
     place = "travel"
     cites = "ISO 230-1:2012, 3.6 and annex A"
-    role = "angle between axes"
     special_case_of = ("geometric_change", "map_interpolation")
     stored = "angle"
     calibrated = True
@@ -82,7 +81,6 @@ class RotaryLocation(Effect):
     place = "location"
     own = True
     cites = "ISO 230-1:2012, 3.7; ISO 230-7"
-    role = "rotary axis location"
     special_case_of = ("geometric_change",)
     calibrated = True
     simple = True

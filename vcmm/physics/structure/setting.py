@@ -29,7 +29,6 @@ class WorkOffset(Effect):
     name = "work_offset"
     per = "direction, setup"
     cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
-    role = "work zero"
     belongs_to = "setup"
     diagnosed = False
     direction: str = at("x", "x, y or z, machine axes")
@@ -63,7 +62,6 @@ class ToolLength(Effect):
     name = "tool_length"
     per = "tool"
     cites = "ISO 841:2001; JCGM 100, 4.3"
-    role = "tool length"
     belongs_to = "tool"
     diagnosed = False
     tool: str = at("", "tool number; empty = all")
@@ -92,7 +90,6 @@ class ToolRadius(Effect):
     per = "tool"
     needs = ("nx", "ny", "nz")
     cites = "ISO 13399-3 (cutting diameter); JCGM 100, 4.3"
-    role = "tool radius"
     belongs_to = "tool"
     needs_cut = True  # set by hand, and seen in the part only
     words = Words(
@@ -129,7 +126,6 @@ class ToolOffset(Effect):
     name = "tool_offset"
     per = "tool, direction"
     cites = "ISO 841:2001; JCGM 100, 4.3"
-    role = "tool offset"
     belongs_to = "tool"
     diagnosed = False
     tool: str = at("", "tool number; empty = all")
@@ -167,7 +163,6 @@ class ProbeTouch(Effect):
     per = "touch of the program"
     needs = ("nx", "ny", "nz")
     cites = "ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2"
-    role = "probe touch"
     belongs_to = "setup"
     diagnosed = False
     touch: str = at("", "number of the touch in the program, from 1; empty = all")
@@ -185,6 +180,9 @@ class ProbeTouch(Effect):
     def error_motion(self, run: Run) -> Array:
         touched = run.used(PROBED, self.touch) * (run.labels[PROBED] != "" if PROBED in run.labels else 0.0)
         return along(run, run.normal, -self.shift * touched)
+
+
+TOOL_TABLE = (ToolLength.name, ToolRadius.name, ToolOffset.name)  # what a tool setter measures
 
 
 def _tool_axis(run: Run) -> Array:

@@ -60,7 +60,6 @@ class AbbeCountedTwice(_Abbe):
     """
 
     name = "abbe_counted_twice"
-    role = "Abbe arm"
     diagnosed = False
     special_case_of = ("geometric_change", "abbe_offset")
     words = Words(

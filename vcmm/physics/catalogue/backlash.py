@@ -20,7 +20,6 @@ class Backlash(Effect):
     along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)"
-    role = "reversal gap"
     special_case_of = ("lost_motion", "hysteresis")
     taken_up = "gap"
     simple = True

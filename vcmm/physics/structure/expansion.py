@@ -30,7 +30,6 @@ class ScaleExpansion(Effect):
     per = "axis"
     needs = ("temp_scale_{axis}_C",)
     cites = "JCGM 100:2008, H.1; ISO 1 (20 degC); ISO/TR 16015"
-    role = "scale temperature"
     words = Words(
         seen="the scale of {where} follows the temperature ({alpha})",
         causes="expansion coefficient or scale temperature not compensated",
@@ -68,7 +67,6 @@ class PartExpansion(Effect):
     per = "part"
     needs = ("temp_part_C",)
     cites = "JCGM 100:2008, H.1; ISO 1 (20 degC)"
-    role = "part temperature"
     belongs_to = "part"
     on_cut_part = "turned"
     words = Words(

@@ -95,7 +95,6 @@ class ComponentTable(_Component):
 
     name = "component_table"
     cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
-    role = "error table"
     diagnosed = False
     stored = "values"
     calibrated = True
@@ -162,7 +161,6 @@ class ComponentSpline(_Component):
 
     name = "component_spline"
     cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
-    role = "error curve"
     diagnosed = False
     stored = "values"
     calibrated = True
@@ -281,7 +279,6 @@ class CalibrationModes(Effect):
     name = "calibration_modes"
     per = "component"
     cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
-    role = "joint calibration"
     diagnosed = False
     made_by = 'covariance = "errors_covariance.csv" in [errors]'
     component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")

@@ -23,7 +23,6 @@ class StylusQualification(Effect):
     per = "stylus"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit"
-    role = "qualified stylus"
     diagnosed = False
     of_qualification = True
     stylus: str = at("", "stylus name; empty = all")

@@ -101,51 +101,6 @@ class ProbeLobing(PreTravel):
 
 
 @dataclass(frozen=True, eq=False)
-class TipRadius(_Probe):
-    """+dr along n, dr = actual - qualified radius: a ball larger than believed makes shafts larger, bores smaller."""
-
-    name = "tip_radius"
-    needs = ("nx", "ny", "nz")
-    cites = "ISO 10360-5: stylus tip qualification; geometry of a ball on a surface"
-    role = "tip size"
-    of_qualification = True
-    words = Words(
-        seen="the tip is {dr} larger than qualified",
-        causes="worn or dirty tip, or a bad qualification",
-        confirm="clean and qualify again; touch a ring and a plug",
-        opposite=Opposite("dr", "the tip is {dr} smaller than qualified"),
-    )
-    dr: float = param(
-        0.0, "um", "actual minus qualified tip radius", typical=Typical(0.5 * UM, "qualification: 0.1-2 um")
-    )
-
-    def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, self.dr * run.used("stylus", self.stylus))
-
-
-@dataclass(frozen=True, eq=False)
-class TipOffset(_Probe):
-    """The qualified tip offset is wrong by a vector: indicated = true + (qualified - actual offset)."""
-
-    name = "tip_offset"
-    cites = "ISO 10360-5: stylus qualification; rigid shift of all touches of one stylus"
-    diagnosed = False
-    of_qualification = True
-    d: Any = param(
-        lambda: np.zeros(3),
-        "um",
-        "qualified minus actual offset, machine axes",
-        shape="(3,)",
-        typical=Typical(1 * UM, "qualification: 0.2-3 um"),
-    )
-
-    def error_motion(self, run: Run) -> Array:
-        out = np.zeros((run.n, 6))
-        out[:, :3] = run.used("stylus", self.stylus)[:, None] * np.asarray(self.d, dtype=float)
-        return out
-
-
-@dataclass(frozen=True, eq=False)
 class StylusBending(PreTravel):
     """-c (length / 50 mm)^3 times the lateral share of the force, along n: a bent stylus indicates too little material.
 

@@ -29,7 +29,6 @@ class TipForm(Effect):
     kin = "lobes"
     per = "stylus"
     needs = ("nx", "ny", "nz")
-    role = "tip out of round"
     cites = (
         "ISO 10360-5: form error of the probing system on the test sphere; expansion in spherical harmonics"
     )

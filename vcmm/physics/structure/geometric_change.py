@@ -33,7 +33,6 @@ class GeometricChange(Effect):
     cites = (
         "Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation"
     )
-    role = "changed component"
     special_case_of = ("map_interpolation",)
     free_curve = True
     holds_table_edits = True

@@ -36,7 +36,6 @@ class ResidualField(Effect):
 
     name = "residual_field"
     per = "machine"
-    role = "residual field"
     cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
     diagnosed = False
     over_volume = True

@@ -10,8 +10,7 @@ import numpy as np
 from vcmm.core.declaration import HOUR, UM, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.run import T0_DEG_C, Array, Run
-from vcmm.core.trained import check_trained, within
+from vcmm.core.run import Array, Run
 
 CUT = Prior(
     rare_with="cut_length_mm"
@@ -121,49 +120,3 @@ class StepChange(_Drift):
 
     def error_motion(self, run: Run) -> Array:
         return self._along(run, np.where(run.column("time_s") > self.t1, self.a, 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class ThermalDriftTwoLags(_Drift):
-    """k (T lagged by tau - 20 degC) + k_slow (T lagged by tau_slow - 20 degC): a light part and a heavy one.
-
-    The second shape of thermal_drift, and reported as such: slides follow the air in minutes, a bed in hours.
-    """
-
-    name = "thermal_drift_two_lags"
-    family: ClassVar[str] = "thermal_drift"
-    role = "temperature drift in two parts"
-    per = "direction, sensor"
-    cites = "ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags"
-    sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
-    k: float = param(
-        0.0,
-        "um/K",
-        "displacement per temperature difference of the fast part",
-        typical=Typical(2 * UM, "as thermal_drift"),
-    )
-    k_slow: float = param(
-        0.0,
-        "um/K",
-        "displacement per temperature difference of the slow part",
-        typical=Typical(2 * UM, "as thermal_drift"),
-    )
-    tau: float = param(300.0, "s", "time constant of the fast part", scan=(60.0, 300.0, 1200.0))
-    tau_slow: float = param(7200.0, "s", "time constant of the slow part", scan=(3600.0, 10800.0, 21600.0))
-    trained: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if min(self.tau, self.tau_slow) < 0:
-            raise UsageError(f"{self.id}: tau is negative; a lag is zero or positive")
-        check_trained(self.trained, self.id)
-
-    def required(self) -> tuple[str, ...]:
-        return (f"temp_{self.sensor}_C",)
-
-    def error_motion(self, run: Run) -> Array:
-        fast, slow = (
-            within(self.trained, self.id, self.sensor, run.lagged(self.sensor, tau)) - T0_DEG_C
-            for tau in (self.tau, self.tau_slow)
-        )
-        return self._along(run, self.k * fast + self.k_slow * slow)

@@ -23,7 +23,6 @@ class Scatter(Effect):
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)"
-    role = "repeatability"
     diagnosed = False
     random = True
     on_cut_part = "turned"

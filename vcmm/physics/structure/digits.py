@@ -23,7 +23,6 @@ class Resolution(Effect):
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "JCGM 100:2008, F.2.2.1 (resolution of a digital indication)"
-    role = "digits of a file"
     diagnosed = False
     random = True
     value: float = param(

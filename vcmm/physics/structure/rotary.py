@@ -27,7 +27,6 @@ class RotaryCyclic(Effect):
     own = True
     aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
     cites = "ISO 230-1:2012 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)"
-    role = "turning axis orders"
     special_case_of = ("geometric_change",)
     as_one = "amplitude"
     words = Words(
