@@ -74,6 +74,32 @@ def test_every_file_of_effects_can_be_deleted():
     assert f"{len(files())} files of vcmm/physics/catalogue/ deleted" in done.stdout
 
 
+@pytest.mark.thorough
+def test_every_job_runs_without_any_file_of_the_catalogue():
+    """measure, uncertainty, field, cut, diagnose, list, explain and schema, once without each file and its lines."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.house.small_jobs"],
+        cwd=PACKAGE.parent, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    assert f"without {len(files())} of {len(files())} files of vcmm/physics/catalogue/" in done.stdout
+
+
+def test_a_job_runs_without_a_file_of_the_catalogue():
+    """The quick one: a scenario that states none of its effects is evaluated, and the others are listed."""
+    code = (
+        "import json\nfrom tests.house.other_effects import without\nwithout('probe').install()\n"
+        "from tests.house.small_jobs import command\n"
+        "names = {e['effect'] for e in json.loads(command('list', 'effects', '--json'))['items']}\n"
+        "assert 'probe_lobing' not in names and 'tip_radius' in names\n"
+        "command('uncertainty', 'scenarios/ring_gauge.toml', '--trials', '500', '--json')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
 def test_a_deleted_file_is_really_gone():
     """The check above sees what needs the file: a case is made of its class."""
     code = (

@@ -13,6 +13,8 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 from vcmm.core.taken_up import share_taken_up
 
+FAMILY = "reversal curve"  # what an evaluation declares it with
+
 
 @dataclass(frozen=True, eq=False)
 class LostMotionTable(Effect):

@@ -14,6 +14,8 @@ from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
+FAMILY = "probe"  # what an evaluation declares it with
+
 
 @dataclass(frozen=True, eq=False)
 class _Tip(Effect):
