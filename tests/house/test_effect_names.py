@@ -92,7 +92,7 @@ def test_a_job_runs_without_a_file_of_the_catalogue():
         "from tests.house.small_jobs import command\n"
         "names = {e['effect'] for e in json.loads(command('list', 'effects', '--json'))['items']}\n"
         "assert 'probe_lobing' not in names and 'tip_radius' in names\n"
-        "command('uncertainty', 'scenarios/ring_gauge.toml', '--trials', '500', '--json')"
+        "command('uncertainty', 'scenarios/ring_gauge.toml', '--trials', '2000', '--json')"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False
@@ -134,14 +134,16 @@ def test_declarations_mean_something(kind: type[Effect]):
     assert kind.belongs_to in OWNERS
     assert kind.on_cut_part in ("", "turned", "stated")
     parameters = {f.name for f in parameter_fields(kind)}
-    assert kind.as_one in ("rms", "sd", "amplitude", "arm") or (kind.several and kind.as_one in parameters)
-    first = BY_NAME.get(kind.family)
+    assert kind.diagnosis.size_name in ("rms", "sd", "amplitude", "arm") or (
+        kind.diagnosis.moves_together and kind.diagnosis.size_name in parameters
+    )
+    first = BY_NAME.get(kind.diagnosis.family)
     assert not kind.words or first is None or places(kind) != places(first), (
         "it is reported in the words of its family"
     )
     assert {kind.stored, kind.taken_up} <= {"", *parameters}
     if kind.words:
-        shown = {*parameters, *kind.aliases, "amplitude", kind.as_one}
+        shown = {*parameters, *kind.aliases, "amplitude", kind.diagnosis.size_name}
         opposite = () if kind.words.opposite is None else (kind.words.opposite.parameter,)
         assert {*kind.words.signed, *opposite} <= shown
 
@@ -152,7 +154,7 @@ def places(kind: type[Effect]) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    ("small", "large"), [(kind.name, large) for kind in ALL for large in kind.special_case_of]
+    ("small", "large"), [(kind.name, large) for kind in ALL for large in kind.diagnosis.special_case_of]
 )
 def test_special_cases_are_of_effects_that_there_are(small: str, large: str):
     assert large in BY_NAME

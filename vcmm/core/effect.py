@@ -126,11 +126,6 @@ class Effect(Declared, ABC):
     def id(self) -> str:
         return f"{self.name}[{self.where}]" if self.where else self.name
 
-    @classmethod
-    def reported_as(cls) -> str:
-        """The name of its answers: that of its family."""
-        return cls.family or cls.name
-
     def required(self) -> tuple[str, ...]:
         """Columns this instance needs, place fields filled in."""
         filled = {f.name: getattr(self, f.name) for f in place_fields(type(self))}

@@ -23,7 +23,7 @@ from vcmm.answer.placing.search import SearchOutcome, search
 from vcmm.answer.placing.travels import Travels
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.physics import BY_NAME
+from vcmm.physics.structure.residual import ResidualField
 from vcmm.task.measuring.fixture import Fixture, Goal, Placement, pose_of, six_of
 from vcmm.task.measuring.scenario import Scenario
 
@@ -199,9 +199,7 @@ def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
             "gain and the results at the two poses are those of the full Monte Carlo"
         )
     drawn = {i.effect for i in objective.closed.rows.machine.inputs if i.scale is not None}
-    out += [
-        BY_NAME[e].independent_draws for e in sorted(drawn & set(BY_NAME)) if BY_NAME[e].independent_draws
-    ]
+    out += [ResidualField.independent_draws] if ResidualField.name in drawn else []
     sure = placed.confirmation
     if sure is not None and not sure.confirmed:
         out.append(

@@ -16,6 +16,7 @@ from vcmm.core.run import Array
 from vcmm.core.units import dimension_of, quantity, shown, vector
 from vcmm.files.problems import Key, TableProblems, misspelt
 from vcmm.physics import find
+from vcmm.physics.structure.component import CalibrationModes
 
 Found = list[tuple[Key, str]]  # (key, what is wrong with it)
 
@@ -36,8 +37,8 @@ def build_effect(table: dict[str, Any]) -> Effect:
     kind = kind_of(table, found)
     if kind is None:
         raise TableProblems(found)
-    if kind.made_by:
-        raise TableProblems([("effect", f"{kind.name} is made by {kind.made_by}; use that")])
+    if issubclass(kind, CalibrationModes):
+        raise TableProblems([("effect", f"{kind.name} is made by {CalibrationModes.made_by}; use that")])
     values: dict[str, Any] = {}
     for key, value in table.items():
         if key != "effect":

@@ -28,6 +28,7 @@ from vcmm.core.units import channel_unit, dimension_of, parse_unit, shown, vecto
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.own.effects import Found, check_matters, kind_of, may_be_left_out, noting
 from vcmm.files.problems import TableProblems, misspelt
+from vcmm.physics.structure.residual import CorrelatedField
 
 BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given
@@ -96,7 +97,7 @@ def _effect_input(
         return None
     law, scale = None, None
     with noting(found, "law"):
-        covariance = target.covariance()
+        covariance = target.covariance() if isinstance(target, CorrelatedField) else None
         if covariance is not None:
             law = _own_law(kind, covariance, table)
         else:

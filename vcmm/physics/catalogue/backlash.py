@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import PLAY, UM, Opposite, Typical, Words
+from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import Array, Run
 from vcmm.core.taken_up import share_taken_up
@@ -15,14 +15,16 @@ class Backlash(Effect):
     """-1/2 gap d_a e_a with d_a = +1 or -1 the direction in which the axis last moved (ISO 230-2: B = -gap)."""
 
     name = "backlash"
-    kin = "play"
+    diagnosis = ForDiagnosis(
+        special_case_of=("lost_motion", "hysteresis"),
+        shared_physics="play",
+        is_uniform=True,
+    )
     per = "axis"
     along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)"
-    special_case_of = ("lost_motion", "hysteresis")
     taken_up = "gap"
-    simple = True
     words = Words(
         seen="{where} stops {gap} short after reversing",
         causes="wear of the {where} nut or belt, or a low preload",

@@ -9,13 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legval
 
-from vcmm.core.declaration import UM, Prior, Site, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Prior, Site, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 DEGREES = ((2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
 ACROSS = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
+
+
+def _clamping_make_at(cls: type[Clamping], place: Mapping[str, Any], site: Site) -> Clamping:
+    return cls(**place, length=max(float(np.abs(site.run.part_point).max()), 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +35,10 @@ class Clamping(Effect):
     per = "direction, clamp"
     cites = "Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959): bending of a plate"
     belongs_to = "part"
-    prior = Prior(rare_without="clamp")
+    diagnosis = ForDiagnosis(
+        prior=Prior(rare_without="clamp"),
+        make_at=_clamping_make_at,
+    )
     on_cut_part = "turned"
     words = Words(
         seen="the part is bent by its clamping ({rms})",
@@ -56,10 +63,6 @@ class Clamping(Effect):
             raise UsageError(
                 f"{self.id}: give 3 or 7 coefficients and a positive length (half the part's size)"
             )
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> Clamping:
-        return cls(**place, length=max(float(np.abs(site.run.part_point).max()), 1.0))
 
     @property
     def link(self) -> str:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, UM, Opposite, Prior, Typical, Words
+from vcmm.core.declaration import HOUR, UM, ForDiagnosis, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -34,6 +33,10 @@ class _Drift(Effect):
         return motion(run, **{self.direction.upper(): amount})
 
 
+def _linear_drift_file_note(effect: LinearDrift) -> str:
+    return "acts with time_s of a job, counted as in the recording; at time_s = 0 it is zero"
+
+
 @dataclass(frozen=True, eq=False)
 class LinearDrift(_Drift):
     """c t along one direction of the workpiece axes, t = time_s: with c = 2 um/h the tip is 1 um off after 30 min."""
@@ -41,7 +44,10 @@ class LinearDrift(_Drift):
     name = "linear_drift"
     per = "direction"
     cites = "ISO 230-3:2020: drift under constant environment"
-    prior = CUT
+    diagnosis = ForDiagnosis(
+        prior=CUT,
+        file_note=_linear_drift_file_note,
+    )
     words = Words(
         seen="the tip drifts towards +{direction} by {c}",
         causes="warming up, settling or a foundation",
@@ -55,11 +61,12 @@ class LinearDrift(_Drift):
         typical=Typical(2 * UM / HOUR, "usual: 1-5 um in an hour after switching on"),
     )
 
-    def said_in_file(self) -> str:
-        return "acts with time_s of a job, counted as in the recording; at time_s = 0 it is zero"
-
     def error_motion(self, run: Run) -> Array:
         return self._along(run, self.c * run.column("time_s"))
+
+
+def _settling_drift_file_note(effect: SettlingDrift) -> str:
+    return "acts with time_s of a job, counted as in the recording"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +77,13 @@ class SettlingDrift(_Drift):
     """
 
     name = "settling_drift"
-    family: ClassVar[str] = "linear_drift"
+    diagnosis = ForDiagnosis(
+        family="linear_drift",
+        prior=CUT,
+        file_note=_settling_drift_file_note,
+    )
     per = "direction"
     cites = "ISO 230-3:2020: warm-up towards a steady state; first-order response to switching on"
-    prior = CUT
     c: float = param(
         0.0,
         "um/h",
@@ -87,12 +97,13 @@ class SettlingDrift(_Drift):
         if not self.tau > 0:
             raise UsageError(f"{self.id}: tau = {self.tau:g} s must be above zero")
 
-    def said_in_file(self) -> str:
-        return "acts with time_s of a job, counted as in the recording"
-
     def error_motion(self, run: Run) -> Array:
         settled = -np.expm1(-run.column("time_s") / self.tau)
         return self._along(run, self.c * self.tau * settled)
+
+
+def _step_change_file_note(effect: StepChange) -> str:
+    return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,15 +119,15 @@ class StepChange(_Drift):
         confirm="look what happened at that time; touch the datum again",
         opposite=Opposite("a", "something moved towards -{direction} by {a} at {t1}"),
     )
+    diagnosis = ForDiagnosis(
+        file_note=_step_change_file_note,
+    )
     a: float = param(
         0.0, "um", "size of the step", typical=Typical(2 * UM, "a slipped clamp or a bump: 1-10 um")
     )
     t1: float = param(
         600.0, "s", "time of the step", scan=(60.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14400.0)
     )
-
-    def said_in_file(self) -> str:
-        return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
 
     def error_motion(self, run: Run) -> Array:
         return self._along(run, np.where(run.column("time_s") > self.t1, self.a, 0.0))

@@ -7,11 +7,11 @@ together: three answers along x, y and z with three moments say less than one wi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, UM, Prior, Typical, Words
+from vcmm.core.declaration import HOUR, UM, ForDiagnosis, Prior, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -19,36 +19,47 @@ from vcmm.core.run import T0_DEG_C, Array, Run
 PLANES = ("xyz", "xy", "xz", "yz")
 
 
+def _vector_elements(effect: _Vector) -> tuple[str, ...]:
+    return tuple(effect.directions)
+
+
 @dataclass(frozen=True, eq=False)
 class _Vector(Effect):
-    several = True
-    prior = Prior(share=0.3)  # most things move along one axis
+    diagnosis = ForDiagnosis(
+        # most things move along one axis
+        prior=Prior(share=0.3),
+        moves_together=True,
+        elements=_vector_elements,
+    )
     directions: str = at("xyz", "xyz, or two of them: workpiece axes", quiet=True, forms=PLANES)
 
     def __post_init__(self) -> None:
         if self.directions not in PLANES:
             raise UsageError(f'{self.name}: directions = "{self.directions}"; allowed: {", ".join(PLANES)}')
-        given = np.asarray(getattr(self, self.as_one), dtype=float)
+        given = np.asarray(getattr(self, self.diagnosis.size_name), dtype=float)
         if not given.any():  # nothing stated: as many zeros as there are directions
-            object.__setattr__(self, self.as_one, np.zeros(len(self.directions)))
+            object.__setattr__(self, self.diagnosis.size_name, np.zeros(len(self.directions)))
         elif given.shape != (len(self.directions),):
             raise UsageError(
-                f"{self.id}: {self.as_one} has {given.size} numbers; {len(self.directions)} are due, one each for {self.directions}"
+                f"{self.id}: {self.diagnosis.size_name} has {given.size} numbers; {len(self.directions)} are due, one each for {self.directions}"
             )
 
     @property
     def link(self) -> str:
         return "tip"
 
-    def elements(self) -> tuple[str, ...]:
-        return tuple(self.directions)
-
     def _along(self, shape: Array) -> Array:
         """The shape (n,) times the vector, (n, 6)."""
         out = np.zeros((len(shape), 6))
-        for letter, amount in zip(self.directions, np.asarray(getattr(self, self.as_one), dtype=float)):
+        for letter, amount in zip(
+            self.directions, np.asarray(getattr(self, self.diagnosis.size_name), dtype=float)
+        ):
             out[:, COLUMN[letter.upper()]] = amount * shape
         return out
+
+
+def _step_vector_file_note(effect: StepVector) -> str:
+    return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +67,17 @@ class StepVector(_Vector):
     """a for t > t1, a vector: a bump or a slipped clamp moves all directions at one moment."""
 
     name = "step_change_vector"
-    family: ClassVar[str] = "step_change"
+    diagnosis = ForDiagnosis(
+        family="step_change",
+        prior=Prior(share=0.3),
+        size_name="a",
+        moves_together=True,
+        elements=_vector_elements,
+        file_note=_step_vector_file_note,
+    )
     per = "machine"
     needs = ("time_s",)
     cites = "Page, Biometrika 41 (1954) 100: change at an unknown time"
-    as_one = "a"
     words = Words(
         seen="something moved by {a} at {t1}, in several directions at once",
         causes="a slipped clamp, a bump or a changed probe",
@@ -77,11 +94,12 @@ class StepVector(_Vector):
         600.0, "s", "time of the step", scan=(60.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14400.0)
     )
 
-    def said_in_file(self) -> str:
-        return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
-
     def error_motion(self, run: Run) -> Array:
         return self._along((run.column("time_s") > self.t1).astype(float))
+
+
+def _drift_vector_file_note(effect: DriftVector) -> str:
+    return "acts with time_s of a job, counted as in the recording; at time_s = 0 it is zero"
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +107,17 @@ class DriftVector(_Vector):
     """c t, a vector: the foundation or a column moves askew to the axes."""
 
     name = "linear_drift_vector"
-    family: ClassVar[str] = "linear_drift"
+    diagnosis = ForDiagnosis(
+        family="linear_drift",
+        prior=Prior(share=0.3),
+        size_name="c",
+        moves_together=True,
+        elements=_vector_elements,
+        file_note=_drift_vector_file_note,
+    )
     per = "machine"
     needs = ("time_s",)
     cites = "ISO 230-3:2020: drift under constant environment"
-    as_one = "c"
     words = Words(
         seen="the tip drifts by {c}, askew to the axes",
         causes="warming up, settling or a foundation",
@@ -107,9 +131,6 @@ class DriftVector(_Vector):
         typical=Typical(2 * UM / HOUR, "as linear_drift"),
     )
 
-    def said_in_file(self) -> str:
-        return "acts with time_s of a job, counted as in the recording; at time_s = 0 it is zero"
-
     def error_motion(self, run: Run) -> Array:
         return self._along(run.column("time_s"))
 
@@ -119,10 +140,15 @@ class ThermalVector(_Vector):
     """k (T lagged by tau - 20 degC), a vector: one part of the frame warms and moves the tip askew."""
 
     name = "thermal_drift_vector"
-    family: ClassVar[str] = "thermal_drift"
+    diagnosis = ForDiagnosis(
+        family="thermal_drift",
+        prior=Prior(share=0.3),
+        size_name="k",
+        moves_together=True,
+        elements=_vector_elements,
+    )
     per = "sensor"
     cites = "ISO 230-3:2020 (environmental temperature variation error); first-order lag"
-    as_one = "k"
     words = Words(
         seen="the tip moves askew as the temperature {sensor} rises ({k}, after {tau})",
         causes="a part of the frame warms with it",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.declaration import UM, URAD, Typical, Words
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
@@ -63,6 +63,12 @@ class DynamicPitch(Effect):
         return motion(run, **{letter: sign * self.k * acceleration, YAW[self.axis]: self.yaw * acceleration})
 
 
+def _structural_vibration_shows_in(effect: StructuralVibration, run: Run) -> bool:
+    """Some row comes after an acceleration has ended; on a circle none does, and a ringing at time zero is a step."""
+    after = run.columns.get("time_since_accel_s")
+    return bool(effect.follows) or after is None or bool(np.any(after > 0))
+
+
 @dataclass(frozen=True, eq=False)
 class StructuralVibration(Effect):
     """d_a exp(-damping w t) (sine sin(w t) + cosine cos(w t)) e_a, w = 2 pi frequency, t since the acceleration ended.
@@ -82,6 +88,9 @@ class StructuralVibration(Effect):
         causes="a resonance of the structure",
         confirm="wait before touching; vary the waiting time",
     )
+    diagnosis = ForDiagnosis(
+        shows_in=_structural_vibration_shows_in,
+    )
     axis: str = at("X", "linear axis")
     sine: float = param(
         0.0, "um", "sine part; `amplitude` in files", typical=Typical(0.5 * UM, "usual: 0.1-2 um at 10-60 Hz")
@@ -96,11 +105,6 @@ class StructuralVibration(Effect):
     def __post_init__(self) -> None:
         if not self.frequency > 0 or self.damping < 0:
             raise UsageError(f"{self.id}: the frequency must be positive, the damping zero or positive")
-
-    def told_by(self, run: Run) -> bool:
-        """Some row comes after an acceleration has ended; on a circle none does, and a ringing at time zero is a step."""
-        after = run.columns.get("time_since_accel_s")
-        return bool(self.follows) or after is None or bool(np.any(after > 0))
 
     @property
     def link(self) -> str:

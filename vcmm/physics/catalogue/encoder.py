@@ -6,10 +6,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+
+
+def _encoder_interpolation_remark(effect: EncoderInterpolation, run: Run) -> str:
+    """The second wave of one period is the first of half of it: a recording knows the wave only."""
+    if effect.harmonic < 2:
+        return ""
+    wave = effect.period / effect.harmonic
+    return (
+        f"a wave of {wave:.4g} mm: unequal gains of signals of {effect.period:.4g} mm, or offsets of signals of {wave:.4g} mm;"
+        " the data sheet of the scale decides"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +36,11 @@ class EncoderInterpolation(Effect):
     along_axis = True
     aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
     cites = "Heydemann, Applied Optics 20 (1981) 3382: quadrature signals with offsets and unequal gains"
-    special_case_of = ("map_interpolation",)
-    over_raw_scale = True
+    diagnosis = ForDiagnosis(
+        special_case_of=("map_interpolation",),
+        follows_raw_scale=True,
+        remark=_encoder_interpolation_remark,
+    )
     words = Words(
         seen="the scale of {where} errs within its signal period of {period} ({amplitude})",
         causes="offset or unequal gain of the encoder signals; dirt",
@@ -64,16 +78,6 @@ class EncoderInterpolation(Effect):
     @property
     def link(self) -> str:
         return self.axis
-
-    def remark(self, run: Run) -> str:
-        """The second wave of one period is the first of half of it: a recording knows the wave only."""
-        if self.harmonic < 2:
-            return ""
-        wave = self.period / self.harmonic
-        return (
-            f"a wave of {wave:.4g} mm: unequal gains of signals of {self.period:.4g} mm, or offsets of signals of {wave:.4g} mm;"
-            " the data sheet of the scale decides"
-        )
 
     def error_motion(self, run: Run) -> Array:
         raw = run.columns.get(f"raw_{self.axis}_{'mm' if self.axis in 'XYZ' else 'rad'}")

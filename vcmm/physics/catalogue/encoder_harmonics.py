@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -22,13 +22,15 @@ class EncoderHarmonics(Effect):
     """
 
     name = "encoder_harmonics"
-    family: ClassVar[str] = "encoder_interpolation"
+    diagnosis = ForDiagnosis(
+        family="encoder_interpolation",
+        size_name="amplitude",
+        follows_raw_scale=True,
+    )
     per = "axis"
     along_axis = True
     aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
     cites = "Heydemann, Applied Optics 20 (1981) 3382; harmonics of the signals themselves add orders 3 and 4"
-    over_raw_scale = True
-    as_one = "amplitude"
     axis: str = at("X", "linear axis with a scale")
     coefficients: Any = param(
         lambda: np.zeros(4), "um", "cosine and sine of each harmonic, in turn; `amplitude` in files", shape="(powers,)",

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import LINEAR
-from vcmm.core.declaration import UM, Site, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -36,6 +36,14 @@ def _check_direction(effect: Effect, direction: str) -> None:
         raise UsageError(f'{effect.name}: direction = "{direction}" must be "x", "y" or "z"')
 
 
+def _cross_axis_flexure_trials(
+    effect: CrossAxisFlexure, name: str
+) -> list[tuple[dict[str, Any], float]] | None:
+    """What reaches out droops across its way; along it a power of its own position is a change of its scale."""
+    along = name == "power" and effect.direction.upper() == effect.other
+    return [({"power": 1}, 0.0)] if along else None
+
+
 @dataclass(frozen=True, eq=False)
 class CrossAxisFlexure(_Flexure):
     """c q_a q_b along a direction (power = 1), or c q_b^p (power = p > 1): what axis b does depends on where a stands.
@@ -48,7 +56,10 @@ class CrossAxisFlexure(_Flexure):
     cites = (
         "Schwenke et al., CIRP Annals 57 (2008) 660: non-rigid behaviour; cantilever beam under a moving load"
     )
-    special_case_of = ("geometric_change",)
+    diagnosis = ForDiagnosis(
+        special_case_of=("geometric_change",),
+        trials=_cross_axis_flexure_trials,
+    )
     words = Words(
         seen="the structure bends with the position of the other axis ({where}, {c})",
         causes="weight of a slide or ram on its guide",
@@ -71,11 +82,6 @@ class CrossAxisFlexure(_Flexure):
 
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)
-
-    def weighted_trials(self, name: str) -> list[tuple[dict[str, Any], float]] | None:
-        """What reaches out droops across its way; along it a power of its own position is a change of its scale."""
-        along = name == "power" and self.direction.upper() == self.other
-        return [({"power": 1}, 0.0)] if along else None
 
     def error_motion(self, run: Run) -> Array:
         b = run.q(self.other) - self.other_origin
@@ -117,6 +123,12 @@ class PartLoad(_Flexure):
         return motion(run, **{self.direction.upper(): amount})
 
 
+def _gradient_bending_make_at(
+    cls: type[GradientBending], place: Mapping[str, Any], site: Site
+) -> GradientBending:
+    return cls(**place, carries="workpiece" if place["axis"] in site.work else "tool")
+
+
 @dataclass(frozen=True, eq=False)
 class GradientBending(_Flexure):
     """k gradient q_a^2 in the bent direction, with its pitch 2 k gradient q_a about (axis x direction).
@@ -134,6 +146,9 @@ class GradientBending(_Flexure):
         seen="a temperature difference bends {where} ({k})",
         causes="top warmer than bottom: lights, sun, coolant",
         confirm="repeat with lights or air conditioning off",
+    )
+    diagnosis = ForDiagnosis(
+        make_at=_gradient_bending_make_at,
     )
     direction: str = at("z", "x, y or z: where it bends")
     k: float = param(
@@ -155,10 +170,6 @@ class GradientBending(_Flexure):
             raise UsageError(f"{self.id}: a guide bends across its axis; choose another direction")
         if self.carries not in ("tool", "workpiece"):
             raise UsageError(f'{self.id}: carries = "{self.carries}" must be "tool" or "workpiece"')
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> GradientBending:
-        return cls(**place, carries="workpiece" if place["axis"] in site.work else "tool")
 
     def error_motion(self, run: Run) -> Array:
         q, bend = run.q(self.axis) - self.origin, self.k * run.column("temp_gradient_C")

@@ -9,12 +9,20 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import URAD, Site, Typical, Words
+from vcmm.core.declaration import URAD, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 DOWN = ("down_x", "down_y", "down_z")
+
+
+def _gravity_flexure_make_at(
+    cls: type[GravityFlexure], place: Mapping[str, Any], site: Site
+) -> GravityFlexure:
+    if not any(is_rotary(axis) for axis in site.tool):
+        raise UsageError("without a head that turns its attitude is always the same")
+    return cls(**place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,18 +45,15 @@ class GravityFlexure(Effect):
         causes="weight of head, tool or tube on its bearing",
         confirm="the same place or target with the head turned over",
     )
+    diagnosis = ForDiagnosis(
+        make_at=_gravity_flexure_make_at,
+    )
     angle: float = param(
         0.0,
         "urad",
         "turn of a level tool towards the ground",
         typical=Typical(20 * URAD, "a head of 0.3 m that sags 5 um; steel tubes of 1 m 20-300 urad"),
     )
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> GravityFlexure:
-        if not any(is_rotary(axis) for axis in site.tool):
-            raise UsageError("without a head that turns its attitude is always the same")
-        return cls(**place)
 
     @property
     def link(self) -> str:

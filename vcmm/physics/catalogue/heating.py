@@ -6,12 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 FULL_SPEED = 1e4  # per min
+
+
+def _screw_heating_file_note(effect: ScrewHeating) -> str:
+    return "acts with the distance travelled since the start of a job (travel_..._mm); a job without it is refused"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +35,9 @@ class ScrewHeating(Effect):
         causes="the ball screw warms with use",
         confirm="move to and fro for half an hour and measure again",
         opposite=Opposite("k", "{where} shrinks with the distance travelled ({k})"),
+    )
+    diagnosis = ForDiagnosis(
+        file_note=_screw_heating_file_note,
     )
     axis: str = at("X", "linear axis driven by a screw without a scale")
     k: float = param(
@@ -56,9 +63,6 @@ class ScrewHeating(Effect):
     @property
     def link(self) -> str:
         return self.axis
-
-    def said_in_file(self) -> str:
-        return "acts with the distance travelled since the start of a job (travel_..._mm); a job without it is refused"
 
     def error_motion(self, run: Run) -> Array:
         warm = -np.expm1(-run.column(f"travel_{self.axis}_mm") / self.distance)

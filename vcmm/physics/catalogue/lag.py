@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import Opposite, Prior, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -64,7 +63,10 @@ class ReadoutDelay(Effect):
     per = "machine"
     needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s")
     cites = "Weckenmann et al., CIRP Annals 53 (2004) 657: probing systems; distance = speed x delay"
-    prior = Prior(rare_in=("probe",))  # a touch is latched by its trigger: late axes are the rarer cause
+    diagnosis = ForDiagnosis(
+        # a touch is latched by its trigger: late axes are the rarer cause
+        prior=Prior(rare_in=("probe",)),
+    )
     words = Words(
         seen="position and probe are read at different times ({delay})",
         causes="delay in the electronics or in a filter",
@@ -98,11 +100,13 @@ class RotaryReadoutDelay(Effect):
     """
 
     name = "readout_delay_rotary"
-    family: ClassVar[str] = "readout_delay"
+    diagnosis = ForDiagnosis(
+        family="readout_delay",
+        prior=Prior(rare_in=("probe",)),
+    )
     per = "axis"
     needs = ("speed_{axis}_rad_s",)
     cites = "angle = speed x delay; Weckenmann et al., CIRP Annals 53 (2004) 657 for the linear axes"
-    prior = Prior(rare_in=("probe",))
     axis: str = at("C", "rotary axis")
     delay: float = param(
         0.0,

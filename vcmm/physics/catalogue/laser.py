@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
@@ -60,6 +60,11 @@ class _Laser(Effect):
         return motion(run, X=used * x, Y=used * y, Z=used * z)
 
 
+def _cosine_error_report(effect: CosineError, values: Array) -> tuple[str, Array, str]:
+    """As an angle: the amplitude multiplies its square."""
+    return "theta", effect.theta * np.sqrt(np.maximum(values, 0.0)), "mrad"
+
+
 @dataclass(frozen=True, eq=False)
 class CosineError(_Laser):
     """+1/2 theta^2 L, times `share`: the beam is not parallel to the travel.
@@ -69,7 +74,11 @@ class CosineError(_Laser):
     """
 
     name = "cosine_error"
-    one_sided = True  # theta^2
+    diagnosis = ForDiagnosis(
+        # theta^2
+        is_never_negative=True,
+        report=_cosine_error_report,
+    )
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry"
     words = Words(
         seen="the instrument stands askew ({theta})",
@@ -81,10 +90,6 @@ class CosineError(_Laser):
         1.0, "%", "multiplies theta^2", show="1", typical=Typical(1.0, "theta = 1 mrad is 0.5 um/m")
     )
     instrument: str = at("", "instrument name; empty = all")
-
-    def reported(self, values: Array) -> tuple[str, Array, str]:
-        """As an angle: the amplitude multiplies its square."""
-        return "theta", self.theta * np.sqrt(np.maximum(values, 0.0)), "mrad"
 
     def error_motion(self, run: Run) -> Array:
         return self._stretched(run, self.share * 0.5 * self.theta**2)

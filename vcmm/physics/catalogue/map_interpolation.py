@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from vcmm.core.axes import axis_of
-from vcmm.core.declaration import UM, URAD, Site, Typical, Words
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, choice, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
@@ -18,6 +18,31 @@ from vcmm.core.run import Array, Run
 SHAPES = ("smooth", "ripple", "cells")
 TRIED = ("smooth", "ripple")
 MOST_CELLS = 40  # meshes of a table with a height each
+
+
+def _map_interpolation_make_at(
+    cls: type[MapInterpolation], place: Mapping[str, Any], site: Site
+) -> MapInterpolation:
+    component = place["component"]
+    tables = [e for e in site.effects if e.stored and getattr(e, "component", "") == component]
+    table = next((e for e in tables if hasattr(e, "grids")), None)
+    if table is None:
+        raise UsageError(f"the machine has no table of {component}")
+    return cls.from_table(table)
+
+
+def _map_interpolation_trials(
+    effect: MapInterpolation, name: str
+) -> list[tuple[dict[str, Any], float]] | None:
+    """Heights that follow a polynomial, and a height of its own in every mesh: how a guide is bent between two nodes is
+    not known from its neighbours, for the table holds what they share.
+    """
+    cells = len(np.asarray(effect.nodes)) - 1
+    if name != "shape" or not 1 < cells <= MOST_CELLS:
+        return None
+    share = float(np.log(0.5 / len(TRIED)))
+    smooth: list[tuple[dict[str, Any], float]] = [({"shape": shape}, share) for shape in TRIED]
+    return [*smooth, ({"shape": "cells", "coefficients": np.zeros(cells)}, float(np.log(0.5)))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +55,17 @@ class MapInterpolation(Effect):
     """
 
     name = "map_interpolation"
-    kin = "geometry"
+    diagnosis = ForDiagnosis(
+        special_case_of=("geometric_change",),
+        shared_physics="geometry",
+        holds_table_edits=True,
+        is_free_curve=True,
+        trials=_map_interpolation_trials,
+        make_at=_map_interpolation_make_at,
+    )
     per = "map"
     own = True
     cites = "de Boor, A Practical Guide to Splines (1978), ch. III: error of broken-line interpolation"
-    special_case_of = ("geometric_change",)
-    free_curve = True
-    holds_table_edits = True
     words = Words(
         seen="between the nodes of its table {where} is off ({rms})",
         causes="the nodes are too far apart",
@@ -72,26 +101,6 @@ class MapInterpolation(Effect):
         measured = getattr(table, "measured", None)
         nodes = np.asarray(grids[axis_of(component)] if measured is None else measured, dtype=float)
         return cls(component, nodes, shape, np.zeros(len(nodes) - 1 if shape == "cells" else orders))
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> MapInterpolation:
-        component = place["component"]
-        tables = [e for e in site.effects if e.stored and getattr(e, "component", "") == component]
-        table = next((e for e in tables if hasattr(e, "grids")), None)
-        if table is None:
-            raise UsageError(f"the machine has no table of {component}")
-        return cls.from_table(table)
-
-    def weighted_trials(self, name: str) -> list[tuple[dict[str, Any], float]] | None:
-        """Heights that follow a polynomial, and a height of its own in every mesh: how a guide is bent between two nodes is
-        not known from its neighbours, for the table holds what they share.
-        """
-        cells = len(np.asarray(self.nodes)) - 1
-        if name != "shape" or not 1 < cells <= MOST_CELLS:
-            return None
-        share = float(np.log(0.5 / len(TRIED)))
-        smooth: list[tuple[dict[str, Any], float]] = [({"shape": shape}, share) for shape in TRIED]
-        return [*smooth, ({"shape": "cells", "coefficients": np.zeros(cells)}, float(np.log(0.5)))]
 
     @property
     def link(self) -> str:

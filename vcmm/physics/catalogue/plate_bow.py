@@ -6,10 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import Opposite, Prior, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
+
+
+def _plate_bow_shows_in(effect: PlateBow, run: Run) -> bool:
+    """Across a plate the points lie nearer together than along it."""
+    spread = np.ptp(run.part_point, axis=0)
+    return bool(spread["xyz".index(effect.normal)] == spread.min())
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +32,11 @@ class PlateBow(Effect):
     cites = "arc over a chord: s = R arcsin(r / R) = r + r^3 / (6 R^2); Siegmund et al., SDSS technical notes 19941206, 19950130"
     belongs_to = "part"
     needs_cut = True
-    prior = Prior(share=0.1)  # few plates are held bent
+    diagnosis = ForDiagnosis(
+        # few plates are held bent
+        prior=Prior(share=0.1),
+        shows_in=_plate_bow_shows_in,
+    )
     on_cut_part = "stated"
     words = Words(
         seen="holes lie further out with the third power of their distance from the middle ({c})",
@@ -56,11 +66,6 @@ class PlateBow(Effect):
     @property
     def link(self) -> str:
         return "reading"
-
-    def told_by(self, run: Run) -> bool:
-        """Across a plate the points lie nearer together than along it."""
-        spread = np.ptp(run.part_point, axis=0)
-        return bool(spread["xyz".index(self.normal)] == spread.min())
 
     def error_motion(self, run: Run) -> Array:
         plane = run.part_point * (np.arange(3) != "xyz".index(self.normal))

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import PLAY, UM, Prior, Typical
+from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 from vcmm.core.taken_up import share_taken_up
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
+
+
+def _backlash_ramp_shows_in(effect: BacklashRamp, run: Run) -> bool:
+    """Rows stand on the ways that are tried, and not at their ends only."""
+    since = run.columns.get(effect.required()[1])
+    return since is not None and len(np.unique(since[since < LONGEST])) > 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +30,11 @@ class BacklashRamp(Effect):
     """
 
     name = "backlash_ramp"
-    kin = "play"
-    family: ClassVar[str] = "backlash"
+    diagnosis = ForDiagnosis(
+        family="backlash",
+        shared_physics="play",
+        shows_in=_backlash_ramp_shows_in,
+    )
     per = "axis"
     along_axis = True
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
@@ -53,15 +61,15 @@ class BacklashRamp(Effect):
         columns = super().required()
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
-    def told_by(self, run: Run) -> bool:
-        """Rows stand on the ways that are tried, and not at their ends only."""
-        since = run.columns.get(self.required()[1])
-        return since is not None and len(np.unique(since[since < LONGEST])) > 2
-
     def error_motion(self, run: Run) -> Array:
         sense, since = share_taken_up(run, self.axis), run.column(self.required()[1])
         gap = self.gap - self.ramp * np.minimum(since / self.distance, 1.0)
         return motion(run, **{self.axis: -0.5 * gap * sense})
+
+
+def _loaded_play_shows_in(effect: LoadedPlay, run: Run) -> bool:
+    load = run.columns.get("load_kg")
+    return load is not None and float(np.ptp(load)) > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +80,16 @@ class LoadedPlay(Effect):
     """
 
     name = "lost_motion_loaded"
-    kin = "play"
-    family: ClassVar[str] = "lost_motion"
+    diagnosis = ForDiagnosis(
+        family="lost_motion",
+        prior=Prior(share=0.3),
+        shared_physics="play",
+        shows_in=_loaded_play_shows_in,
+    )
     per = "axis"
     along_axis = True
     needs = ("sense_{axis}", "load_kg")
     cites = "lost motion = friction over stiffness of the drive, friction = coefficient x weight; ISO 230-2:2014, 2.16"
-    prior = Prior(share=0.3)
     taken_up = "g0"
     axis: str = at("X", "linear or rotary axis that carries the load")
     g0: float = param(0.0, "um", "lost motion without load", typical=Typical(1 * UM, "as backlash", PLAY))
@@ -92,10 +103,6 @@ class LoadedPlay(Effect):
     @property
     def link(self) -> str:
         return self.axis
-
-    def told_by(self, run: Run) -> bool:
-        load = run.columns.get("load_kg")
-        return load is not None and float(np.ptp(load)) > 0
 
     def error_motion(self, run: Run) -> Array:
         gap = self.g0 + self.g_load * run.column("load_kg")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -62,7 +62,9 @@ class ProbeLobing(PreTravel):
     """
 
     name = "probe_lobing"
-    kin = "lobes"
+    diagnosis = ForDiagnosis(
+        shared_physics="lobes",
+    )
     needs = ("probe_angle_rad", "probe_lateral", "nx", "ny", "nz")
     aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
     cites = (

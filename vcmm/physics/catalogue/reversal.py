@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import PLAY, UM, Opposite, Typical, Words
+from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -46,10 +46,12 @@ class LostMotion(_Reversal):
     """-1/2 (g0 + g1 q_a) d_a e_a: backlash that changes along the travel (wind-up of a screw, unequal wear)."""
 
     name = "lost_motion"
-    kin = "play"
+    diagnosis = ForDiagnosis(
+        special_case_of=("hysteresis",),
+        shared_physics="play",
+    )
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error at each position; wind-up of a screw held at one end"
-    special_case_of = ("hysteresis",)
     taken_up = "g0"
     words = Words(
         seen="{where} stops short after reversing, by a gap that changes along the axis ({g0} at zero, {g1})",
@@ -88,7 +90,9 @@ class Hysteresis(_Reversal):
     """
 
     name = "hysteresis"
-    kin = "play"
+    diagnosis = ForDiagnosis(
+        shared_physics="play",
+    )
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)"
     words = Words(

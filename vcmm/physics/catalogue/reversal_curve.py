@@ -4,16 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from vcmm.core.declaration import PLAY, UM, Prior, Site, Typical
+from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 from vcmm.core.taken_up import share_taken_up
+
+
+def _lost_motion_curve_make_at(
+    cls: type[LostMotionCurve], place: Mapping[str, Any], site: Site
+) -> LostMotionCurve:
+    """Over the recorded travel, where that has four places at least; else a straight line says as much."""
+    q = site.run.q(place["axis"])
+    if len(np.unique(np.round(q, 6))) < 4:
+        raise UsageError("a curve over the travel needs four places")
+    return cls(**place, nodes=np.array([q.min(), q.max()]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,13 +35,17 @@ class LostMotionCurve(Effect):
     """
 
     name = "lost_motion_curve"
-    kin = "play"
-    family: ClassVar[str] = "lost_motion"
+    diagnosis = ForDiagnosis(
+        family="lost_motion",
+        # a shape that is rarer than the other shape of its family
+        prior=Prior(share=0.1),
+        shared_physics="play",
+        make_at=_lost_motion_curve_make_at,
+    )
     per = "axis"
     along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
-    prior = Prior(share=0.1)  # a shape that is rarer than the other shape of its family
     axis: str = at("X", "linear or rotary axis")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
     g0: float = param(
@@ -56,14 +70,6 @@ class LostMotionCurve(Effect):
         nodes = np.asarray(self.nodes, dtype=float)
         if len(nodes) < 2 or not nodes[-1] > nodes[0]:
             raise UsageError(f"{self.id}: nodes must hold the two ends of the travel, the lower one first")
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> LostMotionCurve:
-        """Over the recorded travel, where that has four places at least; else a straight line says as much."""
-        q = site.run.q(place["axis"])
-        if len(np.unique(np.round(q, 6))) < 4:
-            raise UsageError("a curve over the travel needs four places")
-        return cls(**place, nodes=np.array([q.min(), q.max()]))
 
     @property
     def link(self) -> str:

@@ -7,10 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import Opposite, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
+
+
+def _scale_factor_remark(effect: ScaleFactor, run: Run) -> str:
+    if not is_rotary(effect.axis) or float(np.ptp(run.q(effect.axis))) <= FULL_TURN:
+        return ""
+    return (
+        f"a saw over a full turn of {effect.axis}: after 360 degrees the axis is where it was, so this is no geometry but the"
+        " gain or the wrap-around of the readout"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,11 +27,14 @@ class ScaleFactor(Effect):
     """k q_a e_a: with k = +5 um/m an axis at 400 mm stands 2 um too far in + direction."""
 
     name = "scale_factor"
-    kin = "geometry"
+    diagnosis = ForDiagnosis(
+        special_case_of=("geometric_change", "map_interpolation"),
+        shared_physics="geometry",
+        is_uniform=True,
+        remark=_scale_factor_remark,
+    )
     per = "axis"
     cites = "ISO 230-2; linear positioning error"
-    special_case_of = ("geometric_change", "map_interpolation")
-    simple = True
     words = Words(
         seen="{where} travels too far in proportion to the distance ({k})",
         causes="a scale, a gain or a temperature that is not compensated",
@@ -41,14 +53,6 @@ class ScaleFactor(Effect):
     @property
     def link(self) -> str:
         return self.axis
-
-    def remark(self, run: Run) -> str:
-        if not is_rotary(self.axis) or float(np.ptp(run.q(self.axis))) <= FULL_TURN:
-            return ""
-        return (
-            f"a saw over a full turn of {self.axis}: after 360 degrees the axis is where it was, so this is no geometry but the"
-            " gain or the wrap-around of the readout"
-        )
 
     def error_motion(self, run: Run) -> Array:
         return motion(run, **{self.axis: self.k * run.q(self.axis)})

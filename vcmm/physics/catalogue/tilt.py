@@ -12,37 +12,44 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vcmm.core.axes import LINEAR, ROTARY, is_rotary
-from vcmm.core.declaration import UM, URAD, Prior, Typical, Words
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, Prior, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 
+def _two_directions_elements(effect: _TwoDirections) -> tuple[str, ...]:
+    across = [i for i in range(3) if LINEAR[i] != effect.axis and ROTARY[i] != effect.axis[0]]
+    return tuple(f"{effect.letters[i]}0{effect.axis}" for i in across)
+
+
 @dataclass(frozen=True, eq=False)
 class _TwoDirections(Effect):
     per = "axis"
-    several = True
-    prior = Prior(share=0.3)  # most are set along one axis
+    diagnosis = ForDiagnosis(
+        # most are set along one axis
+        prior=Prior(share=0.3),
+        moves_together=True,
+        elements=_two_directions_elements,
+    )
     letters: ClassVar[str] = ROTARY  # of the two numbers: turns, or shifts
     axis: str = at("C", "axis")
 
     def __post_init__(self) -> None:
-        if np.size(getattr(self, self.as_one)) != 2:
+        if np.size(getattr(self, self.diagnosis.size_name)) != 2:
             raise UsageError(
-                f"{self.id}: {self.as_one} takes two numbers, one each for {' and '.join(self.elements())}"
+                f"{self.id}: {self.diagnosis.size_name} takes two numbers, one each for {' and '.join(self.diagnosis.elements(self))}"
             )
 
     @property
     def link(self) -> str:
         return self.axis
 
-    def elements(self) -> tuple[str, ...]:
-        across = [i for i in range(3) if LINEAR[i] != self.axis and ROTARY[i] != self.axis[0]]
-        return tuple(f"{self.letters[i]}0{self.axis}" for i in across)
-
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
-        for name, amount in zip(self.elements(), np.asarray(getattr(self, self.as_one), dtype=float)):
+        for name, amount in zip(
+            self.diagnosis.elements(self), np.asarray(getattr(self, self.diagnosis.size_name), dtype=float)
+        ):
             out[:, COLUMN[name[0]]] = amount
         return out
 
@@ -52,10 +59,15 @@ class AxisLean(_TwoDirections):
     """The direction of travel of Z leans about A and B (A0Z, B0Z), each as in squareness."""
 
     name = "axis_lean"
-    family: ClassVar[str] = "squareness"
+    diagnosis = ForDiagnosis(
+        family="squareness",
+        prior=Prior(share=0.3),
+        size_name="angle",
+        moves_together=True,
+        elements=_two_directions_elements,
+    )
     place = "travel"
     cites = "ISO 230-1:2012, 3.6: two squareness errors of one axis"
-    as_one = "angle"
     words = Words(
         seen="{where} leans by {angle}, askew to both other axes",
         causes="the column or ram was moved or levelled anew",
@@ -80,11 +92,16 @@ class CentreLineTilt(_TwoDirections):
     """The centre line of a rotary axis is tilted in two directions (A0C and B0C), in the frame that carries it."""
 
     name = "rotary_tilt"
-    family: ClassVar[str] = "rotary_location"
+    diagnosis = ForDiagnosis(
+        family="rotary_location",
+        prior=Prior(share=0.3),
+        size_name="tilt",
+        moves_together=True,
+        elements=_two_directions_elements,
+    )
     place = "location"
     own = True
     cites = "ISO 230-1:2012, 3.7: two tilts of one centre line; AN and AW of a mount that is not level"
-    as_one = "tilt"
     words = Words(
         seen="the centre line of {where} is tilted by {tilt}",
         causes="the base was set anew, is not level or was hit",
@@ -105,12 +122,17 @@ class CentreLineOffset(_TwoDirections):
     """The centre line of a rotary axis is shifted in two directions (X0C and Y0C), in the frame that carries it."""
 
     name = "rotary_offset"
-    family: ClassVar[str] = "rotary_location"
+    diagnosis = ForDiagnosis(
+        family="rotary_location",
+        prior=Prior(share=0.3),
+        size_name="offset",
+        moves_together=True,
+        elements=_two_directions_elements,
+    )
     place = "location"
     own = True
     letters: ClassVar[str] = LINEAR
     cites = "ISO 230-1:2012, 3.7: two offsets of one centre line"
-    as_one = "offset"
     words = Words(
         seen="the centre line of {where} is shifted by {offset}",
         causes="the table was set anew or hit",

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from vcmm.core.axes import LINEAR
-from vcmm.core.declaration import Opposite, Prior, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.run import Array, Run
 
 LEAST = 1.0  # mm: an axis that moves less shows no scale
+
+
+def _uniform_scale_shows_in(effect: UniformScale, run: Run) -> bool:
+    moved = [a for a in LINEAR if a in run.position and float(np.ptp(run.position[a])) > LEAST]
+    warm = [c for c in run.columns if c.startswith(("temp_part", "temp_scale"))]
+    return len(moved) > 1 and not warm
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,13 +30,15 @@ class UniformScale(Effect):
     """
 
     name = "uniform_scale"
-    family: ClassVar[str] = "scale_factor"
+    diagnosis = ForDiagnosis(
+        family="scale_factor",
+        # beside the scale of one axis it is that of another in disguise: 3 nats, beyond what a swap must win
+        prior=Prior(share=0.05),
+        is_uniform=True,
+        shows_in=_uniform_scale_shows_in,
+    )
     per = "machine"
     cites = "JCGM 100:2008, H.1: one temperature for all lengths; ISO 1 (20 degC)"
-    simple = True
-    prior = Prior(
-        share=0.05
-    )  # beside the scale of one axis it is that of another in disguise: 3 nats, beyond what a swap must win
     words = Words(
         seen="all axes travel too far in proportion to the distance ({k})",
         causes="machine or part was warmer or colder than taken, or a wrong coefficient of expansion",
@@ -49,11 +56,6 @@ class UniformScale(Effect):
     @property
     def link(self) -> str:
         return "command"
-
-    def told_by(self, run: Run) -> bool:
-        moved = [a for a in LINEAR if a in run.position and float(np.ptp(run.position[a])) > LEAST]
-        warm = [c for c in run.columns if c.startswith(("temp_part", "temp_scale"))]
-        return len(moved) > 1 and not warm
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))

@@ -8,12 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Site, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 AXES = "xyz"
+
+
+def _workpiece_bending_make_at(
+    cls: type[WorkpieceBending], place: Mapping[str, Any], site: Site
+) -> WorkpieceBending:
+    """Of a part whose lowest recorded point stands for the foot."""
+    along = site.run.part_point[:, AXES.index(str(place.get("over", "z")))]
+    return cls(**place, foot=float(along.min()), height=float(np.ptp(along)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +44,9 @@ class WorkpieceBending(Effect):
         causes="thin walls, few or soft clamps",
         confirm="a spring pass; clamp closer to the cut",
     )
+    diagnosis = ForDiagnosis(
+        make_at=_workpiece_bending_make_at,
+    )
     direction: str = at("x", "x, y or z of the workpiece as it lies on the machine: where it gives way")
     over: str = at("z", "coordinate along which the wall stands up, workpiece axes", quiet=True)
     compliance: float = param(
@@ -57,12 +68,6 @@ class WorkpieceBending(Effect):
             raise UsageError(
                 f'{self.id}: height = {self.height:g} mm is negative; write for example height = "30 mm"'
             )
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> WorkpieceBending:
-        """Of a part whose lowest recorded point stands for the foot."""
-        along = site.run.part_point[:, AXES.index(str(place.get("over", "z")))]
-        return cls(**place, foot=float(along.min()), height=float(np.ptp(along)))
 
     @property
     def link(self) -> str:

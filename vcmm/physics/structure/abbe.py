@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import Site, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear
@@ -60,8 +60,10 @@ class AbbeCountedTwice(_Abbe):
     """
 
     name = "abbe_counted_twice"
-    diagnosed = False
-    special_case_of = ("geometric_change", "abbe_offset")
+    diagnosis = ForDiagnosis(
+        is_named=False,
+        special_case_of=("geometric_change", "abbe_offset"),
+    )
     words = Words(
         seen="the Abbe arm of {where} is wrong in the table by its full length",
         causes="a table taken at the reference line and corrected once more, or not at all",
@@ -85,6 +87,10 @@ class AbbeCountedTwice(_Abbe):
         return along(run, self._interpolated(run), np.full(run.n, -self.share))
 
 
+def _abbe_offset_make_at(cls: type[AbbeOffset], place: Mapping[str, Any], site: Site) -> AbbeOffset:
+    return cls.from_tables(place["axis"], site.effects)
+
+
 @dataclass(frozen=True, eq=False)
 class AbbeOffset(_Abbe):
     """+rotation table x arm: the tip, or the reference line, stands by the vector `arm` off where it was taken to be.
@@ -93,9 +99,12 @@ class AbbeOffset(_Abbe):
     """
 
     name = "abbe_offset"
-    special_case_of = ("geometric_change",)
-    as_one = "arm"
-    holds_table_edits = True
+    diagnosis = ForDiagnosis(
+        special_case_of=("geometric_change",),
+        holds_table_edits=True,
+        size_name="arm",
+        make_at=_abbe_offset_make_at,
+    )
     words = Words(
         seen="{where} was measured on another line than stated ({arm})",
         causes="reflector or tool offset entered wrongly",
@@ -115,10 +124,6 @@ class AbbeOffset(_Abbe):
         """No arm yet, for the rotation tables of one axis."""
         arguments, grids, rotations = rotation_tables(axis, effects)
         return cls(axis, arguments, grids, rotations * METRE, np.zeros(3))
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> AbbeOffset:
-        return cls.from_tables(place["axis"], site.effects)
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))

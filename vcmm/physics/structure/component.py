@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_component, whole_turn
-from vcmm.core.declaration import UM, URAD, KnownRange, Typical
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, KnownRange, Typical
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear, node_weights
@@ -95,7 +95,9 @@ class ComponentTable(_Component):
 
     name = "component_table"
     cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     stored = "values"
     calibrated = True
     arguments: tuple[str, ...] = field(default=("X",))
@@ -161,7 +163,9 @@ class ComponentSpline(_Component):
 
     name = "component_spline"
     cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     stored = "values"
     calibrated = True
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
@@ -210,7 +214,9 @@ class ComponentPolynomial(_Component):
 
     name = "component_polynomial"
     cites = "ISO 230-1:2012, 3.4; power series"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     calibrated = True
     coefficients: Any = param(
         lambda: np.zeros(2),
@@ -243,7 +249,9 @@ class ComponentWarming(_Component):
     name = "component_warming"
     per = "component, sensor"
     cites = "ISO 230-3:2020; D. Marin, SISOM 2004: geometric parameters by regression on temperatures"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
     coefficients: Any = param(
         lambda: np.zeros(2),
@@ -279,8 +287,10 @@ class CalibrationModes(Effect):
     name = "calibration_modes"
     per = "component"
     cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
-    diagnosed = False
-    made_by = 'covariance = "errors_covariance.csv" in [errors]'
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
+    made_by: ClassVar[str] = 'covariance = "errors_covariance.csv" in [errors]'
     component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
     loadings: Any = field(default_factory=lambda: np.zeros((3, 1)), metadata={"internal": True})

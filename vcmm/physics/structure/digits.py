@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Typical
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -23,7 +23,9 @@ class Resolution(Effect):
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "JCGM 100:2008, F.2.2.1 (resolution of a digital indication)"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     random = True
     value: float = param(
         0.0,

@@ -10,11 +10,27 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from vcmm.core.axes import axis_of, is_component, is_rotary
-from vcmm.core.declaration import UM, URAD, Site, Typical, Words
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
+
+
+def _geometric_change_make_at(
+    cls: type[GeometricChange], place: Mapping[str, Any], site: Site
+) -> GeometricChange:
+    axis = axis_of(place["component"])
+    q = site.run.q(axis)
+    if is_rotary(axis) and float(np.ptp(q)) > FULL_TURN:
+        raise UsageError("after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic")
+    return cls(place["component"], np.array([q.min(), q.max()]))
+
+
+def _geometric_change_file_note(effect: GeometricChange) -> str:
+    nodes, turn = np.asarray(effect.nodes, dtype=float), is_rotary(effect.link)
+    low, high = (np.degrees(nodes) if turn else nodes)[[0, -1]]
+    return f"recorded from {low:.1f} to {high:.1f} {'deg' if turn else 'mm'}; beyond these ends the value of the end is kept"
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +43,19 @@ class GeometricChange(Effect):
     """
 
     name = "geometric_change"
-    kin = "geometry"
+    diagnosis = ForDiagnosis(
+        special_case_of=("map_interpolation",),
+        shared_physics="geometry",
+        holds_table_edits=True,
+        is_free_curve=True,
+        file_note=_geometric_change_file_note,
+        make_at=_geometric_change_make_at,
+    )
     per = "component"
     own = True
     cites = (
         "Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation"
     )
-    special_case_of = ("map_interpolation",)
-    free_curve = True
-    holds_table_edits = True
     words = Words(
         seen="{where} is no longer what the table says ({rms})",
         causes="wear, foundation, transport or a stale calibration",
@@ -59,21 +79,6 @@ class GeometricChange(Effect):
         nodes = np.asarray(self.nodes, dtype=float)
         if len(nodes) < 2 or not nodes[-1] > nodes[0]:
             raise UsageError(f"{self.id}: nodes must hold the two ends of the travel, the lower one first")
-
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> GeometricChange:
-        axis = axis_of(place["component"])
-        q = site.run.q(axis)
-        if is_rotary(axis) and float(np.ptp(q)) > FULL_TURN:
-            raise UsageError(
-                "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
-            )
-        return cls(place["component"], np.array([q.min(), q.max()]))
-
-    def said_in_file(self) -> str:
-        nodes, turn = np.asarray(self.nodes, dtype=float), is_rotary(self.link)
-        low, high = (np.degrees(nodes) if turn else nodes)[[0, -1]]
-        return f"recorded from {low:.1f} to {high:.1f} {'deg' if turn else 'mm'}; beyond these ends the value of the end is kept"
 
     @property
     def link(self) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -24,12 +24,14 @@ class LostMotionTable(Effect):
     """
 
     name = "lost_motion_table"
-    family: ClassVar[str] = "lost_motion"
+    diagnosis = ForDiagnosis(
+        is_named=False,
+        family="lost_motion",
+    )
     per = "axis"
     along_axis = True
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
-    diagnosed = False
     calibrated = True
     axis: str = at("X", "linear axis")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Typical
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.run import Array, Run
 
@@ -23,8 +23,9 @@ class StylusQualification(Effect):
     per = "stylus"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit"
-    diagnosed = False
-    of_qualification = True
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     stylus: str = at("", "stylus name; empty = all")
     d: Any = param(
         lambda: np.zeros(4),

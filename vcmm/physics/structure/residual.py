@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.declaration import UM, KnownRange, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, KnownRange, Typical
 from vcmm.core.effect import Effect, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear
@@ -37,9 +37,10 @@ class ResidualField(Effect):
     name = "residual_field"
     per = "machine"
     cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
-    diagnosed = False
-    over_volume = True
-    independent_draws = (
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
+    independent_draws: ClassVar[str] = (
         "residual_field interpolates independent draws, whose variance shrinks between the nodes: the pose found may gain from "
         "that and not from the machine; give correlated_field its covariance, as `vcmm place gaska2014` does"
     )
@@ -267,8 +268,9 @@ class CorrelatedField(Effect):
     name = "correlated_field"
     per = "machine"
     cites = "Rasmussen & Williams, Gaussian Processes (2006), eq. 2.25, normalised to unit variance"
-    diagnosed = False
-    over_volume = True
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     nodes: Any = field(default_factory=lambda: _unit_cube())
     deviation: Any = field(default_factory=lambda: np.full((8, 3), 1e-3))
     length: float = 150.0
@@ -358,3 +360,9 @@ def _box(name: str, nodes: Any) -> tuple[KnownRange, ...]:
 
 def _unit_cube() -> Array:
     return np.array([[x, y, z] for x in (0.0, 1e4) for y in (0.0, 1e4) for z in (-1e4, 1e4)])
+
+
+OVER_VOLUME = (
+    ResidualField,
+    CorrelatedField,
+)  # stated over workpiece axes, known with rotary axes at zero only

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -23,7 +23,9 @@ class Scatter(Effect):
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     random = True
     on_cut_part = "turned"
     value: float = param(
@@ -50,7 +52,9 @@ class Reindexing(Effect):
     cites = "ISO 10360-5: multiple-stylus tests, L_Dia.5x25 (articulating head)"
     random = True
     on_cut_part = "turned"
-    as_one = "sd"
+    diagnosis = ForDiagnosis(
+        size_name="sd",
+    )
     words = Words(
         seen="every re-seating shifts the tip ({sd})",
         causes="probe head, rack or pallet does not repeat",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import PROBED, TOOL_AXIS_COLUMNS, Array, Run
@@ -30,7 +30,9 @@ class WorkOffset(Effect):
     per = "direction, setup"
     cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
     belongs_to = "setup"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     direction: str = at("x", "x, y or z, machine axes")
     shift: float = param(
         0.0,
@@ -63,7 +65,9 @@ class ToolLength(Effect):
     per = "tool"
     cites = "ISO 841:2001; JCGM 100, 4.3"
     belongs_to = "tool"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     tool: str = at("", "tool number; empty = all")
     dl: float = param(
         0.0, "um", "actual minus set tool length", typical=Typical(5 * UM, "usual: tool setter 2-10 um")
@@ -127,7 +131,9 @@ class ToolOffset(Effect):
     per = "tool, direction"
     cites = "ISO 841:2001; JCGM 100, 4.3"
     belongs_to = "tool"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     tool: str = at("", "tool number; empty = all")
     direction: str = at("x", "x or y of the tool frame")
     shift: float = param(
@@ -164,7 +170,9 @@ class ProbeTouch(Effect):
     needs = ("nx", "ny", "nz")
     cites = "ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2"
     belongs_to = "setup"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     touch: str = at("", "number of the touch in the program, from 1; empty = all")
     shift: float = param(
         0.0,

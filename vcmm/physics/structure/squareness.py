@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_location
-from vcmm.core.declaration import UM, URAD, Typical, Words
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -24,14 +24,16 @@ class Squareness(Effect):
     """
 
     name = "squareness"
-    kin = "geometry"
+    diagnosis = ForDiagnosis(
+        special_case_of=("geometric_change", "map_interpolation"),
+        shared_physics="geometry",
+        is_uniform=True,
+    )
     per = "pair"
     place = "travel"
     cites = "ISO 230-1:2012, 3.6 and annex A"
-    special_case_of = ("geometric_change", "map_interpolation")
     stored = "angle"
     calibrated = True
-    simple = True
     words = Words(
         seen="{where} is out of square by {angle}",
         causes="the machine was moved or levelled anew, or a guide was adjusted",
@@ -81,9 +83,11 @@ class RotaryLocation(Effect):
     place = "location"
     own = True
     cites = "ISO 230-1:2012, 3.7; ISO 230-7"
-    special_case_of = ("geometric_change",)
+    diagnosis = ForDiagnosis(
+        special_case_of=("geometric_change",),
+        is_uniform=True,
+    )
     calibrated = True
-    simple = True
     words = Words(
         seen="the centre line of {where} is not where it should be ({offset}{tilt})",
         causes="the table was set anew or hit",

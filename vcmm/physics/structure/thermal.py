@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -72,8 +71,11 @@ class ThermalDriftTwoLags(Effect):
     """
 
     name = "thermal_drift_two_lags"
-    family: ClassVar[str] = "thermal_drift"
+    diagnosis = ForDiagnosis(
+        family="thermal_drift",
+    )
     per = "direction, sensor"
+    needs = ("time_s",)
     cites = "ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags"
     direction: str = at("z", "x, y or z of the workpiece axes")
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -20,7 +20,6 @@ FAMILY = "probe"  # what an evaluation declares it with
 @dataclass(frozen=True, eq=False)
 class _Tip(Effect):
     per = "stylus"
-    of_qualification = True
     stylus: str = at("", "stylus name; empty = all")
 
     @property
@@ -55,7 +54,9 @@ class TipOffset(_Tip):
 
     name = "tip_offset"
     cites = "ISO 10360-5: stylus qualification; rigid shift of all touches of one stylus"
-    diagnosed = False
+    diagnosis = ForDiagnosis(
+        is_named=False,
+    )
     d: Any = param(
         lambda: np.zeros(3),
         "um",

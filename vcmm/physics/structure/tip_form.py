@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -26,7 +26,9 @@ class TipForm(Effect):
     """
 
     name = "tip_form"
-    kin = "lobes"
+    diagnosis = ForDiagnosis(
+        shared_physics="lobes",
+    )
     per = "stylus"
     needs = ("nx", "ny", "nz")
     cites = (
