@@ -7,8 +7,11 @@ import pytest
 
 from tests.physics.ask import ask
 from vcmm.core.declaration import KnownRange, Site, reported_name
+from vcmm.core.effect import key_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
+from vcmm.files.own.effects import build_effect
+from vcmm.files.problems import TableProblems
 from vcmm.physics import BY_NAME
 from vcmm.physics.catalogue.clamping import Clamping
 from vcmm.physics.catalogue.dynamics import StructuralVibration
@@ -175,3 +178,15 @@ def test_who_answers_for_what():
     }
     assert reported_name(BY_NAME["settling_drift"]) == "linear_drift"
     assert reported_name(BY_NAME["linear_drift"]) == "linear_drift"
+
+
+def test_every_further_key_declares_what_it_holds():
+    """A key whose default is neither a number nor a text must say so: files could not read it."""
+    for kind in BY_NAME.values():
+        for f in key_fields(kind):
+            assert "kind" in f.metadata or isinstance(f.default, float | str | int), f"{kind.name}.{f.name}"
+
+
+def test_what_the_program_fills_in_is_no_key():
+    with pytest.raises(TableProblems, match='unknown key "measured"'):
+        build_effect({"effect": "component_table", "component": "EXX", "measured": "0 100 mm"})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import legvander
 
 from vcmm.core.axes import axis_of
 from vcmm.core.declaration import UM, URAD, ForDiagnosis, Site, Typical, Words
-from vcmm.core.effect import COLUMN, Effect, at, choice, param
+from vcmm.core.effect import COLUMN, Effect, at, choice, param, positions
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 
@@ -72,7 +72,7 @@ class MapInterpolation(Effect):
         confirm="measure between the nodes and refine the table",
     )
     component: str = at("EXX", "component error whose table is interpolated")
-    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
+    nodes: Any = positions((0.0, 1.0))
     shape: str = choice("smooth", TRIED)
     coefficients: Any = param(
         lambda: np.zeros(3),

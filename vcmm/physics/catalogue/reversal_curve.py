@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Site, Typical
-from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 from vcmm.core.taken_up import share_taken_up
@@ -47,7 +47,7 @@ class LostMotionCurve(Effect):
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
     axis: str = at("X", "linear or rotary axis")
-    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
+    nodes: Any = positions((0.0, 1.0))
     g0: float = param(
         0.0, "um", "lost motion at zero, of the straight part", typical=Typical(1 * UM, "as backlash", PLAY)
     )

@@ -7,13 +7,13 @@ axis's own moving frame; a rotation w moves its end by w x r. Own motion of the 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vcmm.core.declaration import ForDiagnosis, Site, Typical, Words
-from vcmm.core.effect import Effect, along, at, param
+from vcmm.core.effect import Effect, along, argument_grids, argument_letters, at, param, points
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear
 from vcmm.core.run import Array, Run
@@ -28,9 +28,9 @@ class _Abbe(Effect):
     own = True
     cites = "Bryan, Precision Engineering 1 (1979) 129: the Abbe principle revisited"
     axis: str = at("X", "axis whose rotation tables act on the arm")
-    arguments: tuple[str, ...] = field(default=("X",))
-    grids: tuple[Array, ...] = field(default_factory=tuple)
-    deviation: Any = field(default_factory=lambda: np.zeros((0, 3)))
+    arguments: tuple[str, ...] = argument_letters()
+    grids: tuple[Array, ...] = argument_grids(())
+    deviation: Any = points(lambda: np.zeros((0, 3)))
 
     @property
     def link(self) -> str:
@@ -41,7 +41,7 @@ class _Abbe(Effect):
         deviation = np.asarray(self.deviation, dtype=float)
         if not self.grids or len(deviation) != int(np.prod([len(g) for g in self.grids])):
             raise UsageError(
-                f"{self.id} needs the rotation tables of axis {self.axis}: arguments, grids, deviation"
+                f"{self.id} needs the rotation tables of axis {self.axis}: argument_letters, argument_grids, deviation"
             )
         positions = [run.q(a) for a in self.arguments]
         for letter, q, grid in zip(self.arguments, positions, self.grids):
@@ -80,8 +80,10 @@ class AbbeCountedTwice(_Abbe):
     @classmethod
     def from_tables(cls, axis: str, effects: Iterable[Effect], arm: Sequence[float]) -> AbbeCountedTwice:
         """share = 1 for the rotation tables of one axis and an arm (3,) mm, such as measured_at."""
-        arguments, grids, rotations = rotation_tables(axis, effects)
-        return cls(axis, arguments, grids, np.cross(rotations, np.asarray(arm, dtype=float)), 1.0)
+        argument_letters, argument_grids, rotations = rotation_tables(axis, effects)
+        return cls(
+            axis, argument_letters, argument_grids, np.cross(rotations, np.asarray(arm, dtype=float)), 1.0
+        )
 
     def error_motion(self, run: Run) -> Array:
         return along(run, self._interpolated(run), np.full(run.n, -self.share))
@@ -122,8 +124,8 @@ class AbbeOffset(_Abbe):
     @classmethod
     def from_tables(cls, axis: str, effects: Iterable[Effect]) -> AbbeOffset:
         """No arm yet, for the rotation tables of one axis."""
-        arguments, grids, rotations = rotation_tables(axis, effects)
-        return cls(axis, arguments, grids, rotations * METRE, np.zeros(3))
+        argument_letters, argument_grids, rotations = rotation_tables(axis, effects)
+        return cls(axis, argument_letters, argument_grids, rotations * METRE, np.zeros(3))
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
@@ -132,7 +134,7 @@ class AbbeOffset(_Abbe):
 
 
 def rotation_tables(axis: str, effects: Iterable[Effect]) -> tuple[tuple[str, ...], tuple[Array, ...], Array]:
-    """(arguments, grids, rotations (nodes, 3) rad): the stored rotation tables of one axis, summed on common nodes.
+    """(argument_letters, argument_grids, rotations (nodes, 3) rad): the stored rotation tables of one axis, summed on common nodes.
 
     Exact for tables (linear between nodes); splines are sampled 8 times finer. Raises UsageError when there is none.
     """

@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.core.axes import axis_of, is_component, whole_turn
 from vcmm.core.declaration import UM, URAD, ForDiagnosis, KnownRange, Typical
-from vcmm.core.effect import COLUMN, Effect, at, param
+from vcmm.core.effect import COLUMN, Effect, argument_grids, argument_letters, at, param, positions
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear, node_weights
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -100,8 +100,8 @@ class ComponentTable(_Component):
     )
     stored = "values"
     calibrated = True
-    arguments: tuple[str, ...] = field(default=("X",))
-    grids: tuple[Array, ...] = field(default_factory=lambda: (np.array([0.0, 1.0]),))
+    arguments: tuple[str, ...] = argument_letters()
+    grids: tuple[Array, ...] = argument_grids(((0.0, 1.0),))
     values: Any = param(
         lambda: np.zeros(2),
         "mm or rad",
@@ -109,7 +109,7 @@ class ComponentTable(_Component):
         shape="(nodes, ...)",
         typical=Typical(2 * UM, "usual: 1-5 um, 2-20 urad per component", 5 * URAD),
     )
-    measured: Any = None
+    measured: Any = field(default=None, metadata={"internal": True})
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -168,7 +168,7 @@ class ComponentSpline(_Component):
     )
     stored = "values"
     calibrated = True
-    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
+    nodes: Any = positions((0.0, 1.0, 2.0))
     values: Any = param(
         lambda: np.zeros(3),
         "mm or rad",
@@ -292,7 +292,7 @@ class CalibrationModes(Effect):
     )
     made_by: ClassVar[str] = 'covariance = "errors_covariance.csv" in [errors]'
     component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")
-    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
+    nodes: Any = positions((0.0, 1.0, 2.0))
     loadings: Any = field(default_factory=lambda: np.zeros((3, 1)), metadata={"internal": True})
     interpolation: str = "linear"
     modes: Any = param(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import legvander
 
 from vcmm.core.axes import axis_of, is_component, is_rotary
 from vcmm.core.declaration import UM, URAD, ForDiagnosis, Site, Typical, Words
-from vcmm.core.effect import COLUMN, Effect, at, param
+from vcmm.core.effect import COLUMN, Effect, at, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
@@ -62,7 +62,7 @@ class GeometricChange(Effect):
         confirm="measure {where} again and replace its table",
     )
     component: str = at("EXX", "component error, for example EXX, EYX, EBX")
-    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
+    nodes: Any = positions((0.0, 1.0))
     coefficients: Any = param(
         lambda: np.zeros(4),
         "mm or rad",

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vcmm.core.declaration import UM, ForDiagnosis, Typical
-from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 from vcmm.core.taken_up import share_taken_up
@@ -34,7 +34,7 @@ class LostMotionTable(Effect):
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
     calibrated = True
     axis: str = at("X", "linear axis")
-    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
+    nodes: Any = positions((0.0, 1.0))
     values: Any = param(
         lambda: np.zeros(2),
         "um",

@@ -9,7 +9,7 @@ All vectors are tip errors (actual - nominal) in workpiece axes. Outside the nod
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.declaration import UM, ForDiagnosis, KnownRange, Typical
-from vcmm.core.effect import Effect, param
+from vcmm.core.effect import Effect, param, points
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear
 from vcmm.core.run import Array, Run
@@ -44,7 +44,7 @@ class ResidualField(Effect):
         "residual_field interpolates independent draws, whose variance shrinks between the nodes: the pose found may gain from "
         "that and not from the machine; give correlated_field its covariance, as `vcmm place gaska2014` does"
     )
-    nodes: Any = field(default_factory=lambda: _unit_cube())
+    nodes: Any = points(lambda: _unit_cube())
     interpolation: str = "trilinear"
     values: Any = param(
         lambda: np.zeros((0, 3)),
@@ -271,8 +271,8 @@ class CorrelatedField(Effect):
     diagnosis = ForDiagnosis(
         is_named=False,
     )
-    nodes: Any = field(default_factory=lambda: _unit_cube())
-    deviation: Any = field(default_factory=lambda: np.full((8, 3), 1e-3))
+    nodes: Any = points(lambda: _unit_cube())
+    deviation: Any = points(lambda: np.full((8, 3), 1e-3))
     length: float = 150.0
     values: Any = param(
         lambda: np.zeros((0, 3)),
