@@ -190,3 +190,9 @@ def test_every_further_key_declares_what_it_holds():
 def test_what_the_program_fills_in_is_no_key():
     with pytest.raises(TableProblems, match='unknown key "measured"'):
         build_effect({"effect": "component_table", "component": "EXX", "measured": "0 100 mm"})
+
+
+def test_a_declaration_beside_diagnosis_is_refused():
+    """Nothing would read it."""
+    with pytest.raises(UsageError, match=r"Own: special_case_of belongs into diagnosis"):
+        type("Own", (ScaleFactor,), {"special_case_of": ("geometric_change",)})

@@ -7,9 +7,10 @@ differs, by one of the methods of `Declared`; what diagnosis alone asks is one v
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
+from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
@@ -190,6 +191,14 @@ class Declared:
     random: ClassVar[bool] = False
     along_axis: ClassVar[bool] = False
     on_cut_part: ClassVar[str] = ""
+
+    def __init_subclass__(cls) -> None:
+        """Raises UsageError for a declaration beside `diagnosis` that belongs into it: nothing would read it."""
+        beside = [f.name for f in fields(ForDiagnosis) if f.name in vars(cls)]
+        if beside:
+            raise UsageError(
+                f"{cls.__name__}: {', '.join(beside)} belongs into diagnosis; write diagnosis = ForDiagnosis({beside[0]}=...)"
+            )
 
     def known_range(self) -> tuple[KnownRange, ...]:
         """Where a tabulated effect is known; outside it refuses."""
