@@ -18,9 +18,9 @@ from vcmm.compensation.job import compensate
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.program.interpret import interpret
 from vcmm.program.setup import Setup
 

@@ -25,8 +25,8 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.part.part import Characteristic, Feature, Part
-from vcmm.physics.scatter import Scatter
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.measuring.plan import Plan, Step, Stylus
 from vcmm.task.measuring.scenario import Scenario
 

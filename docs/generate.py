@@ -16,6 +16,7 @@ from typing import Any
 from vcmm.core.effect import Effect, key_fields, parameter_fields, place_fields
 from vcmm.core.units import EXAMPLES, dimension_of, parse_unit
 from vcmm.physics import ALL
+from vcmm.physics.structure.component import CalibrationModes
 
 HEAD = """# Effects
 
@@ -67,7 +68,9 @@ def section(effect: type[Effect]) -> str:
     ]
     parts += [f"States the {sign(effect)}. Needs: {needs}. Source: {effect.cites}.", ""]
     parts += (
-        [f"No `[[effects]]` table states it; it is made by `{effect.made_by}`.", ""] if effect.made_by else []
+        [f"No `[[effects]]` table states it; it is made by `{CalibrationModes.made_by}`.", ""]
+        if issubclass(effect, CalibrationModes)
+        else []
     )
     return "\n".join(parts + example(effect))
 
@@ -101,7 +104,7 @@ def example(effect: type[Effect]) -> list[str]:
 
 def tables(effect: type[Effect]) -> list[str]:
     """Lines of the example, or nothing for effects that hold tables of nodes."""
-    if effect.made_by:
+    if issubclass(effect, CalibrationModes):
         return []
     shapes = " ".join(f.metadata["shape"] for f in parameter_fields(effect))
     if "nodes" in shapes or "powers" in shapes:

@@ -12,7 +12,7 @@
 # # 8. Writing your own effect
 #
 # A physical effect is one small class: its name, its parameters, and the motion that it gives a link of the machine. Here a ram that hangs
-# the lower the further it reaches out. In a file of `vcmm/physics/` with its line in the list it serves every job, diagnosis and files too
+# the lower the further it reaches out. In a file of `vcmm/physics/catalogue/` with its line in the list it serves every job, diagnosis and files too
 # (CONTRIBUTING.md); in a notebook it serves what is computed from a machine value.
 
 # %%

@@ -24,7 +24,7 @@ from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import normal
-from vcmm.physics import has_role
+from vcmm.physics.structure.expansion import PartExpansion
 from vcmm.task.measuring.plan import Step
 from vcmm.task.measuring.task import Task
 
@@ -60,7 +60,7 @@ def lanes(task: Task) -> Lanes:
     out: Lanes = {}
     gradient = model.gradient()
     for f in model.influences:
-        if hidden.anew(f.input) or has_role(f.input.effect, "part temperature"):
+        if hidden.anew(f.input) or f.input.effect == PartExpansion.name:
             continue
         law, factor = f.input.spread(f.response.shape[2])
         factor = factor * law.u if isinstance(law, Law) else np.linalg.cholesky(law.covariance)

@@ -192,7 +192,7 @@ def _caption(result: GaskaTwin) -> str:
 
 def _field(c: measuring.CharacteristicResult) -> float:
     """The field's share of u² in the budget."""
-    name = fx.of_role("residual field").name
+    name = fx.ResidualField.name
     return sum(line.share for line in c.budget if line.input.startswith(name))
 
 

@@ -85,7 +85,7 @@ def field_scenario(scenario: Scenario, redraw: str, deviations: Array | None = N
     redraw "touch": every touch has its own draw with the interpolated standard deviation; "run": one Gaussian field per
     measurement. deviations: d (52, 3) um as standard deviations, those of the machine that is shown unless given.
     """
-    kind = fx.of_role("residual field").name
+    kind = fx.ResidualField.name
     d = draw_deviations(SHOWN) if deviations is None else deviations
     one = fx.CorrelatedField(nodes=NODES, deviation=d * 1e-3, length=LENGTH)
     machine = scenario.machine

@@ -132,7 +132,7 @@ def _normals(machines: int, count: int) -> Array:
 
 def with_reading(scenario: Scenario, reading: Reading, deviations: Array) -> Scenario:
     """The scenario with its field read that way; deviations: d (52, 3) um."""
-    machine, kind = scenario.machine, fx.of_role("residual field")
+    machine, kind = scenario.machine, fx.ResidualField
     scale = deviations.ravel() * 1e-3 * AMOUNTS[reading.amount]
     effects = tuple(
         kind(nodes=e.nodes, interpolation=PLANES[reading.plane], curve=reading.curve)
@@ -151,7 +151,7 @@ class _PlaceTrials:
 
     def __init__(self, scenario: Scenario, trials: int) -> None:
         model = build(scenario.task())
-        kind = fx.of_role("residual field")
+        kind = fx.ResidualField
         self.trials, self.seed = trials, scenario.settings.seed
         run = model.task.touches.run
         self.tip, self.normal = run.tip, run.normal

@@ -91,9 +91,8 @@ def _named(way: Array) -> str:
 def read(drawn: Approached, rng: np.random.Generator) -> Recording:
     """The lengths that the LaserTracer reads on a machine with this scatter; its residual field at the nodes is drawn too."""
     meant = planned()
-    field = fx.made_for("residual field", "the twin")
     left = SYSTEMATIC * rng.standard_normal(NODES.shape)
-    truth = bare().with_effect(field(nodes=NODES, interpolation="columns-linear", values=left))
+    truth = bare().with_effect(fx.ResidualField(nodes=NODES, interpolation="columns-linear", values=left))
     alone = drawn.length_u == READINGS[1]
     certificate = instruments.InstrumentCertificate(
         instruments.LASER_TRACER, {"scale": 0.0 if alone else U_LENGTH / 2}, "setup"

@@ -21,7 +21,7 @@ import numpy as np
 
 from vcmm import Array, Scenario, calibration, instruments, measuring
 from vcmm import tables as tb
-from vcmm.physics.residual import CURVES
+from vcmm.core.residual_weights import CURVES
 
 from .nodes import SHOWN, draw_deviations
 from .readings import (

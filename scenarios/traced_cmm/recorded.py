@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm import Array, Axis, Machine, Recording, instruments, kinematics
+from vcmm import Array, Axis, Effect, Machine, Recording, instruments, kinematics
 from vcmm import effects as fx
 
 TRAVEL = {"X": (0.0, 600.0), "Y": (0.0, 500.0), "Z": (-400.0, 0.0)}
@@ -38,8 +38,8 @@ def bare() -> Machine:
 def truth() -> Machine:
     """Its errors: for each a sine of one to two periods over the travel and half as much of another, 1 to 4 um, 2 to 8 urad."""
     rng = np.random.default_rng(SEED)
-    table, angle = (fx.made_for(r, "a case") for r in ("error table", "angle between axes"))
-    effects = []
+    table, angle = fx.ComponentTable, fx.Squareness
+    effects: list[Effect] = []
     for axis, (low, high) in TRAVEL.items():
         q = np.linspace(low, high, 61)
         for kind in "XYZABC":

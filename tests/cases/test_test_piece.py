@@ -13,9 +13,9 @@ import vcmm
 from tests.documented import assert_documented, assert_titled, instead
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example, folder
-from vcmm.physics.lag import ServoLag
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.lag import ServoLag
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.shop.machining.cut_nets import cut_net, departure
 from vcmm.shop.machining.preparation import set_up
 

@@ -14,8 +14,8 @@ from vcmm.core.run import Run, Series
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.thermal import ThermalDrift
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.thermal import ThermalDrift
 from vcmm.show.tables.table import text
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"

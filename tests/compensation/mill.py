@@ -11,9 +11,9 @@ from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.effect import Effect
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.program.setup import Setup, Tool
 
 SETUP = Setup(

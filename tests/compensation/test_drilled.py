@@ -8,8 +8,8 @@ import pytest
 
 from tests.compensation.mill import SETUP, body, mill, run
 from vcmm.core.errors import DataError
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import Squareness
 
 SINUMERIK = (
     "G54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50\nMCALL CYCLE81(50,0,2,-30)\nX100 Y0\nMCALL\nG0 Z50\nM30\n"

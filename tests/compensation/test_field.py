@@ -9,9 +9,9 @@ from tests.compensation.mill import mill, scale
 from tests.compensation.test_contours import HEAD
 from vcmm.compensation.field import field_of, known_errors_of
 from vcmm.core.errors import ModelLimit
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Scatter
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.program.interpret import interpret
 from vcmm.program.setup import Setup
 

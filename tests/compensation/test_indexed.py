@@ -18,8 +18,8 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.program.interpret import interpret
 
 HEAD = "%\nG21 G17 G40 G49 G80 G90 G94\nT1 M6\nG54 G0 X0 Y0 S1200 M3\nG43 H1 Z50.\n"

@@ -10,8 +10,8 @@ import pytest
 
 from tests.compensation.mill import SETUP, body, mill, rough, run, scale
 from vcmm.core.machine import Machine
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.program.interpret import interpret
 from vcmm.program.setup import Tool
 
@@ -280,7 +280,7 @@ def test_offset_alone(tmp_path):
 
 
 def test_reversal_is_left_to_the_control(tmp_path):
-    from vcmm.physics.backlash import Backlash
+    from vcmm.physics.catalogue.backlash import Backlash
 
     machine: Machine = mill(Backlash("X", 4e-3))
     found = run(tmp_path, HEAD + "G1 X100. F500\nX0\nM30\n%\n", machine)

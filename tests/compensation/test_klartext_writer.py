@@ -8,7 +8,7 @@ import pytest
 
 from tests.compensation.mill import SETUP, body, mill, rough, run, scale, wavy
 from vcmm.core.errors import DataError
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.program.interpret import interpret
 
 TNC = replace(SETUP, dialect="heidenhain")

@@ -14,9 +14,9 @@ from tests.shop.motion.test_tool_centre import HEAD, LENGTH, SETUP, TABLES, by_h
 from vcmm.compensation.job import compensate
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Run
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import RotaryLocation, Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
 
 COUNT = 24
 ZERO = np.array([0.0, 0.0, -400.0])

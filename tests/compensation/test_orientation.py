@@ -14,9 +14,9 @@ from tests.shop.motion.test_tool_centre import HEAD, LENGTH, TABLES, about, mach
 from vcmm.compensation.job import compensate
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.core.run import Run
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.squareness import RotaryLocation
 
 COUNT = 24
 OFF = 50e-6  # rad

@@ -8,7 +8,7 @@ import pytest
 from tests.compensation.mill import mill
 from vcmm.compensation.points import corrected_points
 from vcmm.core.run import Run
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 
 def test_corrected_points():

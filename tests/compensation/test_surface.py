@@ -14,7 +14,7 @@ from vcmm.compensation.field import known_errors_of
 from vcmm.compensation.job import compensate
 from vcmm.compensation.surface import nearest_share, surface_errors
 from vcmm.core.errors import UsageError
-from vcmm.physics.clamping import Clamping
+from vcmm.physics.catalogue.clamping import Clamping
 from vcmm.program.moves import Move, Source
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.preparation import set_up

@@ -13,9 +13,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.face.cli import run as vcmm
 from vcmm.files.own.machine import load_machine
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import Squareness
 
 MACHINE = """vcmm = "machine/1"
 kind = "machine-tool"

@@ -13,7 +13,7 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
 from vcmm.files.own.setup import load_setup
-from vcmm.physics.thermal import ThermalDrift
+from vcmm.physics.structure.thermal import ThermalDrift
 from vcmm.program.setup import TemperatureLog
 from vcmm.shop.machining.warming import warmed, warmed_when_set
 

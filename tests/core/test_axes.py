@@ -11,8 +11,8 @@ from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, nominal_tip, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 
 
 def arm() -> Machine:

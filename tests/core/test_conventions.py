@@ -10,11 +10,12 @@ from vcmm.core.kinematics import Axis, nominal_tip, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.core.units import quantity
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.expansion import PartExpansion, ScaleExpansion
-from vcmm.physics.probe import TipRadius, TriggerDelay
-from vcmm.physics.squareness import RotaryLocation, Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.probe import TriggerDelay
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
+from vcmm.physics.structure.tip import TipRadius
 
 UM, URAD = 1e-3, 1e-6
 CMM = "w b Y X Z t"

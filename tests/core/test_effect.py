@@ -9,8 +9,8 @@ from tests.core.test_machine import run_at
 from vcmm.core.effect import along, basis, motion, parameter, projected_basis, stepped_basis, with_parameter
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 
 def test_names_and_places():

@@ -7,7 +7,7 @@ import pytest
 
 from tests.build import machine
 from vcmm.core.run import Run
-from vcmm.physics.component import ComponentPolynomial
+from vcmm.physics.structure.component import ComponentPolynomial
 
 
 def turned(**angles: float):

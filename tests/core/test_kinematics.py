@@ -15,7 +15,7 @@ from vcmm.core.run import Run
 from vcmm.files.columns import read_positions
 from vcmm.files.own.machine import load_machine
 from vcmm.physics import BY_NAME
-from vcmm.physics.component import ComponentTable
+from vcmm.physics.structure.component import ComponentTable
 
 
 def reference():

@@ -10,9 +10,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import addable, doubled, informed, merged, targets
 from vcmm.core.laws import Normal
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
 
 GAP = Input("backlash", "X", "gap", Normal(1e-3), evidence="ball bar")
 

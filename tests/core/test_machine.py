@@ -12,9 +12,9 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine, check_travel
 from vcmm.core.run import Run
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.probe import TipOffset
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.tip import TipOffset
 
 
 def run_at(x: float, **columns: float) -> Run:
@@ -42,7 +42,7 @@ def test_the_row_outside_its_travel_is_data():
 
 
 def test_a_large_rotation_is_not_of_first_order():
-    from vcmm.physics.squareness import Squareness
+    from vcmm.physics.structure.squareness import Squareness
 
     one = machine(Squareness("C0Y", 2e-3))
     with pytest.raises(ModelLimit, match=r"2 mrad of link .* exceeds 1 mrad"):

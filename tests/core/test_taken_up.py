@@ -8,9 +8,9 @@ import pytest
 from vcmm.core.history import Width, path_history, taken_up, taken_up_between
 from vcmm.core.run import Run
 from vcmm.core.taken_up import share_taken_up, widths
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.reversal import Hysteresis, LostMotion, ReversalSpike
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 AT = {"X": np.array([0.0, 100.0])}
 

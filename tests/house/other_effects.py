@@ -1,8 +1,8 @@
-"""The package with other effects than it has, without a copy on the disk: a file of physics/ gone with its line, or one added.
+"""The package with other effects than it has, without a copy on the disk: a file of the catalogue gone with its lines, or one added.
 
-    python -m tests.house.other_effects       imports everything else, once without each file of physics/
+    python -m tests.house.other_effects       imports everything else, once without each file of physics/catalogue/
 
-A finder answers for `vcmm.physics` with another text and refuses, or adds, files of it. It is to be put in place before
+A finder answers for `vcmm.physics` with another text and refuses, or adds, files of its catalogue. It is to be put in place before
 vcmm.physics is imported, so every change has a process of its own (a fork of one that has the libraries loaded).
 """
 
@@ -24,6 +24,7 @@ from types import ModuleType
 from tests.house.test_layers import PACKAGE, inner_imports, sources, within
 
 EFFECTS = PACKAGE / "physics"
+CATALOGUE, ROOM = EFFECTS / "catalogue", "vcmm.physics.catalogue"
 LIBRARIES = ("numpy", "numba", "pydantic", "cyclopts", "rich", "scipy.spatial", "scipy.interpolate")
 
 
@@ -54,20 +55,20 @@ class OtherEffects(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 def files() -> list[str]:
-    """Names of the files of physics/ that can be deleted."""
-    return sorted(p.stem for p in EFFECTS.glob("*.py") if p.stem != "__init__")
+    """Names of the files of the catalogue: each can be deleted."""
+    return sorted(p.stem for p in CATALOGUE.glob("*.py") if p.stem != "__init__")
 
 
 def classes_of(stem: str) -> list[str]:
     """The classes of one file that stand in ALL."""
     tree = ast.parse((EFFECTS / "__init__.py").read_text(encoding="utf-8"))
-    lines = [n for n in tree.body if isinstance(n, ast.ImportFrom) and n.module == f"vcmm.physics.{stem}"]
+    lines = [n for n in tree.body if isinstance(n, ast.ImportFrom) and n.module == f"{ROOM}.{stem}"]
     return [alias.name for line in lines for alias in line.names]
 
 
 def names_of(stem: str) -> list[str]:
     """The names of the effects that one file declares."""
-    tree = ast.parse((EFFECTS / f"{stem}.py").read_text(encoding="utf-8"))
+    tree = ast.parse((CATALOGUE / f"{stem}.py").read_text(encoding="utf-8"))
     inner = [n for c in tree.body if isinstance(c, ast.ClassDef) for n in c.body if isinstance(n, ast.Assign)]
     return [str(ast.literal_eval(n.value)) for n in inner if ast.unparse(n.targets[0]) == "name"]
 
@@ -76,26 +77,28 @@ def without(stem: str) -> OtherEffects:
     """A file deleted, its import and its lines in ALL with it."""
     text = (EFFECTS / "__init__.py").read_text(encoding="utf-8")
     gone = classes_of(stem)
-    assert gone, f"vcmm/physics/{stem}.py has no line in vcmm/physics/__init__.py"
-    node = next(n for n in ast.parse(text).body if getattr(n, "module", "") == f"vcmm.physics.{stem}")
+    assert gone, f"vcmm/physics/catalogue/{stem}.py has no line in vcmm/physics/__init__.py"
+    node = next(n for n in ast.parse(text).body if getattr(n, "module", "") == f"{ROOM}.{stem}")
     lines = text.splitlines()
     rest = [*lines[: node.lineno - 1], *lines[node.end_lineno or node.lineno :]]
     kept = [line for line in rest if line.strip() not in {f"{name}," for name in gone}]
     assert len(kept) == len(rest) - len(gone)
-    return OtherEffects({"vcmm.physics": "\n".join(kept)}, (f"vcmm.physics.{stem}",))
+    return OtherEffects({"vcmm.physics": "\n".join(kept)}, (f"{ROOM}.{stem}",))
 
 
 def with_file(stem: str, source: str, name: str) -> OtherEffects:
     """A file added, with one line in ALL for the class `name` (and the import that it takes)."""
     text = (EFFECTS / "__init__.py").read_text(encoding="utf-8")
     head, tail = text.split("\nALL: tuple[type[Effect], ...] = (\n", 1)
-    listed = f"{head}\nfrom vcmm.physics.{stem} import {name}\nALL: tuple[type[Effect], ...] = (\n    {name},\n{tail}"
-    return OtherEffects({"vcmm.physics": listed, f"vcmm.physics.{stem}": source})
+    listed = (
+        f"{head}\nfrom {ROOM}.{stem} import {name}\nALL: tuple[type[Effect], ...] = (\n    {name},\n{tail}"
+    )
+    return OtherEffects({"vcmm.physics": listed, f"{ROOM}.{stem}": source})
 
 
 def modules() -> list[str]:
-    """All modules of the package but the files of physics/."""
-    return [f"vcmm.{m}".rstrip(".") for m in sources() if not (m.startswith("physics."))]
+    """All modules of the package but the files of the catalogue."""
+    return [f"vcmm.{m}".rstrip(".") for m in sources() if not m.startswith("physics.catalogue.")]
 
 
 def apart_from_effects() -> list[str]:
@@ -119,7 +122,7 @@ def apart_from_effects() -> list[str]:
 
 
 def import_all_without(stem: str) -> None:
-    """Import every module of the package without one file of physics/."""
+    """Import every module of the package without one file of the catalogue."""
     gc.disable()
     without(stem).install()
     for module in modules():
@@ -152,7 +155,7 @@ def in_a_child(job: Callable[[], None]) -> str:
 
 
 def each_without(job: Callable[[str], None]) -> dict[str, str]:
-    """File of physics/ -> what the job raised without it, "" for nothing; in forks of this process, two at a time."""
+    """File of the catalogue -> what the job raised without it, "" for nothing; in forks of this process, two at a time."""
     with ThreadPoolExecutor(2) as pool:
         return dict(zip(files(), pool.map(lambda stem: in_a_child(lambda: job(stem)), files())))
 
@@ -164,9 +167,9 @@ def main() -> int:
         sys.dont_write_bytecode, sys.pycache_prefix = False, folder
         failed = {stem: said for stem, said in each_without(import_all_without).items() if said}
     for stem, said in failed.items():
-        print(f"without vcmm/physics/{stem}.py:\n{said}")
+        print(f"without vcmm/physics/catalogue/{stem}.py:\n{said}")
     print(
-        f"{len(files())} files of vcmm/physics/ deleted one at a time, {len(modules())} modules imported each time"
+        f"{len(files())} files of vcmm/physics/catalogue/ deleted one at a time, {len(modules())} modules imported each time"
     )
     return 1 if failed else 0
 

@@ -27,7 +27,7 @@ from tests.house.test_contributing import CLASS, EFFECTS_TESTS, STEM, blocks
 
 source, number = blocks()
 with_file(STEM, source, CLASS).install()
-exec(number, {name: getattr(__import__(f"vcmm.physics.{STEM}", fromlist=[name]), name) for name in (CLASS, "Run")})
+exec(number, {name: getattr(__import__(f"vcmm.physics.catalogue.{STEM}", fromlist=[name]), name) for name in (CLASS, "Run")})
 
 folder = Path.cwd()
 known = KNOWN.format(STEM, "axis", "Y", "c", "40 um/m^2", "4 um/m^2")

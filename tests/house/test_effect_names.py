@@ -11,9 +11,9 @@ import pytest
 
 from tests.house.other_effects import PACKAGE, files, in_a_child, names_of, without
 from tests.house.test_layers import inner_imports, sources, tree, within
-from vcmm.core.declaration import OWNERS, ROLES
+from vcmm.core.declaration import OWNERS
 from vcmm.core.effect import Effect, parameter_fields, place_fields
-from vcmm.physics import ALL, BY_NAME, has_role, made_for, of_role
+from vcmm.physics import ALL, BY_NAME
 
 # (module, string): why it stands there without meaning the effect of that name.
 CONTRACT = {
@@ -55,10 +55,17 @@ def test_no_effect_is_named_outside_its_file():
     assert not set(CONTRACT) - set(met), f"no longer needed: {sorted(set(CONTRACT) - set(met))}"
 
 
-def test_nobody_imports_a_single_effect():
+def test_nobody_imports_a_file_of_the_catalogue():
     known = set(others())
-    wrong = [f"{i.module}:{i.line} imports {i.target}" for i in inner_imports() if i.module in known and i.target.startswith("physics.")]  # fmt: skip
-    assert not wrong, "ask vcmm.physics for a role, or the effect for a declaration:\n" + "\n".join(wrong)
+    wrong = [f"{i.module}:{i.line} imports {i.target}" for i in inner_imports() if i.module in known and i.target.startswith("physics.catalogue.")]  # fmt: skip
+    assert not wrong, "ask the effect for a declaration, or move it to structure:\n" + "\n".join(wrong)
+
+
+def test_the_list_holds_every_file_of_both_folders():
+    """A file without a line would be an effect that no file can state."""
+    listed = {i.target for i in inner_imports() if i.module == "physics"}
+    there = {m for m in sources() if m.startswith(("physics.structure.", "physics.catalogue."))}
+    assert there <= listed, f"no line in vcmm/physics/__init__.py: {sorted(there - listed)}"
 
 
 @pytest.mark.thorough
@@ -69,28 +76,53 @@ def test_every_file_of_effects_can_be_deleted():
         cwd=PACKAGE.parent, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{len(files())} files of vcmm/physics/ deleted" in done.stdout
+    assert f"{len(files())} files of vcmm/physics/catalogue/ deleted" in done.stdout
 
 
-def test_a_deleted_file_is_really_gone():
-    """The check above sees what needs the file: neither its module nor its class can be had."""
+@pytest.mark.thorough
+def test_every_job_runs_without_any_file_of_the_catalogue():
+    """measure, uncertainty, field, cut, diagnose, list, explain and schema, once without each file and its lines."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.house.small_jobs"],
+        cwd=PACKAGE.parent, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    assert f"without {len(files())} of {len(files())} files of vcmm/physics/catalogue/" in done.stdout
+
+
+def test_a_job_runs_without_a_file_of_the_catalogue():
+    """The quick one: a scenario that states none of its effects is evaluated, and the others are listed."""
     code = (
-        "import importlib\nfrom tests.house.other_effects import without\nwithout('component').install()\n"
-        "from vcmm.physics import BY_NAME\nassert 'component_table' not in BY_NAME and 'backlash' in BY_NAME\n"
-        "import vcmm\nassert hasattr(vcmm.effects, 'Backlash') and not hasattr(vcmm.effects, 'ComponentTable')\n"
-        "importlib.import_module('vcmm.physics.component')"
+        "import json\nfrom tests.house.other_effects import without\nwithout('probe').install()\n"
+        "from tests.house.small_jobs import command\n"
+        "names = {e['effect'] for e in json.loads(command('list', 'effects', '--json'))['items']}\n"
+        "assert 'probe_lobing' not in names and 'tip_radius' in names\n"
+        "command('uncertainty', 'scenarios/ring_gauge.toml', '--trials', '2000', '--json')"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False
     )
-    assert "ModuleNotFoundError: vcmm.physics.component was deleted" in done.stderr
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
+def test_a_deleted_file_is_really_gone():
+    """The check above sees what needs the file: a case is made of its class."""
+    code = (
+        "import importlib\nfrom tests.house.other_effects import without\nwithout('backlash').install()\n"
+        "from vcmm.physics import BY_NAME\nassert 'backlash' not in BY_NAME and 'component_table' in BY_NAME\n"
+        "importlib.import_module('vcmm.physics.catalogue.backlash')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False
+    )
+    assert "ModuleNotFoundError: vcmm.physics.catalogue.backlash was deleted" in done.stderr
 
 
 def test_the_line_goes_with_the_file():
-    text = without("abbe").texts["vcmm.physics"]
-    assert "Abbe" not in text
+    text = without("play").texts["vcmm.physics"]
+    assert "LoadedPlay" not in text
     assert "    Backlash,\n" in text
-    assert names_of("abbe") == ["abbe_counted_twice", "abbe_offset"]
+    assert names_of("play") == ["backlash_ramp", "lost_motion_loaded"]
 
 
 def test_what_a_child_raises_is_told():
@@ -101,45 +133,22 @@ def test_what_a_child_raises_is_told():
     assert in_a_child(lambda: None) == ""
 
 
-def test_every_role_is_taken_once():
-    taken = [kind.role for kind in ALL if kind.role]
-    assert len(set(taken)) == len(taken)
-    assert set(taken) <= set(ROLES)
-
-
-@pytest.mark.parametrize("role", ROLES)
-def test_a_role_finds_its_effect(role: str):
-    kind = of_role(role)
-    if kind is None:
-        pytest.skip("its file was taken out of vcmm/physics/")
-    assert kind is made_for(role, "this test")
-    assert has_role(kind.name, role)
-    assert not has_role("my_own", role)
-    assert [k.name for k in ALL if has_role(k.name, role)] == [kind.name]
-
-
-def test_a_role_that_nobody_has_is_told_with_what_needs_it():
-    assert of_role("no such") is None
-    with pytest.raises(
-        Exception, match=r'\[lasers\] needs the effect with role = "no such".*or leave out \[lasers\]'
-    ):
-        made_for("no such", "[lasers]")
-
-
 @pytest.mark.parametrize("kind", ALL, ids=lambda k: k.name)
 def test_declarations_mean_something(kind: type[Effect]):
     """Words of a declaration that nobody reads would be a fact that is lost."""
     assert kind.belongs_to in OWNERS
     assert kind.on_cut_part in ("", "turned", "stated")
     parameters = {f.name for f in parameter_fields(kind)}
-    assert kind.as_one in ("rms", "sd", "amplitude", "arm") or (kind.several and kind.as_one in parameters)
-    first = BY_NAME.get(kind.family)
+    assert kind.diagnosis.size_name in ("rms", "sd", "amplitude", "arm") or (
+        kind.diagnosis.moves_together and kind.diagnosis.size_name in parameters
+    )
+    first = BY_NAME.get(kind.diagnosis.family)
     assert not kind.words or first is None or places(kind) != places(first), (
         "it is reported in the words of its family"
     )
     assert {kind.stored, kind.taken_up} <= {"", *parameters}
     if kind.words:
-        shown = {*parameters, *kind.aliases, "amplitude", kind.as_one}
+        shown = {*parameters, *kind.aliases, "amplitude", kind.diagnosis.size_name}
         opposite = () if kind.words.opposite is None else (kind.words.opposite.parameter,)
         assert {*kind.words.signed, *opposite} <= shown
 
@@ -150,7 +159,7 @@ def places(kind: type[Effect]) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    ("small", "large"), [(kind.name, large) for kind in ALL for large in kind.special_case_of]
+    ("small", "large"), [(kind.name, large) for kind in ALL for large in kind.diagnosis.special_case_of]
 )
 def test_special_cases_are_of_effects_that_there_are(small: str, large: str):
     assert large in BY_NAME

@@ -25,7 +25,7 @@ WHITEBOARD: dict[str, tuple[str, ...]] = {
     "answer": ("core", "physics", "part", "task"),
     "shop": ("core", "physics", "part", "program", "task", "answer"),
     "files": ("core", "physics", "part", "program", "task", "answer", "shop"),
-    "compensation": ("core", "program", "answer", "shop"),
+    "compensation": ("core", "physics", "program", "answer", "shop"),
     "learn": ("core", "physics", "task", "answer"),
     "show": (
         "core",
@@ -65,6 +65,8 @@ TO_GO: dict[tuple[str, str], str] = {
 # Folders from the ground up: a folder imports from folders above it in this list, never from below.
 FOLDERS = (
     "core",
+    "physics.structure",
+    "physics.catalogue",
     "physics",
     "part.fit",
     "part",
@@ -107,7 +109,7 @@ FOLDERS = (
     "face.cli",
 )
 
-# Effects stand alone: any file of physics/ can be deleted. The list in effects/__init__.py is the one meeting place.
+# Effects stand alone: any file of physics/catalogue/ can be deleted. The list in physics/__init__.py is the one meeting place.
 EFFECT_TO_EFFECT: dict[tuple[str, str], str] = {}
 
 # Libraries that cost more than 50 ms to import are imported by the function that needs them.

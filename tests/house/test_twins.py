@@ -26,7 +26,7 @@ REACHES: dict[str, tuple[str, ...]] = {
         "vcmm.task.response.nuisance",
         "vcmm.task.response.observe",
     ),
-    "gaska2014/maps": ("vcmm.physics.residual",),
+    "gaska2014/maps": ("vcmm.core.residual_weights",),
     "gaska2014/page": ("vcmm.show.pages.uncertainty", "vcmm.show.pages.view"),
     "gaska2014/placement": (
         "vcmm.answer.placing.fixture_boxes",
@@ -37,9 +37,9 @@ REACHES: dict[str, tuple[str, ...]] = {
     "gaska2014/readings": (
         "vcmm.answer.evaluation.linear",
         "vcmm.answer.evaluation.streams",
-        "vcmm.physics.residual",
+        "vcmm.core.residual_weights",
     ),
-    "gaska2014/twin": ("vcmm.physics.residual",),
+    "gaska2014/twin": ("vcmm.core.residual_weights",),
     "marin2004/day": ("vcmm.core.run",),
     "marin2004/rewritten": ("vcmm.core.run",),
 }

@@ -18,8 +18,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example, folder
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.shop.machining.cut_nets import departure
 from vcmm.show.tables.table import text
 

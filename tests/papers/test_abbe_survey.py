@@ -12,8 +12,8 @@ import vcmm
 from vcmm.core.run import Run
 from vcmm.files.own.design import load_design
 from vcmm.files.own.library import example, folder
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentTable
 from vcmm.shop.machining.cut_nets import decisive_contacts, departure
 
 TRAVEL = np.array([0.0, 1500.0])

@@ -11,7 +11,7 @@ from tests.documented import DOCS
 from vcmm.files.own.design import load_design
 from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
-from vcmm.physics.lag import ServoLag
+from vcmm.physics.catalogue.lag import ServoLag
 
 
 def test_the_shop_knows_no_error_and_the_truth_has_one_that_no_table_holds():

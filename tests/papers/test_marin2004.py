@@ -32,9 +32,9 @@ from tests.documented import assert_documented, assert_titled
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Run
 from vcmm.files.own.library import example, folder
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 
 
 @pytest.fixture(scope="module")

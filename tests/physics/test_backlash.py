@@ -8,9 +8,9 @@ import pytest
 from tests.build import machine
 from vcmm.core.effect import parameter_fields, typical
 from vcmm.core.run import Run
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.play import BacklashRamp
-from vcmm.physics.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.play import BacklashRamp
+from vcmm.physics.catalogue.reversal import Hysteresis, LostMotion, ReversalSpike
 
 
 def _run(sense: list[float]) -> Run:

@@ -10,16 +10,16 @@ from vcmm.core.effect import Effect, basis, parameter, parameter_fields, typical
 from vcmm.core.errors import UsageError
 from vcmm.files.own.effects import build_effect
 from vcmm.physics import ALL, BY_NAME
-from vcmm.physics.cutting import ToolRunout
-from vcmm.physics.dynamics import DynamicPitch
-from vcmm.physics.encoder import EncoderInterpolation
-from vcmm.physics.expansion import PartExpansion
-from vcmm.physics.flexure import CrossAxisFlexure, GradientBending, PartLoad
-from vcmm.physics.geometric_change import GeometricChange
-from vcmm.physics.map_interpolation import MapInterpolation
-from vcmm.physics.reversal import ReversalSpike
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.cutting import ToolRunout
+from vcmm.physics.catalogue.dynamics import DynamicPitch
+from vcmm.physics.catalogue.encoder import EncoderInterpolation
+from vcmm.physics.catalogue.flexure import CrossAxisFlexure, GradientBending, PartLoad
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.catalogue.reversal import ReversalSpike
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.expansion import PartExpansion
+from vcmm.physics.structure.geometric_change import GeometricChange
+from vcmm.physics.structure.rotary import RotaryCyclic
 
 RUN = some_run()
 SHAPES: tuple[Effect, ...] = (

@@ -8,7 +8,8 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
-from vcmm.physics.cutting import ToolDeflection, ToolRunout, ToolWear
+from vcmm.physics.catalogue.cutting import ToolRunout, ToolWear
+from vcmm.physics.structure.tool_bending import ToolDeflection
 
 
 def _run(**columns: float) -> Run:

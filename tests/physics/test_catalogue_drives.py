@@ -12,12 +12,12 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
-from vcmm.physics.dynamics import DynamicPitch, StructuralVibration
-from vcmm.physics.encoder import EncoderInterpolation
-from vcmm.physics.lag import ReadoutDelay, ServoLag
-from vcmm.physics.reversal import Hysteresis, LostMotion, ReversalSpike
-from vcmm.physics.reversal_curve import LostMotionCurve
-from vcmm.physics.rotary import RotaryCyclic
+from vcmm.physics.catalogue.dynamics import DynamicPitch, StructuralVibration
+from vcmm.physics.catalogue.encoder import EncoderInterpolation
+from vcmm.physics.catalogue.lag import ReadoutDelay, ServoLag
+from vcmm.physics.catalogue.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.physics.catalogue.reversal_curve import LostMotionCurve
+from vcmm.physics.structure.rotary import RotaryCyclic
 
 
 def _run(x: list[float], offset=(0.0, 0.0, 0.0), **columns: list[float]) -> Run:
@@ -178,7 +178,7 @@ def test_words_are_checked():
 
 def test_an_angle_that_is_read_late_runs_ahead_of_the_axis():
     from vcmm.core.run import Run
-    from vcmm.physics.lag import RotaryReadoutDelay
+    from vcmm.physics.catalogue.lag import RotaryReadoutDelay
 
     n = np.zeros(3)
     speed = np.array([0.5, -0.5, 0.0])

@@ -8,8 +8,8 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
-from vcmm.physics.flexure import CrossAxisFlexure, GradientBending, PartLoad
-from vcmm.physics.gravity import GravityFlexure
+from vcmm.physics.catalogue.flexure import CrossAxisFlexure, GradientBending, PartLoad
+from vcmm.physics.catalogue.gravity import GravityFlexure
 
 
 def _run(offset=(0.0, 0.0, 0.0), **columns: float) -> Run:

@@ -9,10 +9,10 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.abbe import AbbeCountedTwice, AbbeOffset, rotation_tables
-from vcmm.physics.component import ComponentSpline, ComponentTable
-from vcmm.physics.geometric_change import GeometricChange
-from vcmm.physics.map_interpolation import MapInterpolation
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.structure.abbe import AbbeCountedTwice, AbbeOffset, rotation_tables
+from vcmm.physics.structure.component import ComponentSpline, ComponentTable
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 GRID = np.array([0.0, 400.0])
 TABLES = (

@@ -8,9 +8,9 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
-from vcmm.physics.clamping import Clamping
-from vcmm.physics.laser import K_H, K_P, K_T, AirIndex, CosineError, DeadPath
-from vcmm.physics.tip_form import TipForm, harmonics
+from vcmm.physics.catalogue.clamping import Clamping
+from vcmm.physics.catalogue.laser import K_H, K_P, K_T, AirIndex, CosineError, DeadPath
+from vcmm.physics.structure.tip_form import TipForm, harmonics
 
 
 def _touch(normal, **columns: float) -> Run:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.physics.ask import ask
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.encoder_harmonics import EncoderHarmonics
-from vcmm.physics.plate_bow import PlateBow
-from vcmm.physics.play import BacklashRamp, LoadedPlay
-from vcmm.physics.uniform_scale import UniformScale
+from vcmm.physics.catalogue.encoder_harmonics import EncoderHarmonics
+from vcmm.physics.catalogue.plate_bow import PlateBow
+from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay
+from vcmm.physics.catalogue.uniform_scale import UniformScale
 
 
 def one_row(position=(0.0, 0.0, 0.0), **columns: float) -> Run:
@@ -31,9 +32,11 @@ def test_a_uniform_scale_moves_the_tip_from_the_origin():
 
 def test_a_uniform_scale_is_for_recordings_without_a_thermometer():
     run = Run({"X": np.array([0.0, 100.0]), "Y": np.array([0.0, 100.0])}, np.zeros((2, 3)))
-    assert UniformScale().told_by(run)
-    assert not UniformScale().told_by(run.with_columns({"temp_part_C": np.array([20.0, 21.0])}))
-    assert not UniformScale().told_by(Run({"X": np.array([0.0, 100.0]), "Y": np.zeros(2)}, np.zeros((2, 3))))
+    assert ask(UniformScale(), "shows_in", run)
+    assert not ask(UniformScale(), "shows_in", run.with_columns({"temp_part_C": np.array([20.0, 21.0])}))
+    assert not ask(
+        UniformScale(), "shows_in", Run({"X": np.array([0.0, 100.0]), "Y": np.zeros(2)}, np.zeros((2, 3)))
+    )
 
 
 def test_harmonics_of_a_scale():
@@ -64,7 +67,7 @@ def test_a_plate_that_was_held_convex():
             "part_z_mm": np.zeros(3),
         },
     )
-    assert [PlateBow(n).told_by(flat) for n in "xyz"] == [False, False, True]
+    assert [ask(PlateBow(n), "shows_in", flat) for n in "xyz"] == [False, False, True]
 
 
 def test_play_along_a_ramp():
@@ -83,5 +86,5 @@ def test_play_that_grows_with_the_load():
     effect = LoadedPlay("Y", 2e-3, 1e-5)
     assert effect.error_motion(one_row(sense_Y=-1.0, load_kg=300.0))[0, 1] == pytest.approx(2.5e-3, abs=1e-15)
     loads = Run({}, np.zeros((2, 3)), {"load_kg": np.array([0.0, 300.0])})
-    assert effect.told_by(loads)
-    assert not effect.told_by(loads.with_columns({"load_kg": np.zeros(2)}))
+    assert ask(effect, "shows_in", loads)
+    assert not ask(effect, "shows_in", loads.with_columns({"load_kg": np.zeros(2)}))

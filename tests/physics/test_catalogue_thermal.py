@@ -8,11 +8,12 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run, Series
-from vcmm.physics.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
-from vcmm.physics.drift_vector import DriftVector, StepVector, ThermalVector
-from vcmm.physics.heating import ScrewHeating, SpindleGrowth
-from vcmm.physics.thermal import ThermalDrift
-from vcmm.physics.workpiece import WorkpieceHeating
+from vcmm.physics.catalogue.drift import LinearDrift, SettlingDrift, StepChange
+from vcmm.physics.catalogue.drift_vector import DriftVector, StepVector, ThermalVector
+from vcmm.physics.catalogue.heating import ScrewHeating
+from vcmm.physics.catalogue.workpiece import WorkpieceHeating
+from vcmm.physics.structure.spindle_growth import SpindleGrowth
+from vcmm.physics.structure.thermal import ThermalDrift, ThermalDriftTwoLags
 
 E1 = 0.632121  # 1 - 1/e
 
@@ -36,7 +37,7 @@ def test_a_drift_that_settles_begins_like_a_linear_one_and_ends():
     # 36 um/h = 1e-5 mm/s with 600 s: after 600 s 6 um x (1 - 1/e) = 3.792723 um, at last 6 um; at first 1e-5 t
     error = machine(SettlingDrift("y", 1e-5, 600.0)).tip_error(_run([0.0, 0.6, 600.0, 60000.0]))
     assert error[:, 1] == pytest.approx([0.0, 5.997e-6, 3.792723e-3, 6e-3], abs=1e-9)
-    assert SettlingDrift.family == "linear_drift"
+    assert SettlingDrift.diagnosis.family == "linear_drift"
     with pytest.raises(UsageError, match="must be above zero"):
         SettlingDrift("y", 1e-5, 0.0)
 
@@ -73,7 +74,7 @@ def test_two_lags_are_two_drifts():
         ThermalDrift("z", "air", k, tau).error_motion(run) for k, tau in ((0.4e-3, 300.0), (1e-3, 3600.0))
     ]
     assert both == pytest.approx(single[0] + single[1], abs=1e-18)
-    assert ThermalDriftTwoLags.family == "thermal_drift"
+    assert ThermalDriftTwoLags.diagnosis.family == "thermal_drift"
 
 
 def test_spindle_growth_pushes_the_tip_away_from_the_spindle():

@@ -9,7 +9,12 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
-from vcmm.physics.component import ComponentPolynomial, ComponentSpline, ComponentTable, ComponentWarming
+from vcmm.physics.structure.component import (
+    ComponentPolynomial,
+    ComponentSpline,
+    ComponentTable,
+    ComponentWarming,
+)
 
 
 def _run(**q: list[float]) -> Run:

@@ -9,7 +9,7 @@ from tests.build import machine
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
-from vcmm.physics.expansion import PartExpansion, ScaleExpansion
+from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.task.response.influence import influences, products
 
 

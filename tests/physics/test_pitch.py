@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
-from vcmm.physics.pitch import ScrewPitch
+from vcmm.physics.catalogue.pitch import ScrewPitch
 
 
 def _x(effect: ScrewPitch, *q: float) -> np.ndarray:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from vcmm.core.run import Run
-from vcmm.physics.probe import ProbeLobing, StylusBending, TipOffset, TipRadius, TriggerDelay
+from vcmm.physics.catalogue.probe import ProbeLobing, StylusBending, TriggerDelay
+from vcmm.physics.structure.tip import TipOffset, TipRadius
 
 
 def _run(n: int = 1, normal: tuple[float, float, float] = (1.0, 0.0, 0.0), **columns: object) -> Run:

@@ -8,7 +8,7 @@ import pytest
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.residual_weights import field_weights
 from vcmm.core.run import Run
-from vcmm.physics.residual import CorrelatedField, ResidualField
+from vcmm.physics.structure.residual import CorrelatedField, ResidualField
 
 LEVELS = (0.0, 100.0, 200.0, 300.0)
 COLUMNS = ((0.0, 0.0), (120.0, 0.0), (60.0, 90.0))  # staggered: one triangle

@@ -18,7 +18,7 @@ from vcmm.face.cli import run as command
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.inputs import build_input
 from vcmm.learn.diagnosis.machine_file import effect_toml
-from vcmm.physics.residual import ResidualField
+from vcmm.physics.structure.residual import ResidualField
 
 UM = 1e-3
 ANYWHERE = ((0.0, 0.0, -200.0), (200.0, 150.0, -100.0), (370.0, 20.0, -13.0), (123.0, 201.0, -77.0))

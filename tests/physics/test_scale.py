@@ -7,7 +7,7 @@ import pytest
 
 from tests.build import machine
 from vcmm.core.run import Run
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 
 def test_5_um_per_m_at_400_mm():

@@ -7,7 +7,7 @@ import pytest
 
 from tests.build import machine
 from vcmm.core.run import Run
-from vcmm.physics.scatter import Reindexing, Scatter
+from vcmm.physics.structure.scatter import Reindexing, Scatter
 
 
 def test_scatter_is_a_reading_along_n():

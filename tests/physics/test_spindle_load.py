@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Run, Series
-from vcmm.physics.spindle_load import SpindleLoadGrowth
+from vcmm.physics.catalogue.spindle_load import SpindleLoadGrowth
 
 
 def run(load: Series | None) -> Run:

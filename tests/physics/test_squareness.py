@@ -9,7 +9,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.squareness import RotaryLocation, Squareness
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
 
 AXES = {a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}
 PLACE = {"X": 50.0, "Y": 200.0, "Z": -100.0}

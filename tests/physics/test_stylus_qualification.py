@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.run import Run
-from vcmm.physics.qualification import StylusQualification
+from vcmm.physics.structure.qualification import StylusQualification
 
 
 def test_offset_and_radius_add():

@@ -8,7 +8,7 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Run, Series
-from vcmm.physics.thermal import ThermalDrift
+from vcmm.physics.structure.thermal import ThermalDrift
 
 
 def _run(time: np.ndarray, log: Series | None = None, columns: dict | None = None) -> Run:

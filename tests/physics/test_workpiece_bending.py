@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
-from vcmm.physics.workpiece_bending import WorkpieceBending
+from vcmm.physics.catalogue.workpiece_bending import WorkpieceBending
 
 
 def run(z: list[float]) -> Run:

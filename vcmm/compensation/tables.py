@@ -10,18 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from vcmm.compensation.table_signs import of_the_axes, of_the_tool
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.kinematics import Axis
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable
 from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.physics.structure.squareness import Squareness
 
 FORMATS = ("isg", "linuxcnc", "heidenhain")
 NODES = 41
@@ -105,7 +105,7 @@ def isg_tables(machine: Machine, nodes: int) -> Tables:
         held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
         columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
         tables.append(ErrorTable((letter,), (q,), columns, 0))
-    square: list[Any] = [e for e in machine.effects if e.role == "angle between axes"]
+    square = [e for e in machine.effects if isinstance(e, Squareness)]
     angles = {e.where: float(e.angle) for e in square}
     held |= {e.id for e in square}
     lines = [f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)", *of_the_axes(machine, own)]
@@ -124,8 +124,8 @@ def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, s
     held = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
     half = np.zeros(len(q))
     for e in machine.effects:
-        if e.role == "reversal gap" and e.where == letter:
-            half += 0.5 * float(e.gap)  # type: ignore[attr-defined]
+        if e.where == letter and [p.name for p in parameter_fields(e)] == [e.taken_up]:
+            half += 0.5 * float(getattr(e, e.taken_up))
             held.add(e.id)
     return forward - half, forward + half, held
 

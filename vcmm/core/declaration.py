@@ -1,54 +1,24 @@
 """What an effect says of itself beside its formula: how large it usually is, its words, its prior, what it belongs to.
 
 Everything here has a default, so an effect says only what is special about it, as class attributes and, where behaviour
-differs, by one of the methods of `Declared`. Diagnosis, files, reports and jobs ask for these and never for a name.
+differs, by one of the methods of `Declared`; what diagnosis alone asks is one value, `ForDiagnosis`. Diagnosis, files, reports and jobs ask for these and never for a name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
 PLAY = 50 * URAD  # of an axis that turns: worm and gear drives 5-30 arcsec, direct drives less, arms to 60
 
-# What the program itself makes an effect for, and how it calls the class that takes the role. At most one effect has each.
-ROLES: Mapping[str, str] = {
-    "error table": "(component, arguments, grids, values): [errors] table",
-    "error curve": '(component, nodes, values): [errors] interpolation = "cubic"',
-    "angle between axes": "(pair, angle): C0Y, B0Z, A0Z of an error table",
-    "turning axis orders": "(component, coefficients), Input of `coefficients`: what a reversal finds of a spindle",
-    "rotary axis location": "(component, offset=..., tilt=...): X0C, A0C ... of an error table",
-    "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
-    "changed component": "(component, nodes): a calibration that is stale",
-    "lost motion table": "(axis, nodes, values): what a calibration finds of reversals",
-    "residual field": "(nodes, interpolation, values), Input of `values`: nodes of a machine measured by a LaserTracer",
-    "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
-    "repeatability": "(): one touch, Input of `value`; [repeatability]",
-    "digits of a file": "(): one touch, Input of `value`; the last digit of points.csv",
-    "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
-    "part temperature": "(alpha, corrected), Input of `alpha`; [part] expansion",
-    "temperature drift": "(direction, sensor, k, tau, trained): what a calibration finds of a sensor",
-    "temperature drift in two parts": "(direction, sensor, k, k_slow, tau, tau_slow, trained): the same with two lags",
-    "spindle growth": "(axis, amplitude, tau): what a calibration finds of a running spindle",
-    "tip out of round": "(stylus, coefficients), Input of `coefficients`; [certificate] P_Form_Sph_1x25",
-    "tip size": "(stylus, dr), Input of `dr`; [certificate] P_Size_Sph_1x25",
-    "qualified stylus": "(stylus), Input of `d`, offset and radius; qualification of a stylus",
-    "reversal gap": "(axis, gap): the backlash column of a control's table",
-    "work zero": "(direction), Input of `shift`; [cut] work_offset",
-    "tool length": "(tool), Input of `dl`; [cut] tools",
-    "tool radius": "(tool), Input of `dr`; [cut] tools",
-    "probe touch": "(touch), Input of `shift`; u_touch of [cut] tools",
-    "tool offset": "(tool, direction), Input of `shift`; [cut] tools",
-    "tool bending": ".of_rod(compliance, tool), .of_edge(compliance, tool) of a turning tool, Input of `compliance`; stick_out or compliance of a tool",
-}
-TOOL_TABLE = ("tool length", "tool radius", "tool offset")  # roles: what a tool setter measures
 OWNERS = ("machine", "tool", "setup", "part")
 
 
@@ -135,96 +105,103 @@ class Site:
     run: Run
 
 
+def _named_at(cls: Any, place: Mapping[str, Any], site: Site) -> Any:
+    """The effect with the fields of its place alone."""
+    return cls(**place)
+
+
+@dataclass(frozen=True)
+class ForDiagnosis:
+    """What diagnosis asks of an effect beside its formula, all optional.
+
+    family              the effect that it is a second shape of, and reported as
+    is_named            whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
+    prior               see Prior
+    special_case_of     effects that hold every motion of this one, whatever is recorded: of two the simpler counts
+    shared_physics      word for the physics that it shares with names of fewer or more numbers ("play"): a diagnosis sums their
+                        probability at one place
+    holds_table_edits   every edit of a stored table of one axis is a special case of it
+    is_uniform          its one number is the same wherever it is looked at; a curve that is mostly that is called so
+    is_free_curve       a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
+    size_name           the one number that stands for an array: "rms", "sd", or for the length "amplitude", "arm" and, where
+                        its elements are named too, the parameter itself
+    moves_together      it moves several directions at once: its forms are tried from the first, and the first counts of which
+                        every number shows
+    is_never_negative   its one linear number is never negative: a square, a length
+    follows_raw_scale   periodic over the raw reading of the scale where that was recorded
+
+    Functions, of the effect first (`make_at`: of its class):
+
+    make_at     (class, place, site): the effect at one place, with what it takes from stored tables, travel or chain. Raises
+                UsageError where it cannot sit there
+    shows_in    (effect, run): whether these rows can tell it from something simpler
+    trials      (effect, name): changes to try for the field `name`, each with its ln weight; None = the declared tries
+    report      (effect, values): (name, values, unit) under which its one linear parameter, values (n,), is reported; None = as it is
+    remark      (effect, run): what must be said beside an answer on this run; "" for nothing
+    elements    (effect): names of the elements of its array, where each says something by itself: "x", "y". The length then is
+                `size_name`
+    file_note   (effect): what a reader of a machine file must know of it; "" for nothing
+    """
+
+    family: str = ""
+    is_named: bool = True
+    prior: Prior = Prior()
+    special_case_of: tuple[str, ...] = ()
+    shared_physics: str = ""
+    holds_table_edits: bool = False
+    is_uniform: bool = False
+    is_free_curve: bool = False
+    size_name: str = "rms"
+    moves_together: bool = False
+    is_never_negative: bool = False
+    follows_raw_scale: bool = False
+    make_at: Callable[[Any, Mapping[str, Any], Site], Any] = _named_at
+    shows_in: Callable[[Any, Run], bool] = lambda effect, run: True
+    trials: Callable[[Any, str], list[tuple[dict[str, Any], float]] | None] = lambda effect, name: None
+    report: Callable[[Any, Array], tuple[str, Array, str] | None] = lambda effect, values: None
+    remark: Callable[[Any, Run], str] = lambda effect, run: ""
+    elements: Callable[[Any], tuple[str, ...]] = lambda effect: ()
+    file_note: Callable[[Any], str] = lambda effect: ""
+
+
+def reported_name(kind: Any) -> str:
+    """The name of the answers of an effect or its class: that of its family."""
+    return str(kind.diagnosis.family or kind.name)
+
+
 class Declared:
     """Declarations of an effect, all with defaults.
 
-    family             the effect that it is a second shape of, and reported as
-    role               what the program itself makes it for, a key of ROLES
-    belongs_to         one of OWNERS: who answers for it in a budget
-    words, prior       see Words and Prior
-    diagnosed          whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
-    needs_cut          it shows in recordings of cut parts only
-    special_case_of    effects that hold every motion of this one, whatever is recorded: of two the simpler counts
-    kin                word for the physics that it shares with names of fewer or more numbers ("play"): a diagnosis sums their
-                       probability at one place
-    holds_table_edits  every edit of a stored table of one axis is a special case of it
-    simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
-    free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
-    as_one             the one number that stands for an array: "rms", "sd", or for the length "amplitude", "arm" and, where
-                       its elements are named too, the parameter itself
-    several            it moves several directions at once: its forms are tried from the first, and the first counts of which
-                       every number shows
-    one_sided          its one linear number is never negative: a square, a length
-    taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side
-    over_raw_scale     periodic over the raw reading of the scale where that was recorded
-    stored             parameter that holds the numbers of a stored error table
-    calibrated         one of the errors that a calibration finds and states anew: its only parameter
-    made_by            what makes it in a file, where no [[effects]] table can state it
-    is_random          drawn anew again and again: its value is never known
-    along_axis         its lengths lie along its `axis`, and are angles where that turns
-    on_cut_part        a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
-    over_volume        stated over workpiece axes, known with rotary axes at zero only
-    of_qualification   what the qualification of a stylus may err by
-    independent_draws  what must be said where its elements are drawn independently
+    words          what an answer means at the machine, see Words
+    diagnosis      what diagnosis alone asks, see ForDiagnosis
+    belongs_to     one of OWNERS: who answers for it in a budget
+    needs_cut      it shows in recordings of cut parts only
+    taken_up       parameter that is a way lost at a reversal: nearer to it rows may stand on either side
+    stored         parameter that holds the numbers of a stored error table
+    calibrated     one of the errors that a calibration finds and states anew: its only parameter
+    is_random      drawn anew again and again: its value is never known
+    along_axis     its lengths lie along its `axis`, and are angles where that turns
+    on_cut_part    a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
     """
 
-    family: ClassVar[str] = ""
-    role: ClassVar[str] = ""
-    belongs_to: ClassVar[str] = "machine"
     words: ClassVar[Words | None] = None
-    prior: ClassVar[Prior] = Prior()
-    diagnosed: ClassVar[bool] = True
+    diagnosis: ClassVar[ForDiagnosis] = ForDiagnosis()
+    belongs_to: ClassVar[str] = "machine"
     needs_cut: ClassVar[bool] = False
-    special_case_of: ClassVar[tuple[str, ...]] = ()
-    kin: ClassVar[str] = ""
-    holds_table_edits: ClassVar[bool] = False
-    simple: ClassVar[bool] = False
-    free_curve: ClassVar[bool] = False
-    as_one: ClassVar[str] = "rms"
-    several: ClassVar[bool] = False
-    one_sided: ClassVar[bool] = False
     taken_up: ClassVar[str] = ""
-    over_raw_scale: ClassVar[bool] = False
     stored: ClassVar[str] = ""
     calibrated: ClassVar[bool] = False
-    made_by: ClassVar[str] = ""
     is_random: ClassVar[bool] = False
     along_axis: ClassVar[bool] = False
     on_cut_part: ClassVar[str] = ""
-    over_volume: ClassVar[bool] = False
-    of_qualification: ClassVar[bool] = False
-    independent_draws: ClassVar[str] = ""
 
-    @classmethod
-    def placed(cls, place: Mapping[str, Any], site: Site) -> Any:
-        """The effect at one place, with what it takes from stored tables, travel or chain. Raises UsageError where it
-        cannot sit there.
-        """
-        return cls(**place)
-
-    def told_by(self, run: Run) -> bool:
-        """Whether these rows can tell it from something simpler."""
-        return True
-
-    def weighted_trials(self, name: str) -> list[tuple[dict[str, Any], float]] | None:
-        """Changes to try for the field `name`, each with its ln weight; None = the declared tries."""
-        return None
-
-    def reported(self, values: Array) -> tuple[str, Array, str] | None:
-        """(name, values, unit) under which its one linear parameter, values (n,), is reported; None = as it is."""
-        return None
-
-    def remark(self, run: Run) -> str:
-        """What must be said beside an answer on this run; "" for nothing."""
-        return ""
-
-    def elements(self) -> tuple[str, ...]:
-        """Names of the elements of its array, where each says something by itself: "x", "y". The length then is `as_one`."""
-        return ()
-
-    def said_in_file(self) -> str:
-        """What a reader of a machine file must know of it; "" for nothing."""
-        return ""
+    def __init_subclass__(cls) -> None:
+        """Raises UsageError for a declaration beside `diagnosis` that belongs into it: nothing would read it."""
+        beside = [f.name for f in fields(ForDiagnosis) if f.name in vars(cls)]
+        if beside:
+            raise UsageError(
+                f"{cls.__name__}: {', '.join(beside)} belongs into diagnosis; write diagnosis = ForDiagnosis({beside[0]}=...)"
+            )
 
     def known_range(self) -> tuple[KnownRange, ...]:
         """Where a tabulated effect is known; outside it refuses."""
@@ -232,10 +209,6 @@ class Declared:
 
     def own_nodes(self) -> Array | None:
         """Positions (k,) of the stored numbers over its own axis; None where it is no table over one axis."""
-        return None
-
-    def covariance(self) -> Array | None:
-        """Covariance of the elements of its parameter where the effect fixes it itself; None where an Input says it."""
         return None
 
     def own_law(self, name: str) -> Any:

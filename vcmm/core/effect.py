@@ -23,7 +23,7 @@ no derivative.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, ClassVar, TypeVar
@@ -46,6 +46,15 @@ OF_AN_ANGLE = {
 }  # what a length is about an axis that turns
 FREE_LINKS = ("tip", "tool", "command", "reading")  # links that are no axis
 COLUMN = {letter: i for i, letter in enumerate("XYZABC")}  # EXj -> 0 ... ECj -> 5
+POSITIONS, POINTS, LETTERS, GRIDS, LENGTH, TEXT, WHOLE = (
+    "positions",
+    "points",
+    "letters",
+    "grids",
+    "length",
+    "text",
+    "whole",
+)  # what a further key of an effect's table holds
 E = TypeVar("E", bound="Effect")
 
 
@@ -126,11 +135,6 @@ class Effect(Declared, ABC):
     def id(self) -> str:
         return f"{self.name}[{self.where}]" if self.where else self.name
 
-    @classmethod
-    def reported_as(cls) -> str:
-        """The name of its answers: that of its family."""
-        return cls.family or cls.name
-
     def required(self) -> tuple[str, ...]:
         """Columns this instance needs, place fields filled in."""
         filled = {f.name: getattr(self, f.name) for f in place_fields(type(self))}
@@ -184,6 +188,35 @@ def at(
 def choice(default: str, tries: Sequence[str]) -> Any:
     """Declare a further key with a few words to choose from, which diagnosis tries; the first carries half of the weight."""
     return field(default=default, metadata={"tries": tuple(tries)})
+
+
+def positions(default: Sequence[float]) -> Any:
+    """Declare a further key that holds positions along the effect's own axis: nodes of a table, ends of a travel."""
+    return field(default_factory=lambda: np.array(default, dtype=float), metadata={"kind": POSITIONS})
+
+
+def points(default: Callable[[], Array]) -> Any:
+    """Declare a further key that holds points or vectors (k, 3), mm, a row each."""
+    return field(default_factory=default, metadata={"kind": POINTS})
+
+
+def argument_letters() -> Any:
+    """Declare a further key that holds the letters of the axes over which a table stands."""
+    return field(default=("X",), metadata={"kind": LETTERS})
+
+
+def argument_grids(default: Sequence[Sequence[float]]) -> Any:
+    """Declare a further key that holds one list of positions for each letter of `arguments`."""
+    return field(
+        default_factory=lambda: tuple(np.array(g, dtype=float) for g in default), metadata={"kind": GRIDS}
+    )
+
+
+def kind_of_key(spec: Field[Any]) -> str:
+    """What a further key of the effect's table holds: as declared, or by its default a length, a text or a whole number."""
+    if "kind" in spec.metadata:
+        return str(spec.metadata["kind"])
+    return LENGTH if isinstance(spec.default, float) else TEXT if isinstance(spec.default, str) else WHOLE
 
 
 def parameter(effect: Effect, name: str) -> Field[Any]:

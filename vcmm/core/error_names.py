@@ -10,7 +10,7 @@ The same straightness of axis X in direction Y has many names, and the order of 
     compact T / R        Txy       axis, direction     Rxy rotation of axis x about y, Wxy squareness
 
 Only the name is translated. Signs and units stay those of the file that is read: mm and rad, right-hand rotations,
-squareness as in vcmm.physics.squareness.
+squareness as in vcmm.physics.structure.squareness.
 """
 
 from __future__ import annotations
@@ -73,7 +73,6 @@ class DescribedError(NamedTuple):
     also: str
     sign: str
     unit: str
-    role: str
 
 
 def described(name: str) -> DescribedError:
@@ -82,17 +81,10 @@ def described(name: str) -> DescribedError:
     if row is None:
         raise UsageError(f'unknown error name "{name}".{choose_from(name, _examples(name))}')
     also = ", ".join(text for text in row[1:3] if text != "–") or "–"
-    role = (
-        "angle between axes"
-        if name in SQUARE
-        else "rotary axis location"
-        if name[1] == "0"
-        else "error table"
-    )
-    direction = name[1] if role == "error table" else name[0]
+    direction = name[0] if name in SQUARE or name[1] == "0" else name[1]
     about = LINEAR[ROTARY.index(direction)] if direction in ROTARY else ""
     sign = f"+ is a right-hand rotation about {about}" if about else f"+ is a motion towards +{direction}"
-    return DescribedError(name, row[3], also, sign, "urad" if about else "um", role)
+    return DescribedError(name, row[3], also, sign, "urad" if about else "um")
 
 
 def _iso(word: str) -> str:

@@ -1,59 +1,62 @@
 """What may be wrong: one family of effects per file, one line for each in the list here.
 
-Nobody else imports a file of this folder: who needs a certain effect asks for what it declares, or for the role it has.
+`structure` holds what the program itself makes; who needs it imports it. Nobody imports a file of `catalogue`: who wants to know
+something of such an effect asks for what it declares, and any of those files can be deleted with its lines here.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.physics.abbe import AbbeCountedTwice, AbbeOffset
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.clamping import Clamping
-from vcmm.physics.component import (
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.clamping import Clamping
+from vcmm.physics.catalogue.cutting import ToolRunout, ToolWear
+from vcmm.physics.catalogue.drift import LinearDrift, SettlingDrift, StepChange
+from vcmm.physics.catalogue.drift_vector import DriftVector, StepVector, ThermalVector
+from vcmm.physics.catalogue.dynamics import DynamicPitch, StructuralVibration
+from vcmm.physics.catalogue.encoder import EncoderInterpolation
+from vcmm.physics.catalogue.encoder_harmonics import EncoderHarmonics
+from vcmm.physics.catalogue.flexure import CrossAxisFlexure, GradientBending, PartLoad
+from vcmm.physics.catalogue.gravity import GravityFlexure
+from vcmm.physics.catalogue.heating import ScrewHeating
+from vcmm.physics.catalogue.lag import ReadoutDelay, RotaryReadoutDelay, ServoLag
+from vcmm.physics.catalogue.laser import AirIndex, CosineError, DeadPath
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.catalogue.pitch import ScrewPitch
+from vcmm.physics.catalogue.plate_bow import PlateBow
+from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay
+from vcmm.physics.catalogue.probe import ProbeLobing, StylusBending, TriggerDelay
+from vcmm.physics.catalogue.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.physics.catalogue.reversal_curve import LostMotionCurve
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.catalogue.spindle_load import SpindleLoadGrowth
+from vcmm.physics.catalogue.tilt import AxisLean, CentreLineOffset, CentreLineTilt
+from vcmm.physics.catalogue.uniform_scale import UniformScale
+from vcmm.physics.catalogue.workpiece import WorkpieceHeating
+from vcmm.physics.catalogue.workpiece_bending import WorkpieceBending
+from vcmm.physics.structure.abbe import AbbeCountedTwice, AbbeOffset
+from vcmm.physics.structure.component import (
     CalibrationModes,
     ComponentPolynomial,
     ComponentSpline,
     ComponentTable,
     ComponentWarming,
 )
-from vcmm.physics.cutting import ToolDeflection, ToolRunout, ToolWear
-from vcmm.physics.digits import Resolution
-from vcmm.physics.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
-from vcmm.physics.drift_vector import DriftVector, StepVector, ThermalVector
-from vcmm.physics.dynamics import DynamicPitch, StructuralVibration
-from vcmm.physics.encoder import EncoderInterpolation
-from vcmm.physics.encoder_harmonics import EncoderHarmonics
-from vcmm.physics.expansion import PartExpansion, ScaleExpansion
-from vcmm.physics.flexure import CrossAxisFlexure, GradientBending, PartLoad
-from vcmm.physics.geometric_change import GeometricChange
-from vcmm.physics.gravity import GravityFlexure
-from vcmm.physics.heating import ScrewHeating, SpindleGrowth
-from vcmm.physics.lag import ReadoutDelay, RotaryReadoutDelay, ServoLag
-from vcmm.physics.laser import AirIndex, CosineError, DeadPath
-from vcmm.physics.map_interpolation import MapInterpolation
-from vcmm.physics.pitch import ScrewPitch
-from vcmm.physics.plate_bow import PlateBow
-from vcmm.physics.play import BacklashRamp, LoadedPlay
-from vcmm.physics.probe import ProbeLobing, StylusBending, TipOffset, TipRadius, TriggerDelay
-from vcmm.physics.qualification import StylusQualification
-from vcmm.physics.residual import CorrelatedField, ResidualField
-from vcmm.physics.reversal import Hysteresis, LostMotion, ReversalSpike
-from vcmm.physics.reversal_curve import LostMotionCurve, LostMotionTable
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Reindexing, Scatter
-from vcmm.physics.setting import ProbeTouch, ToolLength, ToolOffset, ToolRadius, WorkOffset
-from vcmm.physics.spindle_load import SpindleLoadGrowth
-from vcmm.physics.squareness import RotaryLocation, Squareness
-from vcmm.physics.thermal import ThermalDrift
-from vcmm.physics.tilt import AxisLean, CentreLineOffset, CentreLineTilt
-from vcmm.physics.tip_form import TipForm
-from vcmm.physics.uniform_scale import UniformScale
-from vcmm.physics.workpiece import WorkpieceHeating
-from vcmm.physics.workpiece_bending import WorkpieceBending
+from vcmm.physics.structure.digits import Resolution
+from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
+from vcmm.physics.structure.geometric_change import GeometricChange
+from vcmm.physics.structure.lost_motion_table import LostMotionTable
+from vcmm.physics.structure.qualification import StylusQualification
+from vcmm.physics.structure.residual import CorrelatedField, ResidualField
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.scatter import Reindexing, Scatter
+from vcmm.physics.structure.setting import ProbeTouch, ToolLength, ToolOffset, ToolRadius, WorkOffset
+from vcmm.physics.structure.spindle_growth import SpindleGrowth
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
+from vcmm.physics.structure.thermal import ThermalDrift, ThermalDriftTwoLags
+from vcmm.physics.structure.tip import TipOffset, TipRadius
+from vcmm.physics.structure.tip_form import TipForm
+from vcmm.physics.structure.tool_bending import ToolDeflection
 
 ALL: tuple[type[Effect], ...] = (
     ComponentTable,
@@ -142,25 +145,3 @@ def find(name: str) -> type[Effect]:
     if name not in BY_NAME:
         raise UsageError(f'unknown effect "{name}".{choose_from(name, BY_NAME)}')
     return BY_NAME[name]
-
-
-def of_role(role: str) -> Any:
-    """The effect class with a role of `vcmm.core.declaration.ROLES`, None where no effect of ALL has it."""
-    return next((kind for kind in ALL if kind.role == role), None)
-
-
-def made_for(role: str, what: str) -> Any:
-    """The effect class that `what` of a file stands for. Raises UsageError where its file was taken out of vcmm/physics/."""
-    kind = of_role(role)
-    if kind is None:
-        raise UsageError(
-            f'{what} needs the effect with role = "{role}", and none in vcmm/physics/ has it; put its file and its line in ALL '
-            f"back, or leave out {what}"
-        )
-    return kind
-
-
-def has_role(name: str, role: str) -> bool:
-    """Whether the effect of that name, such as that of an Input, has a role."""
-    kind = BY_NAME.get(name)
-    return kind is not None and kind.role == role

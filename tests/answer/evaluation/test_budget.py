@@ -13,9 +13,9 @@ from vcmm.answer.evaluation.linear import build
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.part.part import Characteristic, Feature
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.expansion import ScaleExpansion
 
 K = Input("scale_factor", "X", "k", Normal(2e-6), evidence="laser")
 WARM = Input("channel", "", "temp_scale_x_C", Normal(0.1))

@@ -10,7 +10,7 @@ from tests.build import scenario
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.physics.expansion import ScaleExpansion
+from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.task.measuring.qualification import Qualification
 
 QUALIFIED = {"down": Qualification()}

@@ -18,7 +18,7 @@ from vcmm.answer.inference.job import evaluate_values
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.part.part import Characteristic, Feature, Part
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.strategies import Around, Even, Grid, Levels, plan_points

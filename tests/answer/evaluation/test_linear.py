@@ -11,7 +11,7 @@ from tests.build import scenario
 from vcmm.answer.evaluation.linear import build, term_of
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.task.response.influence import Influence
 
 K = Input("scale_factor", "X", "k", Normal(1e-6))

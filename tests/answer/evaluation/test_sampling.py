@@ -14,7 +14,7 @@ from vcmm.answer.evaluation.montecarlo import Term, simulate
 from vcmm.answer.evaluation.sampling import Sampler, multiplying, with_products
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.physics.expansion import ScaleExpansion
+from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.task.measuring.settings import Settings
 
 ALPHA = Input("scale_expansion", "X", "alpha", Normal(1e-6))

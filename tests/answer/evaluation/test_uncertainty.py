@@ -19,14 +19,15 @@ from vcmm.core.pose import Pose
 from vcmm.part.form import Lobes
 from vcmm.part.gps.decision import RULES
 from vcmm.part.part import Characteristic, Feature, Part
-from vcmm.physics.cutting import ToolRunout
-from vcmm.physics.encoder import EncoderInterpolation
-from vcmm.physics.expansion import PartExpansion
-from vcmm.physics.flexure import CrossAxisFlexure
-from vcmm.physics.pitch import ScrewPitch
-from vcmm.physics.probe import ProbeLobing, TipRadius
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.cutting import ToolRunout
+from vcmm.physics.catalogue.encoder import EncoderInterpolation
+from vcmm.physics.catalogue.flexure import CrossAxisFlexure
+from vcmm.physics.catalogue.pitch import ScrewPitch
+from vcmm.physics.catalogue.probe import ProbeLobing
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.expansion import PartExpansion
+from vcmm.physics.structure.squareness import Squareness
+from vcmm.physics.structure.tip import TipRadius
 from vcmm.task.measuring.plan import Plan, Step, Stylus, touches
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.strategies import Around, Grid, Iso10360, Levels, plan_points

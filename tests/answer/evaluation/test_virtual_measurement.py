@@ -9,7 +9,7 @@ import pytest
 
 from tests.build import scenario
 from vcmm.answer.evaluation.virtual_measurement import measure_task
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 
 def test_errors_at_their_estimates():

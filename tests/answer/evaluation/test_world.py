@@ -9,7 +9,7 @@ from tests.build import SCATTER, scenario
 from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.world import Measuring
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 
 def test_errors_of_first_order_and_exact():

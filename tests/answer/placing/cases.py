@@ -11,7 +11,7 @@ from tests.plate import PLATE
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal
 from vcmm.files.own.scenario import load_scenario
-from vcmm.physics.residual import CorrelatedField
+from vcmm.physics.structure.residual import CorrelatedField
 from vcmm.task.measuring.scenario import Scenario
 
 

@@ -19,10 +19,10 @@ from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.part.part import Characteristic, Feature, Part
-from vcmm.physics.component import ComponentSpline
-from vcmm.physics.residual import CorrelatedField
-from vcmm.physics.scatter import Scatter
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentSpline
+from vcmm.physics.structure.residual import CorrelatedField
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, six_of
 from vcmm.task.measuring.plan import Plan, Step, Stylus
 from vcmm.task.measuring.scenario import Scenario

@@ -18,7 +18,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.files.own.scenario import load_scenario
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.squareness import Squareness
 
 
 def test_u_agrees_with_the_evaluation_of_the_same_plan(tmp_path: Path):

@@ -21,7 +21,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.run import Run
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
-from vcmm.physics.backlash import Backlash
+from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.task.measuring.fixture import Goal, pose_of, six_of
 
 

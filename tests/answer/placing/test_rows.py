@@ -11,8 +11,8 @@ from tests.build import scenario
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.task.measuring.fixture import pose_of
 
 SIX = np.array([[0.0, 0, 0, 0, 0, 0], [30.0, -20.0, 5.0, 0.0, 0.0, 0.7]])

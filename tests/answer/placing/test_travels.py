@@ -12,9 +12,9 @@ from vcmm.answer.placing.travels import Travels
 from vcmm.core.declaration import KnownRange
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Pose
-from vcmm.physics.component import ComponentSpline
-from vcmm.physics.residual import CorrelatedField
-from vcmm.physics.scatter import Scatter
+from vcmm.physics.structure.component import ComponentSpline
+from vcmm.physics.structure.residual import CorrelatedField
+from vcmm.physics.structure.scatter import Scatter
 
 
 def test_travels_name_axis_and_point(tmp_path):

@@ -12,8 +12,8 @@ from vcmm.core.errors import DataError
 from vcmm.files.foreign.iso230 import read_iso230
 from vcmm.files.foreign.rtl import read_rtl
 from vcmm.files.own.recording import load_recording
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.task.response.observe import baseline
 from vcmm.task.response.recording import Recording
 

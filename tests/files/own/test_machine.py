@@ -11,7 +11,7 @@ from tests.conftest import data_file
 from vcmm.core.errors import DataError
 from vcmm.core.laws import MultivariateNormal
 from vcmm.files.own.machine import load_machine
-from vcmm.physics.map_interpolation import MapInterpolation
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
 
 HEAD = """\
 vcmm = "machine/1"

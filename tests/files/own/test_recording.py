@@ -15,8 +15,8 @@ from vcmm.core.errors import DataError
 from vcmm.core.laws import Normal, StudentT
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_writer import save_recording
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.response.observe import Observer, baseline, nuisance_columns
 from vcmm.task.response.recording import Recording
 

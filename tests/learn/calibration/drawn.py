@@ -11,8 +11,8 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.result import Calibration
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments.artefact import grid_of_balls, plate
 from vcmm.task.instruments.laser import six_d
 from vcmm.task.instruments.laying import simulated

@@ -26,8 +26,8 @@ from vcmm.learn.calibration.job import bare_machine, calibrate
 from vcmm.learn.calibration.model import error_model, gauge
 from vcmm.learn.calibration.readings import readings
 from vcmm.learn.calibration.solve import nuisance_basis
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import find
 from vcmm.task.instruments.artefact import plate
 from vcmm.task.instruments.instrument import InstrumentCertificate

@@ -12,8 +12,8 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.files.own.design import load_design
 from vcmm.learn.calibration.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
 from vcmm.learn.calibration.job import calibrate
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments.laser import six_d
 
 

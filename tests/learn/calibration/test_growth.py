@@ -17,7 +17,7 @@ from vcmm.files.own.machine import load_machine
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.machine_file import machine_texts
 from vcmm.learn.calibration.result import Calibration
-from vcmm.physics.component import ComponentPolynomial
+from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments.laser import line
 from vcmm.task.instruments.laying import simulated
 

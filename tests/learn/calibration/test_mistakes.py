@@ -15,8 +15,8 @@ from vcmm.learn.calibration.checks import check_agreement, remarks_on
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.model import error_model
 from vcmm.learn.calibration.readings import readings
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentPolynomial
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments import find
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laser import line
@@ -110,7 +110,7 @@ def test_readings_beyond_the_tables_are_refused():
 
 
 def _table():
-    from vcmm.physics.component import ComponentTable
+    from vcmm.physics.structure.component import ComponentTable
 
     q = np.linspace(0.0, 400.0, 5)
     return ComponentTable("EXX", ("X",), (q,), 1e-5 * q)

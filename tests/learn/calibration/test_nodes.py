@@ -17,6 +17,7 @@ from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.field_process import fitted, support
 from vcmm.learn.calibration.multilateration import nearest_pose
 from vcmm.learn.calibration.nodes import chi_squared, node_scatter, t_tests
+from vcmm.physics.structure.residual import ResidualField
 from vcmm.task.instruments.laying import joined
 from vcmm.task.instruments.tracker import lengths_to
 
@@ -113,7 +114,7 @@ def test_command_writes_a_field_that_is_read_back(tmp_path, capsys):
     assert found["degrees_of_freedom"] == 5 * 144 - 3 * 144 - 4 * 5 + 6
     assert [n["approaches"] for n in found["nodes"]] == [12] * 12
     field = load_machine(tmp_path / "field.toml")
-    one = next(e for e in field.effects if e.role == "residual field")
+    one = next(e for e in field.effects if isinstance(e, ResidualField))
     assert one.nodes[:12] == pytest.approx(np.array([n["place_mm"] for n in found["nodes"]]))
     wanted = {
         key: np.array([n[f"{key}_um"] for n in found["nodes"]])

@@ -16,7 +16,7 @@ from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.limits import limits_of
 from vcmm.learn.calibration.recorded import evaluated
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import find
 from vcmm.task.instruments.ball_bar import circle
 from vcmm.task.instruments.instrument import InstrumentCertificate

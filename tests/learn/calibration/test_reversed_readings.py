@@ -14,7 +14,7 @@ from vcmm.files.own.recording_writer import save_recording
 from vcmm.files.own.reversal import load_reversal
 from vcmm.learn.calibration.job import bare_machine, calibrate
 from vcmm.learn.calibration.reversed_readings import reversed_recordings
-from vcmm.physics.component import ComponentPolynomial
+from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments.laser import line
 from vcmm.task.instruments.laying import simulated
 

@@ -34,9 +34,9 @@ from vcmm.learn.calibration.machine_file import machine_texts
 from vcmm.learn.calibration.model import error_model
 from vcmm.learn.calibration.readings import readings
 from vcmm.learn.calibration.rotary import average_line
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.task.instruments.laser import line
 from vcmm.task.instruments.rotary import held, held_bar, indexed, r_test
 from vcmm.task.response.nuisance import nuisance_columns

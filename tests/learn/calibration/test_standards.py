@@ -16,10 +16,10 @@ from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.limits import limits_of
 from vcmm.learn.calibration.recorded_lines import recorded_positioning
 from vcmm.learn.calibration.standards import circular, lengths, positioning
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.scatter import Scatter
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import find
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laser import line

@@ -9,8 +9,8 @@ import numpy as np
 
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.task.instruments.laying import simulated
 from vcmm.task.instruments.rotary import indexed, r_test
 from vcmm.task.response.recording import Recording

@@ -9,7 +9,7 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.machine_file import improved_machine
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.squareness import RotaryLocation
 
 CENTRES = {
     "C1": (0, 0, 0), "B2": (150, 0, 450), "B3": (150, 0, 1050), "A4": (150, 0, 1170), "B5": (790, 0, 1170),

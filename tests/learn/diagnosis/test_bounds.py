@@ -8,8 +8,8 @@ import numpy as np
 
 from vcmm.learn.diagnosis.bounds import beyond
 from vcmm.learn.diagnosis.estimates import Estimate
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.laser import AirIndex, CosineError
+from vcmm.physics.catalogue.laser import AirIndex, CosineError
+from vcmm.physics.structure.expansion import ScaleExpansion
 
 NO_OFFSET = np.zeros((4, 3))
 MACHINE = SimpleNamespace(

@@ -10,7 +10,7 @@ import pytest
 
 from vcmm.core.run import Run
 from vcmm.learn.diagnosis.candidates import make_option
-from vcmm.physics.clamping import Clamping
+from vcmm.physics.catalogue.clamping import Clamping
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from vcmm.face.cli import run
 from vcmm.learn.diagnosis.delivered import left_over, rms_left
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.order import in_order
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.response.recording import Recording
 
 UM = 1e-3

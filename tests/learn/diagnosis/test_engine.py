@@ -12,7 +12,7 @@ from tests.learn.diagnosis import generator as make
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.improve import improved
 from vcmm.learn.diagnosis.result import VERDICTS, diagnosis_json
-from vcmm.physics.component import ComponentTable
+from vcmm.physics.structure.component import ComponentTable
 
 NULLS = 500
 

@@ -14,7 +14,7 @@ from vcmm.learn.diagnosis.accepted import notes
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.families import Kin, Member, kin_of, open_text, simplest
 from vcmm.learn.diagnosis.result import Answer
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b Y t"

@@ -7,6 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from tests.physics.ask import ask
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
 from vcmm.files.own.effects import build_effect
@@ -15,14 +16,14 @@ from vcmm.learn.diagnosis.accepted import notes, written
 from vcmm.learn.diagnosis.machine_file import effect_toml, improved_machine
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.physics import ALL
-from vcmm.physics.abbe import AbbeOffset
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import CalibrationModes, ComponentSpline, ComponentTable
-from vcmm.physics.drift import StepChange
-from vcmm.physics.geometric_change import GeometricChange
-from vcmm.physics.laser import AirIndex
-from vcmm.physics.map_interpolation import MapInterpolation
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.drift import StepChange
+from vcmm.physics.catalogue.laser import AirIndex
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.structure.abbe import AbbeOffset
+from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
+from vcmm.physics.structure.geometric_change import GeometricChange
+from vcmm.physics.structure.squareness import RotaryLocation
 
 ARRAYS = ("nodes", "powers", "orders")
 
@@ -99,6 +100,6 @@ def test_candidates_and_errors_of_the_instrument_stay_out_of_the_machine_file(tm
 
 def test_the_range_and_the_clock_of_what_was_found_are_remarked():
     change = GeometricChange("EZY", np.array([41.61, 517.86]), np.zeros(2))
-    assert change.said_in_file().startswith("recorded from 41.6 to 517.9 mm")
-    assert "clock of the recording" in StepChange("x").said_in_file()
-    assert Backlash("X").said_in_file() == ""
+    assert ask(change, "file_note").startswith("recorded from 41.6 to 517.9 mm")
+    assert "clock of the recording" in ask(StepChange("x"), "file_note")
+    assert ask(Backlash("X"), "file_note") == ""

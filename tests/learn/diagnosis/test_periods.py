@@ -28,8 +28,8 @@ from vcmm.learn.diagnosis.refine import Refiner, scanned
 from vcmm.learn.diagnosis.scans import trials
 from vcmm.learn.diagnosis.select import Setting, Term, select
 from vcmm.learn.diagnosis.sharpen import sharpened
-from vcmm.physics.pitch import ScrewPitch
-from vcmm.physics.rotary import RotaryCyclic
+from vcmm.physics.catalogue.pitch import ScrewPitch
+from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.task.response.recording import Recording
 
 EVERY_4 = np.arange(0, 201, 4.0)  # 51 places

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.physics import ALL, BY_NAME
@@ -9,7 +10,7 @@ from vcmm.show.tables.diagnosed import with_interval
 
 
 def test_every_family_has_words():
-    due = {kind.reported_as() for kind in ALL if kind.diagnosed} & set(BY_NAME)
+    due = {reported_name(kind) for kind in ALL if kind.diagnosis.is_named} & set(BY_NAME)
     assert [name for name in due if BY_NAME[name].words is None] == []
     assert plain_words("map_mistake", {"component": "EXX"}, {}).startswith("The stored table of EXX is not")
 

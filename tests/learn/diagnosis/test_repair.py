@@ -25,8 +25,8 @@ from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import hypotheses
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.repair import repaired
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.pitch import ScrewPitch
+from vcmm.physics.catalogue.pitch import ScrewPitch
+from vcmm.physics.structure.component import ComponentTable
 from vcmm.task.response.observe import baseline
 from vcmm.task.response.recording import Recording
 

@@ -23,10 +23,10 @@ from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.scans import refused, trials
 from vcmm.learn.diagnosis.select import Setting, Term, joint
 from vcmm.learn.diagnosis.verdict import reasons, verdict
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.map_interpolation import MapInterpolation
-from vcmm.physics.probe import ProbeLobing
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.map_interpolation import MapInterpolation
+from vcmm.physics.catalogue.probe import ProbeLobing
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
 
 ROWS = 200
 

@@ -15,7 +15,7 @@ from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.machine_match import noise_warning
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.sanity import checked, copies, in_time, without_gaps
-from vcmm.physics.component import ComponentTable
+from vcmm.physics.structure.component import ComponentTable
 from vcmm.task.response.recording import Recording
 
 UM = 1e-3
@@ -268,7 +268,7 @@ def test_a_time_is_told_in_its_unit():
 
 def test_a_residual_of_minus_twice_the_known_errors_is_told():
     from vcmm.learn.diagnosis.opposite_sign import against_known
-    from vcmm.physics.squareness import Squareness
+    from vcmm.physics.structure.squareness import Squareness
     from vcmm.task.response.observe import baseline
 
     case = make.make((), 0.0, 9, replace(make.RICH, n=200)).recording

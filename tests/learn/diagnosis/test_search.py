@@ -15,8 +15,8 @@ from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.search import further, named, settled
 from vcmm.learn.diagnosis.select import Setting, cleaned, select
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.play import BacklashRamp
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.play import BacklashRamp
 
 ROWS = 200
 RNG = np.random.default_rng(3)

@@ -24,9 +24,9 @@ from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.scans import trials
 from vcmm.learn.diagnosis.select import Setting, _simplest, joint
-from vcmm.physics.flexure import CrossAxisFlexure
-from vcmm.physics.probe import ProbeLobing
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.catalogue.flexure import CrossAxisFlexure
+from vcmm.physics.catalogue.probe import ProbeLobing
+from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.show.pages.diagnosis import _said
 from vcmm.task.response.pointing import nominal_direction, pointing_observations
 from vcmm.task.response.recording import Recording

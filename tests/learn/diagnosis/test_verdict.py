@@ -22,7 +22,7 @@ from vcmm.learn.diagnosis.result import Answer
 from vcmm.learn.diagnosis.scans import trials
 from vcmm.learn.diagnosis.select import Setting, Term, joint, select
 from vcmm.learn.diagnosis.verdict import beyond, curves, doubts, seen, told, verdict
-from vcmm.physics.dynamics import StructuralVibration
+from vcmm.physics.catalogue.dynamics import StructuralVibration
 
 
 def answer(probability: float, rivals: float = 0.0) -> Answer:

@@ -11,8 +11,8 @@ import vcmm
 from tests.compensation import block
 from vcmm.compensation.job import compensate
 from vcmm.core.run import Run
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.heating import SpindleGrowth
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.spindle_growth import SpindleGrowth
 from vcmm.shop.machining.own_logs import with_own_logs
 from vcmm.shop.machining.proof import inspected_cut, proof_by_cut
 

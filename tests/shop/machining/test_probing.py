@@ -11,7 +11,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.part.part import Feature, Part
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.shop.machining.probing import ProbedHere
 from vcmm.task.measuring.plan import Plan, Step, Stylus, touches
 from vcmm.task.measuring.task import Task

@@ -8,9 +8,9 @@ import numpy as np
 
 import vcmm
 from tests.shop.machining import lathe, shop
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.cutting import ToolDeflection
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.tool_bending import ToolDeflection
 from vcmm.shop.machining.contact_path import surface_at
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.preparation import set_up

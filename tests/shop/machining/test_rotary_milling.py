@@ -10,7 +10,7 @@ import pytest
 import vcmm
 from tests.shop.machining import rotary_shop as rs
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.physics.residual import CorrelatedField
+from vcmm.physics.structure.residual import CorrelatedField
 from vcmm.shop.machining.blank import notes
 from vcmm.shop.machining.contact_path import surface_at
 from vcmm.shop.machining.job import cut, finished_part

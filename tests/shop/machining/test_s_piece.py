@@ -12,7 +12,7 @@ import pytest
 
 import vcmm
 from vcmm.files.own.library import folder
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.preparation import set_up
 from vcmm.task.measuring.task import measured_points

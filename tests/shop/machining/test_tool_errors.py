@@ -12,10 +12,10 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Scatter
-from vcmm.physics.workpiece import WorkpieceHeating
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.catalogue.workpiece import WorkpieceHeating
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.shop.machining.tool_errors import ToolSide, cutting_effects
 from vcmm.shop.machining.zero_setting import SETTING
 from vcmm.task.response.trials import Draws

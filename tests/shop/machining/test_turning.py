@@ -77,7 +77,7 @@ def shifted(ready, **shifts):
     """The shop with effects of setting moved: tool_offset x and y, tool_length, tool_radius of tool 1, mm."""
     from dataclasses import replace
 
-    from vcmm.physics.setting import ToolLength, ToolOffset, ToolRadius
+    from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius
 
     made = {
         "x": lambda v: ToolOffset("1", "x", v), "y": lambda v: ToolOffset("1", "y", v),

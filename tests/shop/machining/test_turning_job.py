@@ -144,7 +144,7 @@ def test_a_bore_by_hand(tmp_path):
     """A boring bar, tip to +X and -Z (2): a bore of 30 mm; 5 um of offset missing towards the wall leave 5 um of radius."""
     from dataclasses import replace
 
-    from vcmm.physics.setting import ToolOffset
+    from vcmm.physics.structure.setting import ToolOffset
 
     setup = lathe.SETUP.replace("orientation = 3", "orientation = 2") + BAR + 'bore = "26 mm"\n'
     program = "G0 X24. Z2.\nX30.\nG1 Z-40. F0.05\nX24.\nG0 Z5.\n"

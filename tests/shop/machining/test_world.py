@@ -17,11 +17,11 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Run
 from vcmm.part.part import Characteristic, Feature, Part
-from vcmm.physics.expansion import PartExpansion
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Scatter
-from vcmm.physics.setting import ToolLength, ToolRadius, WorkOffset
-from vcmm.physics.workpiece import WorkpieceHeating
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.catalogue.workpiece import WorkpieceHeating
+from vcmm.physics.structure.expansion import PartExpansion
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.setting import ToolLength, ToolRadius, WorkOffset
 from vcmm.shop.cutting.contactmap import Contacts
 from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.shop.machining.tool_errors import ToolSide

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.programs import circle, mill
-from vcmm.physics.lag import ServoLag
+from vcmm.physics.catalogue.lag import ServoLag
 from vcmm.shop.motion.servo import following
 from vcmm.shop.motion.toolpath import toolpath
 

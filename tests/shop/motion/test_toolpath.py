@@ -10,7 +10,7 @@ import pytest
 from tests.programs import AT, circle, corner, line, mill
 from vcmm.core.errors import UsageError
 from vcmm.files.own.machine import load_machine
-from vcmm.physics.backlash import Backlash
+from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.program.limits import Control
 from vcmm.program.moves import Move
 from vcmm.shop.motion.toolpath import clock, naive_seconds, summary, toolpath

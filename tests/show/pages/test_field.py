@@ -7,7 +7,7 @@ import pytest
 
 from tests.build import machine
 from vcmm.core.run import Run
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.show.pages.field import _magnification, _segments, field_page
 from vcmm.task.response.volumetric import field
 

@@ -11,7 +11,7 @@ import pytest
 from tests.build import machine
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.show.pages.field import field_page
 from vcmm.show.tables.error_field import diagonals, field_csv, field_json, maxima, summary
 from vcmm.show.tables.table import in_terminal

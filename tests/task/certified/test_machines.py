@@ -12,6 +12,7 @@ from vcmm.core.effect import with_parameter
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
+from vcmm.physics.structure.component import CalibrationModes
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, length_limit, smallest_limit
 from vcmm.task.certified.lines import length_run, seven_lines
 from vcmm.task.certified.machines import _largest_scale, half_sphere
@@ -82,7 +83,7 @@ def test_every_machine_keeps_its_limit_and_the_worst_uses_it(tmp_path: Path) -> 
     used = []
     for row in modes[:60]:
         effects = tuple(
-            with_parameter(e, "modes", row) if e.role == "joint calibration" else e for e in machine.effects
+            with_parameter(e, "modes", row) if isinstance(e, CalibrationModes) else e for e in machine.effects
         )
         drawn = type(machine)(machine.name, machine.kind, machine.chain, machine.axes, effects)
         error = -np.einsum("ni,ni->n", drawn.tip_error(run_, exact=True), run_.normal)

@@ -13,8 +13,8 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.files.own.setups import SetupTable, planned
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import ALL, find
 from vcmm.task.instruments.ball_bar import circle
 from vcmm.task.instruments.instrument import InstrumentCertificate

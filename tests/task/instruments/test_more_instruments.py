@@ -9,9 +9,9 @@ import pytest
 
 from tests.learn.calibration.drawn import bare
 from vcmm.core.errors import UsageError
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import find
 from vcmm.task.instruments.artefact import bar, grid_of_balls, plate, sphere
 from vcmm.task.instruments.ball_bar import both_senses

@@ -10,9 +10,9 @@ import pytest
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.physics.component import ComponentPolynomial
-from vcmm.physics.rotary import RotaryCyclic
-from vcmm.physics.squareness import RotaryLocation
+from vcmm.physics.structure.component import ComponentPolynomial
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.task.instruments.reversal import ReversalTest, separated
 from vcmm.task.instruments.reversal_line import LineScan, squareness_reversal, straightness_reversal
 from vcmm.task.instruments.reversal_simulated import (

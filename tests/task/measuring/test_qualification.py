@@ -13,9 +13,10 @@ from vcmm.core.laws import Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.part.part import Feature
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.probe import ProbeLobing, StylusBending, TipRadius, TriggerDelay
-from vcmm.physics.scatter import Scatter
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.probe import ProbeLobing, StylusBending, TriggerDelay
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.tip import TipRadius
 from vcmm.task.measuring.plan import Plan, Step, Stylus, Touch
 from vcmm.task.measuring.qualification import Qualification, qualified_machine
 from vcmm.task.measuring.strategies import Iso10360, plan_points

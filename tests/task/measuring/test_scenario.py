@@ -13,7 +13,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.pose import Pose
 from vcmm.part.form import Lobes
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.task.measuring.qualification import Qualification
 
 K = Input("scale_factor", "X", "k", Normal(1e-6))

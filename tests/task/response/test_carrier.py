@@ -11,12 +11,12 @@ from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, tip
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.probe import TipOffset
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.squareness import Squareness
+from vcmm.physics.structure.tip import TipOffset
 from vcmm.task.response.carrier import Carrier, Sight, beside, responses, shifted
 
 X, Y, Z = np.eye(3)

@@ -10,10 +10,10 @@ from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.run import Run
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.probe import TipOffset
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.tip import TipOffset
 from vcmm.task.response.carrier import shared
 from vcmm.task.response.influence import influences, products
 

@@ -13,9 +13,9 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
 from vcmm.face.cli import run as command
-from vcmm.physics.residual import CorrelatedField, ResidualField
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Scatter
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.residual import CorrelatedField, ResidualField
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.show.pages.field import field_page
 from vcmm.show.tables.error_field import field_csv, field_json
 from vcmm.task.response.volumetric import field

@@ -14,14 +14,14 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples, Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.clamping import Clamping
-from vcmm.physics.component import ComponentTable
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.probe import TipOffset, TipRadius
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Reindexing, Scatter
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.clamping import Clamping
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.scatter import Reindexing, Scatter
+from vcmm.physics.structure.squareness import Squareness
+from vcmm.physics.structure.tip import TipOffset, TipRadius
 from vcmm.task.response.observe import (
     Observer,
     baseline,

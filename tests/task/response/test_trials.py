@@ -9,10 +9,10 @@ from tests import build
 from tests.task.response.test_influence import prepared
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.expansion import ScaleExpansion
-from vcmm.physics.probe import TipOffset
-from vcmm.physics.scale import ScaleFactor
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.tip import TipOffset
 from vcmm.task.response.influence import influences
 from vcmm.task.response.trials import Draws, exact_errors
 

@@ -7,10 +7,10 @@ import pytest
 
 from tests import build
 from vcmm.core.errors import UsageError
-from vcmm.physics.backlash import Backlash
-from vcmm.physics.scale import ScaleFactor
-from vcmm.physics.scatter import Scatter
-from vcmm.physics.squareness import Squareness
+from vcmm.physics.catalogue.backlash import Backlash
+from vcmm.physics.catalogue.scale import ScaleFactor
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.response.volumetric import diagonals, field, grid, not_mapped, with_defaults
 
 

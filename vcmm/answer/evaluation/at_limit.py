@@ -20,7 +20,10 @@ from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.physics import has_role
+from vcmm.physics.structure.component import CalibrationModes
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.tip import TipRadius
+from vcmm.physics.structure.tip_form import TipForm
 from vcmm.task.certified.certificate import MachineCertificate
 from vcmm.task.certified.machines import CertifiedMachines, drawn_machines, geometry_at_limit
 from vcmm.task.response.trials import Draws
@@ -81,16 +84,16 @@ def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array
 def _own(one: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
     """The draws of one Input, those of the certificate taken from the machines themselves."""
     effect = one.influence.input.effect
-    if has_role(effect, "repeatability"):
+    if effect == Scatter.name:
         law = one.influence.input.law
         factor = machines.scatter[rows] / float(np.ravel(law.u)[0])
         return Draws(one.influence, one.raw, one.departures * factor[:, None, None])
-    for role, values in (
-        ("joint calibration", machines.modes),
-        ("tip out of round", machines.form),
-        ("tip size", machines.radius[:, None]),
+    for kind, values in (
+        (CalibrationModes, machines.modes),
+        (TipForm, machines.form),
+        (TipRadius, machines.radius[:, None]),
     ):
-        if has_role(effect, role):
+        if effect == kind.name:
             return Draws(
                 one.influence, one.raw, np.broadcast_to(values[rows][:, None, :], one.departures.shape)
             )

@@ -15,7 +15,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
 from vcmm.part.part import Characteristic, Feature
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.measuring.qualification import REPEATABILITY
 from vcmm.task.response.influence import Influence
 
@@ -36,7 +36,7 @@ def budget_line(
         input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
         redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
-        evidence=one.evidence, cause=REPEATABILITY if has_role(one.effect, REPEATABILITY) else one.cause,
+        evidence=one.evidence, cause=REPEATABILITY if one.effect == Scatter.name else one.cause,
     )  # fmt: skip
 
 

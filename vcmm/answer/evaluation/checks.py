@@ -13,8 +13,16 @@ from vcmm.core.run import T0_DEG_C
 from vcmm.part.extent import EDGE, beyond_extent
 from vcmm.part.gps.contradictions import free_words, left_free, redundant_zones
 from vcmm.part.part import ends, frame
-from vcmm.physics import BY_NAME
+from vcmm.physics.structure.qualification import StylusQualification
+from vcmm.physics.structure.residual import ResidualField
+from vcmm.physics.structure.tip import TipOffset, TipRadius
 from vcmm.task.measuring.scenario import Scenario
+
+OF_QUALIFICATION = (
+    TipRadius.name,
+    TipOffset.name,
+    StylusQualification.name,
+)  # what the qualification of a stylus may err by
 
 
 def remarks(scenario: Scenario) -> tuple[str, ...]:
@@ -28,12 +36,10 @@ def remarks(scenario: Scenario) -> tuple[str, ...]:
 
 def independent_draws(inputs: Sequence[Input]) -> list[str]:
     """What must be said of fields whose nodes are drawn independently and interpolated afterwards; empty where there are none."""
-    said = [
-        BY_NAME[i.effect].independent_draws
-        for i in inputs
-        if i.effect in BY_NAME and i.parameter == "values" and isinstance(i.law, Law)
-    ]
-    return list(dict.fromkeys(text for text in said if text))
+    independent = any(
+        i.effect == ResidualField.name and i.parameter == "values" and isinstance(i.law, Law) for i in inputs
+    )
+    return [ResidualField.independent_draws] if independent else []
 
 
 INTO = (
@@ -200,9 +206,7 @@ def _exact_temperatures(scenario: Scenario) -> list[str]:
 def _unqualified(scenario: Scenario) -> list[str]:
     used = dict.fromkeys(step.stylus for step in scenario.plan.steps)
     bare = [name for name in used if name not in scenario.qualifications]
-    known = {
-        i.where for i in scenario.machine.inputs if i.effect in BY_NAME and BY_NAME[i.effect].of_qualification
-    }
+    known = {i.where for i in scenario.machine.inputs if i.effect in OF_QUALIFICATION}
     bare = [name for name in bare if not {name, "", EVERY} & known]
     if not bare:
         return []

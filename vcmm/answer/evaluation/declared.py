@@ -4,7 +4,8 @@
 "known"        the machine file or the scenario states it, and it is taken as exact
 "not covered"  nothing is said of it: U does not hold it
 
-Families are the files of vcmm/physics, one family each; their first line says what they are.
+Families are the files of vcmm/physics, one family each; their first line says what they are. A file of structure/ that holds a part of a
+family of catalogue/ names it as FAMILY.
 """
 
 from __future__ import annotations
@@ -42,16 +43,22 @@ def _of_effects(task: Task, single: Sequence[Input]) -> list[DeclaredInfluence]:
     files: dict[str, list[type]] = {}
     for kind in ALL:
         if kind.belongs_to not in OF_CUTTING and not kind.needs_cut:
-            files.setdefault(kind.__module__, []).append(kind)
+            files.setdefault(_family(kind), []).append(kind)
     held = {e.name for e in task.machine.effects}
     out = []
-    for module, kinds in files.items():
+    for family, kinds in files.items():
         names = {str(k.name) for k in kinds}  # type: ignore[attr-defined]
         moved = tuple(dict.fromkeys(i.id for i in single if i.effect in names))
         status = UNCERTAIN if moved else KNOWN if held & names else NOT_COVERED
-        said = (sys.modules[module].__doc__ or "").split("\n", 1)[0]
-        out.append(DeclaredInfluence(module.rpartition(".")[2].replace("_", " "), said, status, moved))
+        said = (sys.modules[kinds[0].__module__].__doc__ or "").split("\n", 1)[0]
+        out.append(DeclaredInfluence(family, said, status, moved))
     return out
+
+
+def _family(kind: type) -> str:
+    module = sys.modules[kind.__module__]
+    stem = kind.__module__.rpartition(".")[2].replace("_", " ")
+    return str(getattr(module, "FAMILY", stem))
 
 
 def _others(task: Task) -> list[DeclaredInfluence]:

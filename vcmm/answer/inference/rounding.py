@@ -9,9 +9,8 @@ from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.laws import Law, Uniform
 from vcmm.core.machine import Machine
-from vcmm.physics import has_role, made_for
+from vcmm.physics.structure.digits import Resolution
 
-DIGITS = "digits of a file"
 FINE = 1.000001e-6  # mm: the roundings of a step up to 1 nm (0.3 nm) are left out
 OF_STEP = 0.5  # scatter over step from which roundings are noise
 COARSE = (
@@ -28,20 +27,21 @@ def with_digits(machine: Machine, step: float) -> Machine:
     """The machine with what rounding to `step` mm does to every touch: uniform over half a step to either side."""
     if step <= FINE:
         return machine
-    kind = made_for(DIGITS, "the digits of measured points")
     said = f"last digit of the coordinates: {step:g} mm"
-    return informed(machine, [kind()], [Input(kind.name, "", "value", Uniform(step / 2.0), "touch", said)])
+    return informed(
+        machine, [Resolution()], [Input(Resolution.name, "", "value", Uniform(step / 2.0), "touch", said)]
+    )
 
 
 def step_of(machine: Machine) -> float:
     """mm; 0 where the digits tell nothing worth a line."""
-    laws = [i.law for i in machine.inputs if has_role(i.effect, DIGITS)]
+    laws = [i.law for i in machine.inputs if i.effect == Resolution.name]
     return sum(2.0 * law.half_width for law in laws if isinstance(law, Uniform))
 
 
 def scatter_of(machine: Machine) -> float:
     """Standard deviation of a touch beside the digits, mm: of all that is drawn anew for every touch."""
-    laws = [i.law for i in machine.inputs if i.redraw == "touch" and not has_role(i.effect, DIGITS)]
+    laws = [i.law for i in machine.inputs if i.redraw == "touch" and i.effect != Resolution.name]
     return math.sqrt(sum(float(law.u) ** 2 for law in laws if isinstance(law, Law)))
 
 
@@ -60,7 +60,7 @@ def leading(c: CharacteristicResult) -> float:
     if not c.budget or not math.isfinite(c.u):
         return 0.0
     largest = max(c.budget, key=lambda line: line.u)
-    return largest.share if has_role(largest.input.partition(".")[0], DIGITS) else 0.0
+    return largest.share if largest.input.partition(".")[0] == Resolution.name else 0.0
 
 
 def said_of_digits(c: CharacteristicResult, step: float) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.part.part import Characteristic, Feature, Part, normal
 from vcmm.part.random_form import ROUND, SMOOTH, random_forms
-from vcmm.physics import has_role
+from vcmm.physics.structure.expansion import PartExpansion
 from vcmm.task.measuring.plan import Step
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
@@ -71,7 +71,7 @@ def _chosen(kept: Draws, anew: Draws, part: int, count: int) -> Draws:
 
 def _trial(one: Input, part: int) -> int | None:
     """The trial in which an Input is kept; None where it is drawn anew."""
-    if one.effect == FORM or has_role(one.effect, "part temperature"):
+    if one.effect == FORM or one.effect == PartExpansion.name:
         return part
     return None if one.is_channel or one.redraw not in KEPT else 0
 

@@ -32,7 +32,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.pose import Pose
 from vcmm.core.run import T0_DEG_C, Array
 from vcmm.part.gps import characteristics as gps
-from vcmm.physics import has_role
+from vcmm.physics.structure.expansion import PartExpansion
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import CORRECTED, Settings
 from vcmm.task.measuring.task import Task
@@ -188,7 +188,7 @@ def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rul
     scatter, kept = [], []
     for line in c.budget:
         one = inputs.get(line.input)
-        if one is not None and has_role(one.effect, "part temperature"):
+        if one is not None and one.effect == PartExpansion.name:
             kept.append(Contribution(PART_EXPANSION, line.u, line.dof))
         elif one is not None and hidden.anew(one):
             scatter.append(line.u)
@@ -202,7 +202,7 @@ def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rul
 
 def _warmth(scenario: Scenario, length: float) -> Warmth:
     """Temperature of the part, and how well its expansion is known; of a characteristic that grows by `length` mm per 1."""
-    u = [i.size for i in scenario.inputs if has_role(i.effect, "part temperature")]
+    u = [i.size for i in scenario.inputs if i.effect == PartExpansion.name]
     return Warmth(scenario.constants.get("temp_part_C", T0_DEG_C), u[0] if u else 0.0, abs(length))
 
 

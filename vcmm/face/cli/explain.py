@@ -58,13 +58,16 @@ def _figures(word: str, figures: tuple[StandardFigure, ...], json: bool) -> int:
 
 
 def _error(word: str, json: bool) -> int:
+    from vcmm.core.axes import is_location
     from vcmm.core.effect import place_fields
     from vcmm.core.error_names import canonical, described
-    from vcmm.physics import made_for
+    from vcmm.physics.structure.component import ComponentTable
+    from vcmm.physics.structure.squareness import RotaryLocation, Squareness
     from vcmm.show.console.documents import document, print_json
 
     row = described(canonical(word))
-    kind = made_for(row.role, row.name)
+    of_axis = RotaryLocation if is_location(row.name) else Squareness
+    kind = ComponentTable if row.name.startswith("E") else of_axis
     key = next(f.name for f in place_fields(kind))
     if json:
         body = {

@@ -44,7 +44,8 @@ from vcmm.files.own.setup import load_setup
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
-from vcmm.physics import has_role, made_for, of_role
+from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
+from vcmm.physics.structure.tool_bending import ToolDeflection
 from vcmm.program.setup import Setup, turns_with
 from vcmm.shop.cutting.force import bending
 from vcmm.shop.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
@@ -216,7 +217,7 @@ def _known(
     own = machine.effects if machine else ()
     effects, inputs = setting_knowledge(setup, cut, _turned(setup, cut, document.path.parent / cut.program))
     stated = [str(e.get("effect")) for e in tables_in(document.data, "effects")]
-    if not any(has_role(name, "tool bending") for name in (*stated, *(e.name for e in own))):
+    if not any(name == ToolDeflection.name for name in (*stated, *(e.name for e in own))):
         bends, known_bends = bending_knowledge(setup, cut)
         effects, inputs = [*effects, *bends], [*inputs, *known_bends]
     full = None if machine is None else informed(machine, effects)
@@ -252,37 +253,30 @@ def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[E
     turned: on a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
     """
     directions = "z" if turned else "xyz"
-    effects = _set("work zero", *((d,) for d in directions))
+    effects: list[Effect] = [WorkOffset(d) for d in directions]
     inputs = []
     if cut.work_offset.u:
-        kind = made_for("work zero", "[cut] work_offset.u").name
         law = Normal(cut.work_offset.u)
         inputs = [
-            Input(kind, d, "shift", law, OFFSET_LABEL, "setting of the work offset") for d in directions
+            Input(WorkOffset.name, d, "shift", law, OFFSET_LABEL, "setting of the work offset")
+            for d in directions
         ]
     for number in setup.tools:
         name, said = str(number), cut.tools.get(str(number), ToolKnowledge())
-        effects += [*_set("tool length", (name,)), *_set("tool radius", (name,))]
+        effects += [ToolLength(name), ToolRadius(name)]
         if said.u_length:
-            inputs.append(_of_setter("tool length", name, "dl", said.u_length))
+            inputs.append(_of_setter(ToolLength, name, "dl", said.u_length))
         if said.u_radius:
-            inputs.append(_of_setter("tool radius", name, "dr", said.u_radius))
+            inputs.append(_of_setter(ToolRadius, name, "dr", said.u_radius))
         if setup.tools[number].shape == "turning" or setup.tools[number].driven is not None:
-            effects += _set("tool offset", *((name, d) for d in "xy"))
+            effects += [ToolOffset(name, d) for d in "xy"]
         for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
             if u:
-                inputs.append(_of_setter("tool offset", f"{name},{d}", "shift", u))
+                inputs.append(_of_setter(ToolOffset, f"{name},{d}", "shift", u))
     return effects, inputs
 
 
-def _set(role: str, *places: tuple[str, ...]) -> list[Effect]:
-    """The effects that something was set with at these places; what nothing is stated of may be missing from the catalogue."""
-    kind = of_role(role)
-    return [] if kind is None else [kind(*place) for place in places]
-
-
-def _of_setter(role: str, where: str, parameter: str, u: float) -> Input:
-    kind = made_for(role, f"[cut] tools: the uncertainty of a {role}")
+def _of_setter(kind: type[Effect], where: str, parameter: str, u: float) -> Input:
     return Input(kind.name, where, parameter, Normal(u), "setup", "tool setter")
 
 
@@ -298,12 +292,11 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
         if amount is None and tool.stick_out and tool.diameter and tool.shape in ("flat", "ball", "bull"):
             amount = bending(tool.diameter / 2, tool.stick_out)
         if amount is not None:
-            kind = made_for("tool bending", f"stick_out or compliance of tool {number}")
-            yields = kind.of_edge if tool.shape == "turning" else kind.of_rod
+            yields = ToolDeflection.of_edge if tool.shape == "turning" else ToolDeflection.of_rod
             effects.append(yields(amount, str(number)))
             if said.u_compliance:
                 law, why = Normal(said.u_compliance), "stiffness of tool and spindle"
-                inputs.append(Input(kind.name, str(number), "compliance", law, "setup", why))
+                inputs.append(Input(ToolDeflection.name, str(number), "compliance", law, "setup", why))
     return effects, inputs
 
 

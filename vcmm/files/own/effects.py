@@ -10,14 +10,26 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_rotary
-from vcmm.core.effect import Effect, parameter_fields, place_fields, unit_at
+from vcmm.core.effect import (
+    GRIDS,
+    LENGTH,
+    LETTERS,
+    POINTS,
+    POSITIONS,
+    TEXT,
+    Effect,
+    kind_of_key,
+    parameter_fields,
+    place_fields,
+    unit_at,
+)
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.core.units import dimension_of, quantity, shown, vector
 from vcmm.files.problems import Key, TableProblems, misspelt
 from vcmm.physics import find
+from vcmm.physics.structure.component import CalibrationModes
 
-POINTS = ("nodes", "deviation", "scatter", "reading_u")  # lists of x y z with a unit
 Found = list[tuple[Key, str]]  # (key, what is wrong with it)
 
 
@@ -37,8 +49,8 @@ def build_effect(table: dict[str, Any]) -> Effect:
     kind = kind_of(table, found)
     if kind is None:
         raise TableProblems(found)
-    if kind.made_by:
-        raise TableProblems([("effect", f"{kind.name} is made by {kind.made_by}; use that")])
+    if issubclass(kind, CalibrationModes):
+        raise TableProblems([("effect", f"{kind.name} is made by {CalibrationModes.made_by}; use that")])
     values: dict[str, Any] = {}
     for key, value in table.items():
         if key != "effect":
@@ -92,7 +104,7 @@ def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> A
         return _whole(key, value, default)
     if other[key].metadata.get("place"):
         return _text(key, value, str(default))
-    return _plain(other[key], value, table)
+    return _further(other[key], value, table)
 
 
 def _text(key: str, value: Any, example: str) -> str:
@@ -142,43 +154,50 @@ def check_matters(spec: Field[Any], component: str, key: str) -> None:
         raise UsageError(f'{key} does nothing for component = "{component}"; it goes with {allowed}')
 
 
-def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
-    """Keys that are neither place nor parameter: positions carry units, words and counts are taken as they are."""
-    key = spec.name
-    if key == "nodes" and ("component" in table or "axis" in table):
+def _further(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
+    """Keys that are neither place nor parameter, by what they hold: positions carry units, words and counts are taken as they are."""
+    key, kind = spec.name, kind_of_key(spec)
+    if kind == POSITIONS:
         return _axis_positions(value, axis_of(str(table.get("component", ""))) or str(table.get("axis")), key)
     if key == "process":
         return value  # judged by the effect itself, with its nodes
-    if key in POINTS:
-        if not isinstance(value, list) or not value:
-            raise UsageError(
-                f'{key} must be a list of points; write for example {key} = ["0 0 0 mm", "100 0 0 mm"]'
-            )
-        rows = [vector(row, "length", key, "0 0 20 mm") for row in value]
-        bad = next((i for i, row in enumerate(rows) if len(row) != 3), None)
-        if bad is not None:
-            raise UsageError(
-                f'{key}: row {bad + 1} "{value[bad]}" must have three numbers and a unit, as in "0 0 20 mm"'
-            )
-        return np.array(rows)
-    if key == "grids":
-        letters = table.get("arguments", ["X"])
-        if not isinstance(value, list) or not isinstance(letters, list) or len(value) != len(letters):
-            raise UsageError(
-                f'{key} = {shown(value)} must have one list of positions per argument, as in grids = ["0 100 200 mm"]'
-            )
-        return tuple(_axis_positions(v, str(a), key) for v, a in zip(value, letters))
-    if key == "arguments":
+    if kind == POINTS:
+        return _points(key, value)
+    if kind == GRIDS:
+        return _grids(key, value, table.get("arguments", ["X"]))
+    if kind == LETTERS:
         if not isinstance(value, list):
             raise UsageError(
                 f'{key} = {shown(value)} must be a list of axis letters, as in arguments = ["X"]'
             )
         return tuple(_text(key, v, "X") for v in value)
-    if spec.type == "float":
+    if kind == LENGTH:
         return quantity(value, "length", key, "150 mm")
-    if spec.type == "str":
+    if kind == TEXT:
         return _text(key, value, str(spec.default))
     return _whole(key, value, int(spec.default))  # type: ignore[arg-type]
+
+
+def _points(key: str, value: Any) -> Array:
+    if not isinstance(value, list) or not value:
+        raise UsageError(
+            f'{key} must be a list of points; write for example {key} = ["0 0 0 mm", "100 0 0 mm"]'
+        )
+    rows = [vector(row, "length", key, "0 0 20 mm") for row in value]
+    bad = next((i for i, row in enumerate(rows) if len(row) != 3), None)
+    if bad is not None:
+        raise UsageError(
+            f'{key}: row {bad + 1} "{value[bad]}" must have three numbers and a unit, as in "0 0 20 mm"'
+        )
+    return np.array(rows)
+
+
+def _grids(key: str, value: Any, letters: Any) -> tuple[Array, ...]:
+    if not isinstance(value, list) or not isinstance(letters, list) or len(value) != len(letters):
+        raise UsageError(
+            f'{key} = {shown(value)} must have one list of positions per argument, as in grids = ["0 100 200 mm"]'
+        )
+    return tuple(_axis_positions(v, str(a), key) for v, a in zip(value, letters))
 
 
 def _axis_positions(value: Any, axis: str, key: str) -> Array:

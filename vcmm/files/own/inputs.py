@@ -28,6 +28,7 @@ from vcmm.core.units import channel_unit, dimension_of, parse_unit, shown, vecto
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.own.effects import Found, check_matters, kind_of, may_be_left_out, noting
 from vcmm.files.problems import TableProblems, misspelt
+from vcmm.physics.structure.residual import CorrelatedField
 
 BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given
@@ -96,7 +97,8 @@ def _effect_input(
         return None
     law, scale = None, None
     with noting(found, "law"):
-        covariance, own = target.covariance(), target.own_law(spec.name)
+        covariance = target.covariance() if isinstance(target, CorrelatedField) else None
+        own = target.own_law(spec.name)
         if own is not None:
             law = _refusing_others(kind, table, own)
         elif covariance is not None:

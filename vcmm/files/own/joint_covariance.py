@@ -22,7 +22,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.run import Array
 from vcmm.core.text import brief, csv_of, to_number
 from vcmm.files.columns import Sheet, read_csv
-from vcmm.physics import made_for
+from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
 
 HEAD = ("error", "position")
 SMALLEST = 1e-12  # of the largest eigenvalue of the correlation: what is below is rounding
@@ -116,23 +116,22 @@ def covariance_text(joint: JointCovariance) -> str:
 def joint_knowledge(
     joint: JointCovariance, effects: Sequence[Effect], evidence: str
 ) -> tuple[list[Effect], list[Input]]:
-    """One effect of the role "joint calibration" per error, and the Input that they share.
+    """CalibrationModes per error, and the Input that they share.
 
     effects: those of the error table. Raises DataError for an error or nodes that the table does not have.
     """
     factor, names = joint.factor, np.array(joint.errors)
-    kind = made_for("joint calibration", "[errors] covariance")
     by_name = {e.where: e for e in effects}
     out: list[Effect] = []
     for name in dict.fromkeys(joint.errors):
         rows = np.flatnonzero(names == name)
         _check_nodes(name, joint.position[rows], by_name)
-        cubic = by_name[name].role == "error curve"
+        cubic = isinstance(by_name[name], ComponentSpline)
         nodes = np.zeros(0) if np.isnan(joint.position[rows[0]]) else joint.position[rows]
-        out.append(kind(name, nodes, factor[rows], "cubic" if cubic else "linear"))
+        out.append(CalibrationModes(name, nodes, factor[rows], "cubic" if cubic else "linear"))
     if not factor.shape[1]:
         return [], []
-    return out, [Input(kind.name, EVERY, "modes", Normal(1.0), "machine", evidence)]
+    return out, [Input(CalibrationModes.name, EVERY, "modes", Normal(1.0), "machine", evidence)]
 
 
 def _check_nodes(name: str, position: Array, by_name: dict[str, Effect]) -> None:
@@ -140,7 +139,7 @@ def _check_nodes(name: str, position: Array, by_name: dict[str, Effect]) -> None
         raise DataError(f"covariance: {name} is not in the error table, which has {', '.join(by_name)}")
     effect = by_name[name]
     nodes = effect.own_nodes()
-    if nodes is None and effect.role == "error table":
+    if nodes is None and isinstance(effect, ComponentTable):
         raise DataError(
             f"covariance: {name} is tabulated over several axes; state an uncertainty for it instead"
         )

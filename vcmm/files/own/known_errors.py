@@ -25,9 +25,10 @@ from vcmm.files.own.machine_tables import MachineFile, Repeatability, Scales, Un
 from vcmm.files.problems import Problems
 from vcmm.files.schema import whole
 from vcmm.files.toml import Document, Location
-from vcmm.physics import made_for
-
-TABLE, CURVE = "error table", "error curve"  # roles
+from vcmm.physics.structure.component import ComponentSpline, ComponentTable
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
 
 
 def known_errors(
@@ -67,11 +68,9 @@ def known_errors(
     if model.repeatability and whole(model.repeatability, data["repeatability"]):
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
-        touch = problems.attempt((*at, "repeatability"), lambda: made_for("repeatability", "[repeatability]"))
-        if touch is not None:
-            effects.append(touch())
-            said = "repeatability of the machine file"
-            inputs += [Input(touch.name, "", "value", law, "touch", said)] if law else []
+        effects.append(Scatter())
+        said = "repeatability of the machine file"
+        inputs += [Input(Scatter.name, "", "value", law, "touch", said)] if law else []
     if model.environment and model.environment.scales and chain:
         scales, letters = model.environment.scales, [a for a in chain.letters if a in "XYZ"]
         found_scales = problems.attempt((*at, "environment", "scales"), lambda: _scales(scales, letters))
@@ -111,18 +110,15 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
                 and table.arguments[0] == axis_of(name)
                 and len(values) > 2
             ):
-                effects.append(
-                    made_for("error curve", f"the cubic table of {name}")(name, table.grids[0], values)
-                )
+                effects.append(ComponentSpline(name, table.grids[0], values))
             else:
-                made = made_for("error table", f"the table of {name}")
-                effects.append(made(name, table.arguments, table.grids, values))
+                effects.append(ComponentTable(name, table.arguments, table.grids, values))
     for name, value in file.constants.items():
         if not is_location(name):
-            effects.append(made_for("angle between axes", f"the constant {name}")(name, value))
+            effects.append(Squareness(name, value))
         else:
             shift = "offset" if name[0] in "XYZ" else "tilt"
-            effects.append(made_for("rotary axis location", f"the constant {name}")(name, **{shift: value}))
+            effects.append(RotaryLocation(name, **{shift: value}))
     return effects
 
 
@@ -156,8 +152,8 @@ def _check_on_machine(
             at,
             f'{path.name} holds {effect.where} of axis {effect.link}, which structure = "{chain.structure}" lacks',
         )
-    if effect.role == TABLE:
-        for letter in getattr(effect, "arguments"):  # noqa: B009 - the table's
+    if isinstance(effect, ComponentTable):
+        for letter in effect.arguments:
             if chain and letter not in chain.letters:
                 problems.add(
                     at, f"{path.name} tabulates {effect.where} over axis {letter}, which the machine lacks"
@@ -176,7 +172,7 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
         tuple[float, tuple[str, ...], bytes], MultivariateNormal
     ] = {}  # tables at the same nodes share theirs
     for effect in effects:
-        if effect.role in (TABLE, CURVE):
+        if isinstance(effect, ComponentTable | ComponentSpline):
             u = known.translation if effect.where[1] in "XYZ" else known.rotation
             if u > 0:
                 letters, mesh = _nodes_of(effect)
@@ -188,9 +184,9 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
                         effect.name, effect.where, "values", law, "machine", "calibration of the error table"
                     )
                 )
-        elif effect.role == "angle between axes" and known.squareness > 0:
+        elif isinstance(effect, Squareness) and known.squareness > 0:
             inputs.append(_constant(effect, "angle", known.squareness))
-        elif effect.role == "rotary axis location":
+        elif isinstance(effect, RotaryLocation):
             name, u = (
                 ("offset", known.translation) if effect.where[0] in "XYZ" else ("tilt", known.squareness)
             )
@@ -216,13 +212,15 @@ def refined(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
     length = known.correlation_length if known else None
     if not length:
         return effects
-    return [_refined(e, length / FINE) if e.role in (TABLE, CURVE) else e for e in effects]
+    return [
+        _refined(e, length / FINE) if isinstance(e, ComponentTable | ComponentSpline) else e for e in effects
+    ]
 
 
 def _refined(effect: Any, step: float) -> Effect:
     if effect.link not in "XYZ":
         return cast(Effect, effect)
-    if effect.role == CURVE:
+    if isinstance(effect, ComponentSpline):
         nodes = _denser(np.asarray(effect.nodes, dtype=float), step)
         from scipy.interpolate import CubicSpline
 
@@ -259,7 +257,7 @@ def _denser(grid: Array, step: float) -> Array:
 
 def _nodes_of(effect: Any) -> tuple[tuple[str, ...], Array]:
     """Letters of the axes over which a table or curve is known, and its nodes (k, axes)."""
-    table = effect.role == TABLE
+    table = isinstance(effect, ComponentTable)
     grids = effect.grids if table else (np.asarray(effect.nodes),)
     letters = tuple(effect.arguments) if table else (effect.link,)
     return letters, np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
@@ -303,13 +301,12 @@ def _repeatability(table: Repeatability) -> Law:
 def _scales(table: Scales, letters: list[str]) -> tuple[list[Effect], list[Input]]:
     """Scale expansion of every linear axis; one coefficient for all scales, one sensor per scale."""
     corrected = table.expansion if table.compensated else 0.0
-    made = made_for("scale temperature", "[environment] scales")
-    effects: list[Effect] = [made(a, table.expansion, corrected) for a in letters]
+    effects: list[Effect] = [ScaleExpansion(a, table.expansion, corrected) for a in letters]
     inputs = []
     if table.u_expansion > 0:
         inputs.append(
             Input(
-                made.name,
+                ScaleExpansion.name,
                 EVERY,
                 "alpha",
                 Normal(table.u_expansion),

@@ -23,7 +23,7 @@ from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certified.certificate import MachineCertificate
 from vcmm.task.certified.known import CertifiedKnowledge, certified, passing_machines
 
@@ -116,8 +116,8 @@ def _certified(
         return known
     return replace(
         known,
-        effects=tuple(e for e in known.effects if e.role != "repeatability"),
-        inputs=tuple(i for i in known.inputs if not has_role(i.effect, "repeatability")),
+        effects=tuple(e for e in known.effects if not isinstance(e, Scatter)),
+        inputs=tuple(i for i in known.inputs if i.effect != Scatter.name),
     )
 
 

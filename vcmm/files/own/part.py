@@ -43,7 +43,7 @@ from vcmm.files.toml import Document, Location
 from vcmm.part.form import Lobes
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh, members
-from vcmm.physics import made_for
+from vcmm.physics.structure.expansion import PartExpansion
 
 
 class CharacteristicTable(Table):
@@ -100,17 +100,15 @@ class PartData:
         alpha = self.part.expansion
         if not alpha and not self.u_expansion:
             return []
-        return [self._kind(alpha, alpha if compensated else 0.0)]
-
-    @property
-    def _kind(self) -> Any:
-        return made_for("part temperature", "[part] expansion")
+        return [PartExpansion(alpha, alpha if compensated else 0.0)]
 
     def inputs(self) -> list[Input]:
         if not self.u_expansion:
             return []
         return [
-            Input(self._kind.name, "", "alpha", Normal(self.u_expansion), "machine", "expansion of the part")
+            Input(
+                PartExpansion.name, "", "alpha", Normal(self.u_expansion), "machine", "expansion of the part"
+            )
         ]
 
 

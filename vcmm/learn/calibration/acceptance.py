@@ -18,7 +18,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import T0_DEG_C, Array, Run
 from vcmm.learn.calibration import standards
 from vcmm.learn.calibration.known import known_ranges
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certified.lines import (
     RAM,
     REPEATS,
@@ -345,6 +345,4 @@ def _looked_at(run: Run) -> Run:
 
 
 def without_scatter(machine: Machine) -> Machine:
-    return replace(
-        machine, inputs=tuple(i for i in machine.inputs if not has_role(i.effect, "repeatability"))
-    )
+    return replace(machine, inputs=tuple(i for i in machine.inputs if i.effect != Scatter.name))

@@ -13,10 +13,11 @@ from vcmm.core.laws import MultivariateNormal, MultivariateSamples
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.model import Curve, ErrorModel, gauge
+from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
+from vcmm.physics.structure.lost_motion_table import LostMotionTable
 from vcmm.task.response.observe import lacking
 
-LOST, JOINT = "lost motion table", "joint calibration"  # roles
-TABLES = ("error table", "error curve")
+TABLES = (ComponentTable, ComponentSpline)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ def known_turns(machine: Machine) -> dict[str, Array]:
     for effect in machine.effects:
         nodes = (
             effect.own_nodes()
-            if effect.calibrated and is_rotary(effect.link) and effect.role in TABLES
+            if effect.calibrated and is_rotary(effect.link) and isinstance(effect, TABLES)
             else None
         )
         if nodes is not None and len(nodes) > len(out.get(effect.link, ())):
@@ -86,12 +87,12 @@ def known_nodes(machine: Machine) -> int:
 
 def name_of(effect: Effect) -> str:
     """EXX, C0Y; BX for a lost motion."""
-    return f"B{effect.link}" if effect.role == LOST else effect.where
+    return f"B{effect.link}" if isinstance(effect, LostMotionTable) else effect.where
 
 
 def _reading_of(effect: Effect) -> float:
     """A lost motion shows as -1/2 of its gap in positive sense."""
-    return -2.0 if effect.role == LOST else 1.0
+    return -2.0 if isinstance(effect, LostMotionTable) else 1.0
 
 
 def _place(model: ErrorModel, effect: Effect) -> tuple[slice, Run, int] | None:
@@ -133,7 +134,7 @@ def _moved(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
     for effect in machine.effects:
         if effect.name != one.effect or one.where not in (EVERY, effect.where):
             continue
-        place = _place(model, effect) if effect.calibrated or effect.role == JOINT else None
+        place = _place(model, effect) if effect.calibrated or isinstance(effect, CalibrationModes) else None
         if place is None or lacking(effect, place[1]):
             continue
         part, run, column = place

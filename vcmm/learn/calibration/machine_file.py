@@ -22,11 +22,12 @@ from vcmm.files.foreign.isg_writer import isg_text
 from vcmm.files.own.joint_covariance import JointCovariance, covariance_text
 from vcmm.files.own.known_errors import read_error_file
 from vcmm.files.toml_edits import editable, move_names, without_table
-from vcmm.learn.calibration.known import LOST
 from vcmm.learn.calibration.model import LINEAR, Curve, curve_effect, number_of
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml
-from vcmm.physics import BY_NAME, has_role
+from vcmm.physics import BY_NAME
+from vcmm.physics.structure.lost_motion_table import LostMotionTable
+from vcmm.physics.structure.scatter import Scatter
 
 CHANCE = 0.01  # a lost motion that chance would make so often is none
 
@@ -148,7 +149,7 @@ def _dynamics_text(axis: Axis) -> str:
 def stated_repeatability(machine: Machine) -> str:
     """[repeatability] of a machine that states it by a normal or t law of one number; nothing for another."""
     for one in machine.inputs:
-        if has_role(one.effect, "repeatability") and isinstance(one.law, Normal | StudentT):
+        if one.effect == Scatter.name and isinstance(one.law, Normal | StudentT):
             t = one.law.dof if isinstance(one.law, StudentT) else None
             key, law = ("u", "normal") if t is None else ("scale", "t")
             dof = "" if t is None else f"dof = {t:.10g}\n"
@@ -202,4 +203,4 @@ def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:
     if kind is None or not kind.calibrated:
         return False
     where = [str(table[f.name]) for f in place_fields(kind) if f.name in table]
-    return not where or (f"B{where[0]}" if kind.role == LOST else where[0]) in names
+    return not where or (f"B{where[0]}" if issubclass(kind, LostMotionTable) else where[0]) in names

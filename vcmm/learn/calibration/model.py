@@ -32,7 +32,9 @@ from vcmm.core.grid import node_weights
 from vcmm.core.kinematics import Axis, Chain, Motion, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.physics import made_for
+from vcmm.physics.structure.component import ComponentSpline, ComponentTable
+from vcmm.physics.structure.lost_motion_table import LostMotionTable
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
 
 SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
@@ -200,23 +202,18 @@ class ErrorModel:
 def curve_effect(curve: Curve, values: Array) -> Effect:
     """One curve as an effect of a machine."""
     if curve.kind == LINEAR and not curve.reversal:
-        table: Effect = made_for("error table", "a calibration")(
-            curve.component, (curve.axis,), (curve.nodes,), values
-        )
-        return table
-    role, where = ("lost motion table", curve.axis) if curve.reversal else ("error curve", curve.component)
-    effect: Effect = made_for(role, "a calibration")(where, curve.nodes, values)
-    return effect
+        return ComponentTable(curve.component, (curve.axis,), (curve.nodes,), values)
+    if curve.reversal:
+        return LostMotionTable(curve.axis, curve.nodes, values)
+    return ComponentSpline(curve.component, curve.nodes, values)
 
 
 def angle_effect(pair: str, angle: float) -> Effect:
     """One squareness, rad, or location error of a rotary axis, mm or rad, as an effect of a machine."""
     if is_location(pair):
         shift = "offset" if pair[0] in "XYZ" else "tilt"
-        located: Effect = made_for("rotary axis location", "a calibration")(pair, **{shift: angle})
-        return located
-    effect: Effect = made_for("angle between axes", "a calibration")(pair, angle)
-    return effect
+        return RotaryLocation(pair, **{shift: angle})
+    return Squareness(pair, angle)
 
 
 def usual_pairs(model: ErrorModel) -> Array:

@@ -14,7 +14,7 @@ from vcmm.core.run import Array
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.calibration.field_process import ProcessFit, field_process, fitted
 from vcmm.learn.calibration.nodes import NodeScatter
-from vcmm.physics import of_role
+from vcmm.physics.structure.residual import ResidualField
 
 SHARES = (
     ("systematic", "machine"),
@@ -27,18 +27,15 @@ def check_nodes(found: NodeScatter, machine: Machine) -> str:
 
     Raises UsageError where they span no volume, or where the machine states such a field already.
     """
-    kind = of_role("residual field")
-    if kind is None:
-        raise UsageError("nodes become a residual field; put its file back into effects")
-    if any(e.name == kind.name for e in machine.effects):
+    if any(e.name == ResidualField.name for e in machine.effects):
         raise UsageError(
-            f"the machine file states {kind.name} already; take it out of the file, so that no error is counted twice"
+            f"the machine file states {ResidualField.name} already; take it out of the file, so that no error is counted twice"
         )
     if np.linalg.matrix_rank(found.place - found.place[0], tol=1e-6 * float(np.ptp(found.place))) < 3:
         raise UsageError(
             f"{len(found.place)} nodes lie in one plane; measure nodes at several heights, so that they span a volume"
         )
-    return str(kind.name)
+    return ResidualField.name
 
 
 def approach_scale(found: NodeScatter) -> Array:

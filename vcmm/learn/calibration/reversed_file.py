@@ -19,7 +19,8 @@ from vcmm.files.foreign.isg_writer import isg_text
 from vcmm.files.own.joint_covariance import JointCovariance, covariance_text
 from vcmm.learn.calibration.reversed import ReversalResult, spans, turning_axes, turning_input
 from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml
-from vcmm.physics import made_for
+from vcmm.physics.structure.rotary import RotaryCyclic
+from vcmm.physics.structure.squareness import RotaryLocation
 
 TURNS = 36000  # deg, to either side: a spindle's travel
 
@@ -92,15 +93,15 @@ def _effects(one: ReversalResult) -> str:
     """[[effects]] and [[inputs]] of a squareness or a turning axis."""
     out = ""
     if one.square is not None:
-        effect = made_for("rotary axis location", one.file.error)(one.file.error, tilt=one.square.angle)
+        located = RotaryLocation(one.file.error, tilt=one.square.angle)
         u = one.square.u * float(np.sqrt(widened(one.square.dof)))
-        out += _known(effect, "tilt", Normal(u), one.file.name)
+        out += _known(located, "tilt", Normal(u), one.file.name)
     for name in one.errors if one.turning is not None else ():
         assert one.turning is not None
         value, covariance = turning_input(one.turning, name)
-        effect = made_for("turning axis orders", name)(name, value)
+        turning = RotaryCyclic(name, value)
         out += _known(
-            effect, "coefficients", MultivariateNormal(covariance * widened(one.turning.dof)), one.file.name
+            turning, "coefficients", MultivariateNormal(covariance * widened(one.turning.dof)), one.file.name
         )
     return out
 

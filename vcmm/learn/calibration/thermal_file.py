@@ -19,7 +19,7 @@ from vcmm.core.units import parse_unit
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml
-from vcmm.physics import of_role
+from vcmm.physics.structure.thermal import ThermalDriftTwoLags
 
 POSITIVE = 4.0  # a lag below so many u of it is taken as it is: a normal law would make it negative
 
@@ -55,18 +55,13 @@ def written_terms(model: ThermalModel) -> WrittenTerms:
 
 def _two_lags(model: ThermalModel, pair: Sequence[int]) -> Effect:
     fast, slow = pair
-    term, kind = model.terms[fast], of_role("temperature drift in two parts")
-    if kind is None:
-        raise UsageError(
-            "two lags of one sensor need the effect of a drift in two parts; put its file back into effects"
-        )
-    effect: Effect = kind(
+    term = model.terms[fast]
+    return ThermalDriftTwoLags(
         direction=term.where[0], sensor=term.sensor,
         k=float(model.amounts[fast]), k_slow=float(model.amounts[slow]),
         tau=float(model.lags[fast]), tau_slow=float(model.lags[slow]),
         trained=trained_range(*model.trained[term.sensor]),
     )  # fmt: skip
-    return effect
 
 
 def covariance_of(model: ThermalModel, written: WrittenTerms) -> Array:

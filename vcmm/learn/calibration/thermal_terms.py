@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +13,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.readings import freed
-from vcmm.physics import of_role
+from vcmm.physics.structure.expansion import ScaleExpansion
+from vcmm.physics.structure.spindle_growth import SpindleGrowth
+from vcmm.physics.structure.thermal import ThermalDrift
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Recording
@@ -104,36 +105,35 @@ def sensors_of(parts: Sequence[WarmReadings]) -> tuple[dict[str, tuple[float, fl
 def candidates(parts: Sequence[WarmReadings], sensors: Sequence[str]) -> list[Term]:
     """Every term that these readings can show."""
     out = []
-    drift, scale, spindle = (of_role(r) for r in ("temperature drift", "scale temperature", "spindle growth"))
     lengths = [p for p in parts if p.recording.kind != "angle"]
     for k, direction in enumerate("xyz"):
-        if drift is not None and any((np.abs(p.recording.direction[:, k]) > SEEN).any() for p in lengths):
-            out += [_drift(drift, direction, s) for s in sensors]
+        if any((np.abs(p.recording.direction[:, k]) > SEEN).any() for p in lengths):
+            out += [_drift(direction, s) for s in sensors]
     for axis in "XYZ":
         moves = [np.ptp(p.observer.run.q(axis)) > 1.0 for p in parts if axis in p.observer.run.position]
-        if scale is not None and any(moves) and f"scale_{axis.lower()}" in sensors:
-            out.append(_scale(scale, axis))
-    if spindle is not None and all("spindle_on_s" in p.observer.run.columns for p in parts):
-        out.append(_spindle(spindle))
+        if any(moves) and f"scale_{axis.lower()}" in sensors:
+            out.append(_scale(axis))
+    if all("spindle_on_s" in p.observer.run.columns for p in parts):
+        out.append(_spindle())
     return out
 
 
-def _drift(kind: Any, direction: str, sensor: str) -> Term:
+def _drift(direction: str, sensor: str) -> Term:
     def made(amount: float, tau: float) -> Effect:
-        return kind(direction, sensor, amount, tau)
+        return ThermalDrift(direction, sensor, amount, tau)
 
     return Term((direction, sensor), made, "k", True, sensor)
 
 
-def _scale(kind: Any, axis: str) -> Term:
+def _scale(axis: str) -> Term:
     def made(amount: float, tau: float) -> Effect:
-        return kind(axis, amount)
+        return ScaleExpansion(axis, amount)
 
     return Term((axis,), made, "alpha", False, f"scale_{axis.lower()}")
 
 
-def _spindle(kind: Any) -> Term:
+def _spindle() -> Term:
     def made(amount: float, tau: float) -> Effect:
-        return kind("Z", amount, max(tau, SHORTEST))
+        return SpindleGrowth("Z", amount, max(tau, SHORTEST))
 
     return Term(("Z",), made, "amplitude", True, "")

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import Whitener
+from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.candidates import Family, Option, applies, make_option
 from vcmm.learn.diagnosis.confusion import Standing, rank_of, ranks, separability
 from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLVED
@@ -39,7 +40,7 @@ def unresolved(problem: Problem, white: Whitener) -> Dictionary:
             made = [make_option(replace(effect, **c), problem) for c in changes]
             options = [o for o in made if o is not None]
             if options:
-                out.append(Family(kind.reported_as(), where_of(effect), (*options, *_sum(options))))
+                out.append(Family(reported_name(kind), where_of(effect), (*options, *_sum(options))))
     return dictionary(out, white)
 
 

@@ -23,7 +23,7 @@ def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machin
     """Why a fitted effect cannot be, in words; "" where it can. offset (n, 3) mm: tips from the last frame."""
     if effect is None:
         return ""
-    if effect.one_sided and _negative(effect):
+    if effect.diagnosis.is_never_negative and _negative(effect):
         return f"{effect.name} cannot be below zero"
     back = {name: shown for shown, name in effect.aliases.items()}
     for spec in parameter_fields(effect):
@@ -34,7 +34,7 @@ def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machin
         if estimate.interval95[1] < low or estimate.interval95[0] > high:
             return f"{spec.name} = {estimate.value:.3g} {estimate.unit} lies outside {low:.3g} to {high:.3g}: {usual.why}"
     arm = found.get(ARM)
-    if effect.as_one == ARM and arm is not None:
+    if effect.diagnosis.size_name == ARM and arm is not None:
         reach = in_unit(_reach(machine, offset), arm.unit)
         if arm.interval95[0] > reach:
             return f"an arm of {arm.value:.3g} {arm.unit} lies outside the machine, whose travels and tools reach {reach:.3g} {arm.unit}"

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.answer.evaluation.gaussian import thin_svd
+from vcmm.core.declaration import reported_name
 from vcmm.core.effect import Effect, parameter, parameter_fields, typical
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
@@ -22,7 +23,8 @@ from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.sanity import dead_sensors
 from vcmm.learn.diagnosis.scans import is_change, trials
-from vcmm.physics import ALL, of_role
+from vcmm.physics import ALL
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 MOST_COLUMNS = 120
@@ -84,7 +86,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     unseen: list[str] = []
     lost: list[Family] = []
     for kind in (*ALL, *extra):
-        if not kind.diagnosed or not parameter_fields(kind) or not applies(kind, problem):
+        if not kind.diagnosis.is_named or not parameter_fields(kind) or not applies(kind, problem):
             continue
         found, missing, still = _of_kind(kind, problem)
         lost += still
@@ -93,7 +95,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
         if not found and missing:
             absent[kind.name] = tuple(sorted(missing))
         elif not found and instances(kind, problem):
-            unseen.append(kind.reported_as())
+            unseen.append(reported_name(kind))
     families += _stale(problem)
     names = {f.name for f in families}
     absent = {name: columns for name, columns in absent.items() if name not in names}
@@ -116,16 +118,15 @@ def first_place(family: Family) -> str:
 
 def _stale(problem: Problem) -> list[Family]:
     """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
-    changed = of_role("changed component")
     machine = {one.id for one in problem.machine.inputs}
     stated = [columns for name, columns in problem.stated if name in machine]
-    if changed is None or not stated:
+    if not stated:
         return []
     left, size = thin_svd(np.concatenate(stated, axis=1))
     columns = (left * size)[:, size > EXACT * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
-    return [Family(changed.name, {"component": "all"}, (option,))]
+    return [Family(GeometricChange.name, {"component": "all"}, (option,))]
 
 
 def _joined(families: list[Family], new: Family) -> list[Family]:
@@ -150,13 +151,15 @@ def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family,
             prior = 1.0 / len(same)
         if any(o.effect is not None and _rare(o.effect, problem) for o in family.options):
             prior *= RARER
-        prior *= max((o.effect.prior.share for o in family.options if o.effect is not None), default=1.0)
+        prior *= max(
+            (o.effect.diagnosis.prior.share for o in family.options if o.effect is not None), default=1.0
+        )
         out.append(replace(family, log_prior=float(np.log(prior))))
     return tuple(out)
 
 
 def _rare(effect: Effect, problem: Problem) -> bool:
-    prior, run = effect.prior, problem.run
+    prior, run = effect.diagnosis.prior, problem.run
     lacking = bool(prior.rare_without) and prior.rare_without not in run.labels
     return problem.recording.kind in prior.rare_in or lacking or prior.rare_with in run.columns
 
@@ -171,16 +174,20 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
     missing: set[str] = set()
     still: list[Family] = []
     dead = dead_sensors(problem.recording)
-    name = kind.reported_as()
+    name = reported_name(kind)
     known = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
         lacking = (*lacking_columns(effect, problem.run), *(c for c in effect.required() if c in dead))
         if lacking:
             missing |= set(lacking)
             continue
-        if effect.several and any(f.where == where_of(effect) for f in out):
+        if effect.diagnosis.moves_together and any(f.where == where_of(effect) for f in out):
             continue
-        options = [o for o in _options(effect, problem) if not effect.several or _independent(o.columns)]
+        options = [
+            o
+            for o in _options(effect, problem)
+            if not effect.diagnosis.moves_together or _independent(o.columns)
+        ]
         if options:
             out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in known))
         else:
@@ -196,7 +203,7 @@ def _independent(columns: Array) -> bool:
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
-    rare = float(np.log(effect.prior.share))
+    rare = float(np.log(effect.diagnosis.prior.share))
     for start, share in _origins(effect, problem):
         for changes, weight in trials(start, problem.run):
             option = make_option(replace(start, **changes), problem, weight + share + rare)

@@ -119,7 +119,7 @@ def own_arguments(family: Family) -> set[str]:
     if "sensor" in family.where:
         return {f"temp_{family.where['sensor']}"}
     axis = str(family.where.get("component", ""))[2:]
-    free = any(o.effect is not None and o.effect.free_curve for o in family.options)
+    free = any(o.effect is not None and o.effect.diagnosis.is_free_curve for o in family.options)
     return {axis, f"{axis} (periodic)"} if free else set()
 
 

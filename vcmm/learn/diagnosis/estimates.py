@@ -84,7 +84,7 @@ def _linear(
     out: dict[str, Estimate] = {}
     names = linear_parameters(effect)
     arrays = any("[" in label or "@" in label for label in term.option.labels)
-    if effect.as_one in LENGTHS or effect.elements():
+    if effect.diagnosis.size_name in LENGTHS or effect.diagnosis.elements(effect):
         shown = unit_of(effect, names[0])
         if str(getattr(effect, "component", ""))[1:2] in tuple("ABC"):
             shown = "urad"
@@ -92,18 +92,19 @@ def _linear(
             shown = "um"
         length = np.linalg.norm(values, axis=1)
         whole = _estimate(float(np.linalg.norm(mean)), float(length.std()), length, shown)
-        each = enumerate(effect.elements())
-        return {effect.as_one: whole} | {
-            f"{effect.as_one}_{e}": _estimate(mean[j], u[j], values[:, j], shown) for j, e in each
+        each = enumerate(effect.diagnosis.elements(effect))
+        return {effect.diagnosis.size_name: whole} | {
+            f"{effect.diagnosis.size_name}_{e}": _estimate(mean[j], u[j], values[:, j], shown)
+            for j, e in each
         }
-    own = effect.reported(values[:, 0])
+    own = effect.diagnosis.report(effect, values[:, 0])
     if own is not None:
         name, draws, shown = own
-        centre = effect.reported(mean[:1])
+        centre = effect.diagnosis.report(effect, mean[:1])
         assert centre is not None
         return {name: _estimate(float(centre[1][0]), float(draws.std()), draws, shown)}
     if arrays:
-        size = {effect.as_one: _size(problem, selection, i, mean, values)}
+        size = {effect.diagnosis.size_name: _size(problem, selection, i, mean, values)}
         return size | _single(selection, i, mean, u, values)
     for at, name in enumerate(names):
         shown = unit_of(effect, name)

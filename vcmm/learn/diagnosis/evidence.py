@@ -147,7 +147,11 @@ class Scorer:
             log_evidence(self.rotated, r[:, i : i + BATCH], self.dof) for i in range(0, r.shape[1], BATCH)
         ]
         out = np.concatenate(parts, axis=1)
-        square = [k for k, o in enumerate(self.found.options) if o.effect is not None and o.effect.one_sided]
+        square = [
+            k
+            for k, o in enumerate(self.found.options)
+            if o.effect is not None and o.effect.diagnosis.is_never_negative
+        ]
         against = self.found.white[:, self.found.start[square]].T @ r < 0
         out[square] = np.where(against, IMPOSSIBLE, out[square])
         return np.asarray(out)

@@ -47,7 +47,7 @@ class Kin:
 
 def kin_of(effect: str) -> str:
     """'play' for a backlash; the name itself where it has no family."""
-    return (BY_NAME[effect].kin if effect in BY_NAME else "") or effect
+    return (BY_NAME[effect].diagnosis.shared_physics if effect in BY_NAME else "") or effect
 
 
 def family_about(

@@ -53,7 +53,7 @@ from vcmm.learn.diagnosis.refine import MOMENTS, scanned
 from vcmm.learn.diagnosis.result import Answer, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
 from vcmm.learn.diagnosis.shape_proposal import proposal
-from vcmm.physics import has_role
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 TRIED = 8  # kernels that the residual follows most
 SHORT = 4  # fields that are weighed with every subset of the names
@@ -134,7 +134,7 @@ def rival_field(
 def is_simple(term: Term) -> bool:
     """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
     effect = term.option.effect
-    waves = term.white.shape[1] <= WAVE or (effect is not None and effect.as_one == "amplitude")
+    waves = term.white.shape[1] <= WAVE or (effect is not None and effect.diagnosis.size_name == "amplitude")
     return waves and set(scanned(term.option)) <= {"period", *MOMENTS}
 
 
@@ -158,12 +158,12 @@ def _curves(selection: Selection) -> set[str]:
     """Axes whose change of geometry is named, by one free curve: a field over such an axis says the same once more. Another
     free curve of the component claims a structure, and a field may do without it.
     """
-    free = [t for t in selection.terms if t.option.effect is not None and t.option.effect.free_curve]
+    free = [
+        t for t in selection.terms if t.option.effect is not None and t.option.effect.diagnosis.is_free_curve
+    ]
     places = [str(t.family.where.get("component", "")) for t in free]
     alone = [
-        t
-        for t, p in zip(free, places)
-        if has_role(t.family.name, "changed component") and places.count(p) == 1
+        t for t, p in zip(free, places) if t.family.name == GeometricChange.name and places.count(p) == 1
     ]
     return {str(t.family.where["component"])[2:] for t in alone}
 
@@ -240,7 +240,7 @@ class _Weighing:
         the catalogue would say; sigma: noise over stated.
         """
         _, count, width = max(self._at_sizes(kept))
-        options = (o for o in setting.found.options if o.effect is not None and o.effect.simple)
+        options = (o for o in setting.found.options if o.effect is not None and o.effect.diagnosis.is_uniform)
         simple = _columns([o for o in options if o.columns.shape[1] == 1], setting)
         return width * sigma * orthogonal(self.seen[:, :count], simple, setting.white)
 

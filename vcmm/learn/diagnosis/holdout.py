@@ -172,7 +172,7 @@ def _refused(gains: Array) -> bool:
 
 
 def is_free_curve(name: str) -> bool:
-    return name in BY_NAME and BY_NAME[name].free_curve
+    return name in BY_NAME and BY_NAME[name].diagnosis.is_free_curve
 
 
 def _own_zone(term: Term, fold: Fold) -> bool:
@@ -181,7 +181,7 @@ def _own_zone(term: Term, fold: Fold) -> bool:
     """
     axis = axis_of(str(term.family.where.get("component", ""))) or str(term.family.where.get("axis", ""))
     effect = term.option.effect
-    harmonics = effect is not None and effect.as_one == "amplitude" and is_rotary(axis)
+    harmonics = effect is not None and effect.diagnosis.size_name == "amplitude" and is_rotary(axis)
     return (is_free_curve(term.family.name) or harmonics) and fold.name == f"far zone {axis}"
 
 

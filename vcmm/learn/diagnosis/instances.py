@@ -44,7 +44,7 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
         if "other" in place and place["other"] == place["axis"]:
             continue
         try:
-            effect: Effect = kind.placed(place, site)
+            effect: Effect = kind.diagnosis.make_at(kind, place, site)
         except (UsageError, ModelLimit):
             continue
         if effect.link in (*FREE_LINKS, *problem.machine.chain.letters):

@@ -47,7 +47,7 @@ def improved_machine(
     for answer in written(answers):
         assert answer.fitted is not None
         said = f"found in {source}, probability {answer.probability:.3f}"
-        remark = answer.fitted.said_in_file()
+        remark = answer.fitted.diagnosis.file_note(answer.fitted)
         told = f"# {remark}\n" if remark else ""
         blocks.append(told + effect_toml(departure(answer.fitted, machine), said))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous

@@ -21,7 +21,9 @@ from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.log_mistakes import LOG, log_hypotheses, of_machine
 from vcmm.learn.diagnosis.null import clipped, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.physics import of_role
+from vcmm.physics.structure.abbe import AbbeCountedTwice
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.response.observe import baseline
 
 TAKEN_FOR = (
@@ -33,7 +35,7 @@ TAKEN_FOR = (
 )  # mm for um, ppm for um in 100 mm, inches, arcsec for urad, deg
 UNIT_FACTORS = (*TAKEN_FOR, *(1.0 / k for k in TAKEN_FOR))
 MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
-HELD = ("error table", "angle between axes")  # roles of the effects whose numbers a table file holds
+HELD = (ComponentTable, Squareness)  # effects whose numbers a table file holds
 TINY = 1e-7  # mm or rad: a table this small says nothing
 
 
@@ -134,25 +136,24 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
     """The arm of the reference line (measured_at) counted twice, or left out: rotation tables x arm."""
-    kind = of_role("Abbe arm")
     for letter, axis in problem.machine.axes.items():
-        if kind is None or axis.rotary or axis.measured_at is None:
+        if axis.rotary or axis.measured_at is None:
             continue
         try:
-            effect = kind.from_tables(letter, problem.machine.effects, axis.measured_at)
+            effect = AbbeCountedTwice.from_tables(letter, problem.machine.effects, axis.measured_at)
             e = _observed(problem, (effect,)) - nothing
         except (UsageError, ModelLimit):
             continue  # no rotation tables, or a position outside them
         if np.abs(e).max(initial=0.0) > TINY:
-            yield Mistake(letter, "Abbe error counted twice", e, effect=kind.name)
-            yield Mistake(letter, "Abbe error left out", -e, effect=kind.name, factor=-1.0)
+            yield Mistake(letter, "Abbe error counted twice", e, effect=AbbeCountedTwice.name)
+            yield Mistake(letter, "Abbe error left out", -e, effect=AbbeCountedTwice.name, factor=-1.0)
 
 
 def tables_of(problem: Problem) -> dict[str, Effect]:
     """Component tables and squareness errors of the machine by component name."""
     out: dict[str, Effect] = {}
     for effect in problem.machine.effects:
-        if effect.role in HELD:
+        if isinstance(effect, HELD):
             out[effect.where] = effect
     return out
 

@@ -33,7 +33,7 @@ from vcmm.learn.diagnosis.constants import (
 from vcmm.learn.diagnosis.locate import modulators, path_speed, polynomials
 from vcmm.learn.diagnosis.null import Noise, by_columns, draws, robust_scale
 from vcmm.learn.diagnosis.problem import Problem, generator
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 
 DRAWS = 600
 TRIED = tuple(np.append(np.arange(0.0, STRUCTURED, 0.1), (STRUCTURED, SECURE)))
@@ -66,7 +66,7 @@ class Audit:
 
 def stated(problem: Problem) -> Noise:
     """The law of the recording's noise, else of the machine's repeatability, in units of u."""
-    scatter = [i.law for i in problem.machine.inputs if has_role(i.effect, "repeatability")]
+    scatter = [i.law for i in problem.machine.inputs if i.effect == Scatter.name]
     law = problem.recording.noise or (scatter[0] if scatter and problem.recording.u is None else None)
     return Noise(float(law.dof)) if isinstance(law, StudentT) and law.dof > 2 else Noise()
 

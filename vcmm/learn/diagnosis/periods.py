@@ -36,7 +36,7 @@ def coordinate(effect: Effect, run: Run) -> Array | None:
     """Over what an effect is periodic (n,): its raw scale where it has one, else the position of its axis."""
     axis = str(getattr(effect, "axis", ""))
     raw = run.columns.get(f"raw_{axis}_{'mm' if axis in 'XYZ' else 'rad'}")
-    if effect.over_raw_scale and raw is not None:
+    if effect.diagnosis.follows_raw_scale and raw is not None:
         return raw
     return run.position.get(axis)
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 
 from vcmm.core.axes import axis_of, is_component
-from vcmm.core.declaration import Words
+from vcmm.core.declaration import Words, reported_name
 from vcmm.core.effect import Effect, place_fields
 from vcmm.core.run import Run
 from vcmm.core.units import plain
@@ -53,7 +53,7 @@ def _words_of(effect: str, places: set[str]) -> Words | None:
         return OF_MISTAKE
     if effect == LOG:
         return OF_LOG
-    shapes = [k for k in ALL if k.reported_as() == effect and k.words is not None]
+    shapes = [k for k in ALL if reported_name(k) == effect and k.words is not None]
     same = [k for k in shapes if {f.name for f in place_fields(k) if not f.metadata["quiet"]} == places]
     return next((k.words for k in (*same, *shapes)), None)
 
@@ -85,9 +85,9 @@ def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
         return ""
     component = str(getattr(effect, "component", ""))
     along = is_component(component) and component[1] == axis_of(component)[0]
-    if kind in ("displacement", "angle") and along and effect.free_curve:
+    if kind in ("displacement", "angle") and along and effect.diagnosis.is_free_curve:
         return (
             "or the instrument itself: a departure that depends on the position alone, the same in both directions, looks"
             " the same when the scale or sensor that measured is at fault; repeat it with another instrument"
         )
-    return "; ".join(s for s in (effect.remark(run), alias_words(effect, run)) if s)
+    return "; ".join(s for s in (effect.diagnosis.remark(effect, run), alias_words(effect, run)) if s)

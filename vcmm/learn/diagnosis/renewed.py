@@ -26,13 +26,13 @@ from vcmm.learn.diagnosis.holdout import Fold, HeldOut, fold_of, judge
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Term
-from vcmm.physics import has_role
+from vcmm.physics.structure.component import CalibrationModes
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 WIDER = tuple(
     2.0**k for k in range(len(SCALES))
 )  # times the stated uncertainty: a calibration that is worse is none
 HALVES = ("even rows", "odd rows")
-JOINT = "joint calibration"  # role
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class _TableInput:
 
 def is_stale(effect: str, component: object) -> bool:
     """Is an answer the calibration as a whole?"""
-    return component == "all" and has_role(effect, "changed component")
+    return component == "all" and effect == GeometricChange.name
 
 
 def renewed(problem: Problem, stage: Stage, selection: Selection, stale: int) -> Renewed | None:
@@ -134,7 +134,7 @@ def _block(problem: Problem, one: Input) -> _TableInput | None:
     effects, columns = problem.observer.of_input(one)
     if not effects or not np.any(columns):
         return None
-    if has_role(one.effect, JOINT):
+    if one.effect == CalibrationModes.name:
         numbers = [_numbers_of(e, str(getattr(e, "component", ""))) for e in effects]
         factor = np.concatenate([np.asarray(getattr(e, "loadings"), dtype=float) for e in effects])  # noqa: B009
     else:
@@ -154,7 +154,7 @@ def _block(problem: Problem, one: Input) -> _TableInput | None:
 
 def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | None:
     """Names and nodes of the numbers of one error; None for a table over several axes."""
-    nodes = getattr(effect, "nodes", None) if has_role(effect.name, JOINT) else effect.own_nodes()
+    nodes = effect.nodes if isinstance(effect, CalibrationModes) else effect.own_nodes()
     if error[:1] != "E":
         return (error,), np.full(1, np.nan)
     return None if nodes is None else ((error,) * len(nodes), np.asarray(nodes, dtype=float))
@@ -194,7 +194,7 @@ def with_renewed(machine: Machine, new: Renewed) -> Machine:
             law = Normal(float(np.sqrt(block[0, 0]))) if value.ndim == 0 else MultivariateNormal(block)
             inputs.append(Input(e.name, e.where, e.stored, law, "machine", "diagnosis of a recording"))
             gone.add(inputs[-1].id)
-        if not has_role(e.name, JOINT):
+        if not isinstance(e, CalibrationModes):
             effects.append(e)
-    kept = [i for i in machine.inputs if i.id not in gone and not has_role(i.effect, JOINT)]
+    kept = [i for i in machine.inputs if i.id not in gone and i.effect != CalibrationModes.name]
     return replace(machine, effects=tuple(effects), inputs=(*kept, *inputs))

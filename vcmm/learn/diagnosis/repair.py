@@ -13,7 +13,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import Mistake
-from vcmm.physics import has_role, made_for
+from vcmm.physics.structure.abbe import AbbeCountedTwice
 
 
 def repaired(machine: Machine, mistake: Mistake | None) -> Machine:
@@ -34,7 +34,7 @@ def repaired_effects(
     """The same effects with the tables concerned corrected; arm (3,): measured_at of the axis, for an Abbe error."""
     if mistake.effect == LOG:
         raise UsageError(f"{mistake.component}: the log is mistaken, no table")
-    if has_role(mistake.effect, "Abbe arm"):
+    if mistake.effect == AbbeCountedTwice.name:
         return _without_abbe(effects, mistake, arm)
     if mistake.source:
         pairs = {mistake.component: mistake.source}
@@ -76,9 +76,7 @@ def _without_abbe(effects: Sequence[Effect], mistake: Mistake, arm: Array | None
     """Translations of the axis with the Abbe error taken off (or put on): minus or plus rotation x arm at their nodes."""
     if arm is None:
         raise UsageError(f"axis {mistake.component} has no measured_at; its Abbe error has no arm")
-    abbe = made_for("Abbe arm", "an Abbe error").from_tables(
-        mistake.component, effects, [float(v) for v in arm]
-    )
+    abbe = AbbeCountedTwice.from_tables(mistake.component, effects, [float(v) for v in arm])
     moved = np.asarray(abbe.deviation, dtype=float)
     out = []
     for e in effects:

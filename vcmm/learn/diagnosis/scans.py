@@ -38,7 +38,7 @@ Weighted = list[tuple[dict[str, Any], float]]
 
 def trials(effect: Effect, run: Run) -> Weighted:
     """Keyword changes of an effect and their log weights (summing to 1): all scans times all shapes."""
-    if not effect.told_by(run):
+    if not effect.diagnosis.shows_in(effect, run):
         return []
     lists = [
         _values(effect, spec, run)
@@ -71,7 +71,7 @@ def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
 
 def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
     """Discrete trial values; of waves over an angle only those that its values can show, which may be none."""
-    own = effect.weighted_trials(spec.name)
+    own = effect.diagnosis.trials(effect, spec.name)
     if own is not None:
         return own
     tries = spec.metadata.get("tries", ())
@@ -183,7 +183,7 @@ def change_points(run: Run) -> list[float]:
 def _coordinate(effect: Effect, run: Run) -> Array | None:
     """The axis position over which a cyclic error is periodic; None where only listed periods make sense (raw scales)."""
     axis = getattr(effect, "axis", "")
-    too_fine = effect.over_raw_scale  # for a spectrum of places
+    too_fine = effect.diagnosis.follows_raw_scale  # for a spectrum of places
     return None if too_fine or axis not in run.position else run.position[axis]
 
 

@@ -27,7 +27,7 @@ def simple_part(
     signal = selection.signal(i)
     best: tuple[float, Family, Option, float] | None = None
     for family in families:
-        simple = family.name in BY_NAME and BY_NAME[family.name].simple
+        simple = family.name in BY_NAME and BY_NAME[family.name].diagnosis.is_uniform
         if not simple or not generalises(term.family.name, family.name):
             continue
         for known in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):

@@ -11,5 +11,5 @@ from vcmm.physics import BY_NAME
 def generalises(large: str, small: str) -> bool:
     """Is every motion of `small` a motion of `large`, whatever was recorded? A mistake is an edit of a table of one axis."""
     if small == MISTAKE:
-        return large in BY_NAME and BY_NAME[large].holds_table_edits
-    return small in BY_NAME and large in BY_NAME[small].special_case_of
+        return large in BY_NAME and BY_NAME[large].diagnosis.holds_table_edits
+    return small in BY_NAME and large in BY_NAME[small].diagnosis.special_case_of

@@ -8,11 +8,10 @@ import numpy as np
 
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.world import Measuring
-from vcmm.core.declaration import TOOL_TABLE
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import OFFSET_LABEL
 from vcmm.part.fit.elements import MINIMUM_POINTS
-from vcmm.physics import has_role
+from vcmm.physics.structure.setting import TOOL_TABLE, WorkOffset
 from vcmm.shop.cutting.envelope import BEYOND, UNCUT, CutSurface
 from vcmm.shop.machining.contact_path import surface_at
 from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
@@ -97,17 +96,13 @@ def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measur
     if not same:
         own = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
         return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), empty))
-    given = [
-        i
-        for i in (*machine.inputs, *scenario.inputs)
-        if not any(has_role(i.effect, role) for role in TOOL_TABLE)
-    ]
+    given = [i for i in (*machine.inputs, *scenario.inputs) if i.effect not in TOOL_TABLE]
     shared = [
-        i if i.redraw == "machine" or has_role(i.effect, "work zero") else replace(i, owner="probing")
+        i if i.redraw == "machine" or i.effect == WorkOffset.name else replace(i, owner="probing")
         for i in given
     ]
     own = [*shared, *(replace(i, owner="probing") for i in qualified)]
-    drawn = any(has_role(i.effect, "work zero") and i.redraw == OFFSET_LABEL for i in given)
+    drawn = any(i.effect == WorkOffset.name and i.redraw == OFFSET_LABEL for i in given)
     offset = _offset_cut_under(job, surface, placed.run.labels["feature"], drawn)
     placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, OFFSET_LABEL: offset}))
     task = Task(machine, scenario.part, plan, placed, tuple(own), empty)

@@ -20,6 +20,7 @@ from vcmm.core.errors import ModelLimit, VcmmError
 from vcmm.core.inputs import Input
 from vcmm.core.run import TOOL_AXIS_COLUMNS, Array, Run
 from vcmm.part.part import Feature
+from vcmm.physics.structure.residual import OVER_VOLUME
 from vcmm.shop.cutting.contactmap import Ints, MovedCutters
 from vcmm.shop.cutting.envelope import UNCUT, CutSurface
 from vcmm.shop.cutting.sweeps import UP, Sweep
@@ -231,7 +232,7 @@ class LatheProcess(Process):
         return replace(blank, said=(*blank.said, text))
 
     def why_refused(self, job: PreparedCut) -> VcmmError | None:
-        fixed = [e.id for e in job.machine.effects if e.over_volume]
+        fixed = [e.id for e in job.machine.effects if isinstance(e, OVER_VOLUME)]
         if fixed:
             return ModelLimit(
                 f"{', '.join(fixed)}: a field over workpiece axes says nothing of a lathe whose axis C turns; leave it out, or state the errors of "

@@ -11,6 +11,7 @@ from vcmm.core.errors import ModelLimit, VcmmError
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.run import OFFSET_LABEL, TOOL_AXIS_COLUMNS, Array, Run
+from vcmm.physics.structure.residual import OVER_VOLUME
 from vcmm.program.limits import AXES
 from vcmm.shop.cutting.contactmap import Ints, Solids
 from vcmm.shop.cutting.envelope import CutSurface
@@ -120,7 +121,7 @@ class RotaryMillingProcess(MillingProcess):
 
     def why_refused(self, job: PreparedCut) -> VcmmError | None:
         """Fields over workpiece axes are known with rotary axes at zero only."""
-        fixed = [e.id for e in job.machine.effects if e.over_volume]
+        fixed = [e.id for e in job.machine.effects if isinstance(e, OVER_VOLUME)]
         if fixed:
             return ModelLimit(
                 f"{', '.join(fixed)}: a field over workpiece axes says nothing of a machine whose rotary axes stand off zero, as this "

@@ -23,7 +23,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.shop.machining.zero_setting import Ints, ProbedRows, ZeroRows
 from vcmm.task.response.influence import Influence, Product, influences, products
 from vcmm.task.response.trials import Draws, exact_errors
@@ -100,11 +100,7 @@ class ToolSide:
 
     def _by_pass(self, one: Influence) -> Influence:
         """Scatter of the machine drawn per pass, not per point that is looked at."""
-        if (
-            self.passes is None
-            or one.input.redraw != "touch"
-            or not has_role(one.input.effect, "repeatability")
-        ):
+        if self.passes is None or one.input.redraw != "touch" or one.input.effect != Scatter.name:
             return one
         return Influence(
             replace(one.input, redraw=PASS), one.response * self.passes[:, None, :], ("",),

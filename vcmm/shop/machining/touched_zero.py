@@ -31,7 +31,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
-from vcmm.physics import made_for
+from vcmm.physics.structure.setting import ProbeTouch
 from vcmm.program.interpret import read_for
 from vcmm.program.moves import PLANES, Move, Program
 from vcmm.program.offsetting import sweep_of
@@ -222,14 +222,15 @@ def with_scatter(scenario: CutScenario, touched: TouchedZero | None) -> CutScena
         )
     if touched is None or not scenario.touch_scatter:
         return scenario
-    kind = made_for("probe touch", "u_touch of a tool")
     effects, inputs = [], []
     for k, t in enumerate(touched.touches, 1):
         if t.tool in scenario.touch_scatter:
-            effects.append(kind(str(k)))
+            effects.append(ProbeTouch(str(k)))
             law = Normal(scenario.touch_scatter[t.tool])
             inputs.append(
-                Input(kind.name, str(k), "shift", law, "setup", f"scatter of the touch in line {t.line}")
+                Input(
+                    ProbeTouch.name, str(k), "shift", law, "setup", f"scatter of the touch in line {t.line}"
+                )
             )
     return replace(scenario, machine=informed(scenario.machine, effects), inputs=(*scenario.inputs, *inputs))
 

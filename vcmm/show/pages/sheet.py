@@ -16,6 +16,7 @@ from vcmm import __version__
 from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult
 from vcmm.answer.inference.job import Evaluated, EvaluatedPart
 from vcmm.core.run import T0_DEG_C
+from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.show import report as r
 from vcmm.show.report.table import Raw
 from vcmm.show.tables.evaluated import BUDGET, budget_rows, not_added_up
@@ -184,8 +185,12 @@ def _temperatures(scenario: Scenario) -> str:
 def _compensated(scenario: Scenario) -> str:
     """Which expansions are taken off, with which coefficient."""
     out = []
-    for role, what in (("part temperature", "part"), ("scale temperature", "scales")):
-        with_ = {float(e.corrected) for e in scenario.machine.effects if e.role == role}  # type: ignore[attr-defined]
+    kinds: tuple[tuple[type[PartExpansion | ScaleExpansion], str], ...] = (
+        (PartExpansion, "part"),
+        (ScaleExpansion, "scales"),
+    )
+    for kind, what in kinds:
+        with_ = {float(e.corrected) for e in scenario.machine.effects if isinstance(e, kind)}
         if not with_:
             out.append(f"{what}: no expansion stated")
         elif with_ == {0.0}:

@@ -11,7 +11,9 @@ from vcmm.core.effect import Effect
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateSamples, Normal
 from vcmm.core.machine import Machine
-from vcmm.physics import made_for
+from vcmm.physics.structure.scatter import Scatter
+from vcmm.physics.structure.tip import TipRadius
+from vcmm.physics.structure.tip_form import TipForm
 from vcmm.task.certified.certificate import MachineCertificate
 from vcmm.task.certified.each_limit import machines_at_each_limit
 from vcmm.task.certified.machines import (
@@ -53,7 +55,6 @@ def _knowledge(
 ) -> CertifiedKnowledge:
     """Samples as Inputs, about their mean of zero: every machine and its mirror image."""
     evidence = c.words()
-    touch = made_for("repeatability", "[certificate]")
     tables = effects[0].name
     inputs = [
         Input(
@@ -66,7 +67,7 @@ def _knowledge(
             bound=True,
         ),
         Input(
-            touch.name,
+            Scatter.name,
             "",
             "value",
             Normal(float(np.sqrt((drawn.scatter**2).mean()))),
@@ -75,13 +76,12 @@ def _knowledge(
             bound=c.found.R0 is None,
         ),
     ]
-    further: list[Effect] = [touch()]
+    further: list[Effect] = [Scatter()]
     if drawn.form.any():
-        tip = made_for("tip out of round", "P_Form_Sph_1x25")
-        further.append(tip(coefficients=np.zeros(12)))
+        further.append(TipForm(coefficients=np.zeros(12)))
         inputs.append(
             Input(
-                tip.name,
+                TipForm.name,
                 "",
                 "coefficients",
                 MultivariateSamples(mirrored_rows(drawn.form)),
@@ -91,11 +91,10 @@ def _knowledge(
             )
         )
     if drawn.radius.any():
-        size = made_for("tip size", "P_Size_Sph_1x25")
-        further.append(size())
+        further.append(TipRadius())
         inputs.append(
             Input(
-                size.name,
+                TipRadius.name,
                 "",
                 "dr",
                 MultivariateSamples(mirrored_rows(drawn.radius[:, None])),

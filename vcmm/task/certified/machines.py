@@ -23,7 +23,8 @@ from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.physics import made_for
+from vcmm.physics.structure.component import CalibrationModes
+from vcmm.physics.structure.tip_form import TipForm
 from vcmm.task.certified.certificate import MachineCertificate, smallest_limit
 from vcmm.task.certified.lines import RAM, REPEATS, length_run, ram_lines, seven_lines
 from vcmm.task.certified.positioning import axis_run, axis_scale
@@ -48,7 +49,6 @@ def drawn_machines(machine: Machine, certificate: MachineCertificate, seed: int 
 
 def error_tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
     """One effect per component and squareness, all moved by one vector of modes; the kind of each mode."""
-    kind = made_for("joint calibration", "[certificate]")
     letters = [a for a in "XYZ" if a in machine.axes]
     names = [f"E{d}{a}" for a in letters for d in "XYZABC"]
     pairs = [
@@ -66,12 +66,12 @@ def error_tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
         turn = 2.0 / reach if name[1] in "ABC" else 1.0
         rows[:, len(kinds) : len(kinds) + NODES] = 1e-3 * turn * _smooth()
         nodes = np.linspace(*machine.axes[name[2]].travel, NODES)
-        effects.append(kind(name, nodes, rows, "linear"))
+        effects.append(CalibrationModes(name, nodes, rows, "linear"))
         kinds += [_kind(name)] * NODES
     for pair in pairs:
         row = np.zeros((1, total))
         row[0, len(kinds)] = 2e-3 / reach
-        effects.append(kind(pair, np.zeros(0), row, "linear"))
+        effects.append(CalibrationModes(pair, np.zeros(0), row, "linear"))
         kinds.append("angle")
     return effects, kinds
 
@@ -203,9 +203,7 @@ def _largest_scale(geometry: Array, rest: Array, limit: Array, share: Array) -> 
 def per_mode(machine: Machine, run: Run) -> Array:
     """(m, k) mm: error of every length, indicated - true, per mode."""
     prepared = machine.prepare(run)
-    one = Input(
-        next(e.name for e in machine.effects if e.role == "joint calibration"), EVERY, "modes", Normal(1.0)
-    )
+    one = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
     response = influences(machine, prepared, [one])[0].response
     both = np.einsum("nik,ni->nk", response, prepared.normal)
     half = len(both) // 2
@@ -221,7 +219,7 @@ def tip_reading(run: Run, form: Array, radius: Array) -> Array:
 
 def tip_harmonics(normals: Array) -> Array:
     """(n, 12): height of the tip along each normal per coefficient of its form."""
-    effect = made_for("tip out of round", "[certificate]")(coefficients=np.zeros(12))
+    effect = TipForm(coefficients=np.zeros(12))
     run = Run({}, np.zeros((len(normals), 3)), {f"n{c}": normals[:, i] for i, c in enumerate("xyz")})
     return np.asarray(np.einsum("nik,ni->nk", basis(effect, "coefficients", run)[:, :3], normals))
 
@@ -298,9 +296,7 @@ def _by_positioning(
 def along_axis(machine: Machine, run: Run, i: int) -> Array:
     """(n, k) mm: error of the position along axis number i, per mode."""
     prepared = machine.prepare(run)
-    one = Input(
-        next(e.name for e in machine.effects if e.role == "joint calibration"), EVERY, "modes", Normal(1.0)
-    )
+    one = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
     return np.asarray(influences(machine, prepared, [one])[0].response[:, i])
 
 

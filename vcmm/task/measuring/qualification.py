@@ -21,7 +21,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.part.fit import gauss, sensitivity
 from vcmm.part.part import Feature
-from vcmm.physics import has_role, made_for
+from vcmm.physics.structure.qualification import StylusQualification
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.measuring.plan import Plan, Step, Stylus, probe_columns
 from vcmm.task.measuring.strategies import Iso10360, plan_points
 
@@ -59,7 +60,6 @@ def qualified_machine(
     if not how:
         return machine, ()
     effects: list[Effect] = [effect.qualified(spheres) for effect in machine.effects]
-    left = made_for("qualified stylus", "the qualification of a stylus")
     groups = _spheres(how)
     together = [",".join(names) for names in groups if len(names) > 1 and how[names[0]].u_diameter > 0]
     ready = replace(machine, effects=tuple(effects))
@@ -67,10 +67,12 @@ def qualified_machine(
     inputs = [
         i
         for name, one in how.items()
-        for i in _remaining(left.name, machine, name, one, spheres[name], name in shared)
+        for i in _remaining(StylusQualification.name, machine, name, one, spheres[name], name in shared)
     ]
-    inputs += [_shared_sphere(left.name, names, how[names.split(",")[0]]) for names in together]
-    qualified = informed(ready, [left(name) for name in (*how, *together)])
+    inputs += [
+        _shared_sphere(StylusQualification.name, names, how[names.split(",")[0]]) for names in together
+    ]
+    qualified = informed(ready, [StylusQualification(name) for name in (*how, *together)])
     return qualified, tuple(inputs)
 
 
@@ -131,7 +133,7 @@ def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
 
 def _scatter_u(machine: Machine) -> float:
     """Standard deviation of one touch from the machine's repeatability."""
-    scatter = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
+    scatter = [i for i in machine.inputs if i.effect == Scatter.name]
     spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in scatter]
     u = float(np.sqrt(sum((u * factor) ** 2 for u, factor in spreads)))
     if not np.isfinite(u):

@@ -20,7 +20,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.response.nuisance import NO_COPY
 from vcmm.task.response.observe import noise_u
 from vcmm.task.response.recording import WHICH, Ints, Recording
@@ -83,7 +83,7 @@ def _known(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str
     """What is known of numbers of the machine acts on all rows together; what is known of one recording alone on its own rows."""
     m, own = (
         [r.m for r in recordings],
-        {i.id for i in machine.inputs if not has_role(i.effect, "repeatability")},
+        {i.id for i in machine.inputs if i.effect != Scatter.name},
     )
     out: list[tuple[str, Array]] = []
     for k, recording in enumerate(recordings):

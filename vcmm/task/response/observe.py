@@ -28,7 +28,7 @@ from vcmm.core.knowledge import targets
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples, row_factor
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.physics import has_role
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.response.carrier import Carrier, Sight, responses
 from vcmm.task.response.logs import with_logs
 from vcmm.task.response.nuisance import nuisance_columns
@@ -113,7 +113,7 @@ class Observer:
         """See `calibration_columns`."""
         out = list(self.recording.known)
         for one in self.machine.inputs:
-            stated = has_role(one.effect, "repeatability") or one.id in dict(out)
+            stated = one.effect == Scatter.name or one.id in dict(out)
             effects = () if stated else self._acted_on(one)
             if effects:
                 columns = self._coded(one, responses(self.ends, one, effects))
@@ -241,7 +241,7 @@ def known_here(recording: Recording, machine: Machine) -> Array:
     """Columns (m, r), mm or rad per unit variance, of what the recording states to be uncertain and no number of the machine is:
     setting, scatter of a pass. Drawn for this recording alone, like noise.
     """
-    own = {i.id for i in machine.inputs if not has_role(i.effect, "repeatability")}
+    own = {i.id for i in machine.inputs if i.effect != Scatter.name}
     columns = [c for name, c in recording.known if name not in own]
     return np.concatenate([np.zeros((recording.m, 0)), *columns], axis=1)
 
@@ -255,7 +255,7 @@ def noise_u(recording: Recording, machine: Machine) -> Array:
         return np.full(recording.m, _finite_u(recording.noise.u, "[noise]"))
     if recording.u is not None:
         return recording.u
-    scatter = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
+    scatter = [i for i in machine.inputs if i.effect == Scatter.name]
     if recording.kind == "angle" or not scatter:
         why = "an angle has no repeatability in mm" if scatter else "the machine file has no [repeatability]"
         raise ModelLimit(

@@ -1,0 +1,1 @@
+"""What else may be wrong: any file can be deleted with its lines in the list of physics, and nobody imports one."""

@@ -1,0 +1,81 @@
+"""The tool bends under the cutting force. Tip errors, actual - commanded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.core.declaration import UM, Typical, Words
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class ToolDeflection(Effect):
+    """+compliance x force, force = that of the part on the tool, workpiece axes: pushed away, it leaves material.
+
+    rod: the part of the force along the axis of the tool, z while rotary axes are at zero, moves nothing.
+    """
+
+    name = "tool_deflection"
+    per = "tool"
+    needs = ("force_x_N", "force_y_N", "force_z_N")
+    cites = "Kline, DeVor & Shareef, J. Eng. for Industry 104 (1982) 272: surface accuracy in end milling"
+    belongs_to = "tool"
+    words = Words(
+        seen="the cutting force bends the tool ({compliance})",
+        causes="slender tool, high chip load",
+        confirm="a spring pass, or half the feed",
+    )
+    compliance: float = param(
+        0.0,
+        "um/N",
+        "displacement of the cutting edge per force",
+        typical=Typical(0.1 * UM, "carbide d 10 mm, 50 mm out: 50^3 / (3 x 6e5 x 491) mm/N = 0.14 um/N"),
+    )
+    rod: int = at(
+        0,
+        "1 = bends across its axis, z, and is stiff along it; 0 = yields alike in all directions",
+        quiet=True,
+        tries=(0, 1),
+    )
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    @classmethod
+    def of_rod(cls, compliance: float, tool: str) -> ToolBending:
+        """Of one tool as a rod."""
+        return ToolBending(compliance, tool=tool)
+
+    @classmethod
+    def of_edge(cls, compliance: float, tool: str) -> ToolYielding:
+        """Of one turning tool, whose edge yields alike in all directions."""
+        return ToolYielding(compliance, tool=tool)
+
+    def error_motion(self, run: Run) -> Array:
+        x, y, z = run.vector(*self.needs).T
+        along = 0.0 if self.rod else self.compliance  # a rod 4 d long: 3 d^2 / (16 l^2), 1 % of its bending
+        return motion(run, X=self.compliance * x, Y=self.compliance * y, Z=along * z)
+
+
+@dataclass(frozen=True, eq=False)
+class ToolBending(ToolDeflection):
+    """tool_deflection of one tool as a rod: it bends across its axis and is stiff along it (rotary axes at zero).
+
+    The cutting job makes it of the stick-out in the set-up; files and diagnosis say `rod = 1` of every tool.
+    """
+
+    tool: str = at("", "tool number; empty = all")
+
+    def error_motion(self, run: Run) -> Array:
+        across = self.compliance * run.used("tool", self.tool)
+        return motion(run, X=across * run.column("force_x_N"), Y=across * run.column("force_y_N"))
+
+
+@dataclass(frozen=True, eq=False)
+class ToolYielding(ToolBending):
+    """tool_deflection of one turning tool, whose edge yields alike in all directions."""
+
+    def error_motion(self, run: Run) -> Array:
+        return super(ToolBending, self).error_motion(run) * run.used("tool", self.tool)[:, None]
