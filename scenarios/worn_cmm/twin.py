@@ -56,7 +56,7 @@ CONCEALED = (
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """A characteristic of the job, as the machine file says and as it is: values and expanded uncertainties, mm or rad."""
+    """A characteristic of the job, as the machine file says and as it is: values and expanded uncertainties without the known bias, mm or rad."""
 
     name: str
     before: tuple[float, float]
@@ -242,7 +242,7 @@ def _job(job: Scenario, learnt: Learnt) -> tuple[Moved, ...]:
         for m in (machine, vcmm_diagnosis.improved(machine, learnt))
     )
     return tuple(
-        Moved(v.name, (b.value, b.expanded), (a.value, a.expanded), v.value)
+        Moved(v.name, (b.value, b.expanded - b.bias_in_U), (a.value, a.expanded - a.bias_in_U), v.value)
         for v, b, a in zip(true, before.characteristics, after.characteristics)
     )
 

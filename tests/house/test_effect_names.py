@@ -22,7 +22,6 @@ CONTRACT = {
         "scatter",
     ): "key of a residual field: scale of one approach at its nodes",
     ("core.residual_process", "scatter"): "the same key",
-    ("files.own.effects", "scatter"): "the same key",
     ("learn.diagnosis.machine_file", "scatter"): "the same key",
     (
         "core.run",

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from vcmm.core.errors import choose_from
+
 # in small letters
 INSTEAD: dict[str, str] = {
     "l": "L is the measured length in a limit of ISO 10360, such as 1.9 um + 3.3 L/1000; 3.3 L/1000 with L in mm, in um, is 3.3 um/m",
@@ -22,3 +26,12 @@ def instead_of(word: str) -> str:
     if word.isdigit():
         return "no number stands within a unit; write for example 3.3 um/m"
     return INSTEAD.get(word.lower(), "")
+
+
+def closest_of(word: str, fitting: Sequence[str]) -> str:
+    """' Did you mean "mm"? Allowed: ...': mi is the beginning of min, mn a slip for mm and not for m."""
+    begun = [u for u in fitting if len(word) > 1 and u.startswith(word)]
+    slip = begun or [u for u in fitting if len(u) == len(word) and u[0] == word[0]]
+    if slip:
+        return f' Did you mean "{slip[0]}"? Allowed: {", ".join(fitting)}.'
+    return choose_from(word, fitting)

@@ -19,7 +19,7 @@ from functools import cache
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.text import LARGEST, brief, to_number
-from vcmm.core.unit_words import instead_of
+from vcmm.core.unit_words import closest_of, instead_of
 
 # exponents of (length, angle, time, temperature, force, mass)
 Dimension = tuple[int, int, int, int, int, int]
@@ -119,16 +119,9 @@ def parse_unit(text: str, due: str = "") -> Unit:
     tokens = _tokens(plain)
     if not tokens:
         raise UsageError("the unit is empty; write for example mm or um/m")
-    if len(tokens) == 1 and tokens[0] not in UNITS and (fitting := _single_units(due)):
-        head = tokens[0]  # mi is the beginning of min, mn a slip for mm, not for m
-        begun = [u for u in fitting if len(head) > 1 and u.startswith(head)]
-        slip = begun or [u for u in fitting if len(u) == len(head) and u[0] == head[0]]
-        close = (
-            f' Did you mean "{slip[0]}"? Allowed: {", ".join(fitting)}.'
-            if slip
-            else choose_from(tokens[0], fitting)
-        )
-        raise UsageError(f'unknown unit "{tokens[0]}" in "{text}".{close}')
+    alone = len(tokens) == 1 and tokens[0] not in UNITS and not instead_of(tokens[0])
+    if alone and (fitting := _single_units(due)):
+        raise UsageError(f'unknown unit "{tokens[0]}" in "{text}".{closest_of(tokens[0], fitting)}')
     unit, rest = _product(tokens, text)
     if rest:
         raise UsageError(f'unit "{text}" cannot be read after "{"".join(tokens[: len(tokens) - len(rest)])}"')
