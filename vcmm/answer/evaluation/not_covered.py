@@ -33,4 +33,4 @@ def spacing(points: Array) -> float:
     places = np.unique(np.round(points / SAME), axis=0) * SAME
     if len(places) < 2:
         return 0.0
-    return float(cKDTree(places).query(places, k=2)[0][:, 1].max())
+    return float(np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1].max())

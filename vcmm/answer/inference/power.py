@@ -1,7 +1,7 @@
 """How often the test of memory would notice noise that goes on from touch to touch, at the points of one task.
 
-The share of parts with e_t = 0.95 e_(t-1) + a_t, of the noise that is stated and without form, whose likelihood ratio exceeds the
-largest of the limits that the test has (families of forms, noise over what is stated), see `residual_tests`: its power (E. L. Lehmann,
+The share of parts with e_t = 0.95 e_(t-1) + a_t, of the noise that is stated, without form or with four times as much form (the
+lesser share counts), whose likelihood ratio exceeds the largest of the limits that the test has (families of forms, noise over what is stated), see `residual_tests`: its power (E. L. Lehmann,
 J. P. Romano, Testing Statistical Hypotheses, 2005, 3.1). A long memory looks like a form to few points: then the test cannot see it.
 """
 
@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from vcmm.answer.evaluation.form_family import KNOWN
-from vcmm.answer.inference.memory import RHOS, likelihood_ratio, whitening
+from vcmm.answer.inference.memory import RHOS, Whitening, likelihood_ratio, whitening
 from vcmm.answer.inference.residual_tests import (
     ALARM,
     FORMED,
@@ -27,6 +27,7 @@ from vcmm.answer.inference.residual_tests import (
 from vcmm.core.run import Array
 
 RHO, ENOUGH = 0.95, 0.9  # the memory that is asked about; power below which it is said not to be covered
+FORMS, GROUPS = (0.0, 4.0), 4  # form over noise of the parts; groups by the size of their residuals
 PARTS, LIMITS = 100, 599  # parts drawn with memory; parts of the null at most: ALARM / 2 of 600 are three
 MOST = 400  # points of all scans up to which the power is counted: the time goes with their cube
 TOO_FEW = (
@@ -45,25 +46,42 @@ SHORT, LONG = (
 
 
 def power(tests: ResidualTests, order: Mapping[str, Ints], rho: float = RHO) -> float:
-    """Share of parts whose memory would be noticed, all features that are tested together."""
-    scans = _scans(tests)
-    rng = np.random.default_rng([tests.seed, 95])
-    rests, sizes = {}, {}
-    for n, f in scans.items():
-        e = np.empty((PARTS, f.n))
-        e[:, order[n]] = _remembered(rng, f.n, rho)
-        rests[n] = f.rest(tests.scale[n] * e)
-        sizes[n] = float(np.sqrt((rests[n] ** 2).sum(axis=1).mean()))
-    noticed = np.zeros(PARTS, dtype=bool)
-    for number in (0, -1):
-        white = {n: [whitening(f.bases[number][order[n]], r) for r in RHOS] for n, f in scans.items()}
-        limit = 0.0
-        for k, share in product(range(len(KNOWN)), NOISES):
-            null = {n: _null(tests, n, k, share, sizes[n])[:, order[n]] for n in scans}
-            drawn = likelihood_ratio(white, null)[0]
-            limit = max(limit, float(np.quantile(drawn, 1.0 - ALARM / 2)))  # two tests (Bonferroni)
-        noticed |= likelihood_ratio(white, {n: r[:, order[n]] for n, r in rests.items()})[0] > limit
-    return float(noticed.mean())
+    """Share of parts whose memory would be noticed, all features that are tested together; the least over what form they have."""
+    scans, shares = _scans(tests), []
+    white = [
+        {n: [whitening(f.bases[number][order[n]], r) for r in RHOS] for n, f in scans.items()}
+        for number in (0, -1)
+    ]
+    for ratio in FORMS:
+        rng, rests = np.random.default_rng([tests.seed, 95]), dict[str, Array]()
+        for n, f in scans.items():
+            e = np.empty((PARTS, f.n))
+            e[:, order[n]] = _remembered(rng, f.n, rho)
+            rests[n] = f.rest(tests.scale[n] * (e + ratio * tests.shapes(n, KNOWN[0])[:PARTS]))
+        size = sum((r**2).sum(axis=1) for r in rests.values())
+        noticed = 0
+        for group in np.array_split(np.argsort(size), GROUPS):  # the null of a part is as large as it is
+            some = {n: r[group] for n, r in rests.items()}
+            noticed += int(np.any([_noticed(tests, order, w, some) for w in white], axis=0).sum())
+        shares.append(noticed / PARTS)
+    return min(shares)
+
+
+def _noticed(
+    tests: ResidualTests,
+    order: Mapping[str, Ints],
+    white: Mapping[str, list[Whitening]],
+    rests: Mapping[str, Array],
+) -> Array:
+    """Whether each of some parts of about one size exceeds the largest limit that the test has for that size."""
+    limit = 0.0
+    sizes = {n: float(np.linalg.norm(r, axis=1).mean()) for n, r in rests.items()}
+    for k, share in product(range(len(KNOWN)), NOISES):
+        null = {n: _null(tests, n, k, share, sizes[n])[:, order[n]] for n in rests}
+        limit = max(
+            limit, float(np.quantile(likelihood_ratio(white, null)[0], 1.0 - ALARM / 2))
+        )  # Bonferroni
+    return likelihood_ratio(white, {n: r[:, order[n]] for n, r in rests.items()})[0] > limit
 
 
 def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple[str, ...]:
