@@ -22,9 +22,9 @@ def document(capsys: pytest.CaptureFixture[str], folder: Path, n: int) -> tuple[
     run([*words, "--json"])
     found = json.loads(capsys.readouterr().out)
     run([*words, "--out", str(folder / "out")])
-    return {
-        c["name"]: c["true_value"]["not_covered"] for c in found["characteristics"]
-    }, capsys.readouterr().out
+    shown = capsys.readouterr()
+    said = {c["name"]: c["true_value"]["not_covered"] for c in found["characteristics"]}
+    return said, shown.out + shown.err
 
 
 def test_thirty_six_points_say_what_they_do_not_see(
