@@ -235,7 +235,7 @@ def test_parts_are_evaluated_for_what_is_asked_of_them_alone():
     one, all_of_them = alone.drawn(1, far), whole.drawn(1, far)
     assert one.numbers == (1,)
     assert set(one.drawing.noise) == {"top"}
-    for mine, other in ((one.other, all_of_them.other), (one.anew[0], all_of_them.anew[0])):
+    for mine, other in ((one.other[0], all_of_them.other[0]), (one.anew[0], all_of_them.anew[0])):
         for name in ("true", "indicated", "rest"):
             assert np.array_equal(getattr(mine, name)[:, 0], getattr(other, name)[:, 1]), name
     assert alone.drawn(0, far) is not one  # asked for after all: drawn by itself

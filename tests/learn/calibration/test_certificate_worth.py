@@ -63,9 +63,9 @@ def test_priors_facts_and_machines_at_the_limit(
     assert fact["+ iso230_2"] == pytest.approx(prior["limit"], rel=1e-9)
     shares = {(r["characteristic"], r["machines"]): r["covered"] for r in found["at_limit"]}
     assert len(shares) == 4
-    assert all(
-        0.93 < s < 0.995 for s in shares.values()
-    )  # 1500 drawn machines and their mirror images: 95 % +- 0.6, and what the fewer in the interval leave
+    # 1500 drawn machines and their mirror images: 95 % +- 0.6. No bound above: a limit says what machines may add, and an interval
+    # that holds for all of them, the worst allowed, holds for more than 95 % of most
+    assert all(0.93 < s <= 1.0 for s in shares.values())
     figures = {f["name"]: f for f in found["figures"]}
     assert 0.2 < figures["E0"]["p_pass"] < 0.8
     assert figures["A X"]["limit_um"] == pytest.approx(1.2)

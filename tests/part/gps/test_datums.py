@@ -353,3 +353,21 @@ def test_an_axis_that_turns_about_one_direction_by_contact(criterion: str) -> No
         assert 1e3 * np.ptp(element.residuals) / 2 == pytest.approx(best.x[4], abs=1e-3)
     else:
         assert 1e3 * (element.sizes[0] - 5.0) == pytest.approx(best.x[3], abs=1e-3)
+
+
+@pytest.mark.parametrize("slip", [0.0, 1e-33, 1e-17, 1e-12, 1e-9, 1e-7, 1e-5])
+def test_a_bore_that_stands_as_drawn_but_for_rounding_does_not_slip_along_its_axis(slip: float) -> None:
+    """An axis off by 1e-33 made the way along it a shift that the points hold: it slipped by 1e12 mm, and U of a position was 2e15 um.
+
+    Points at 3, 10 and 17 mm, their middle at 10 mm. The axis through (0, 0, 0) turns by 1e-4 towards x about that middle:
+    at z = 0 it then lies at x = -10 x 1e-4 = -0.001 mm; the radius stays, and nothing moves along z.
+    """
+    axis = np.array([-slip, slip, 1.0]) / np.sqrt(1 + 2 * slip * slip)
+    turn = 2 * np.pi * np.arange(12) / 12
+    around_it = 15 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
+    points = np.concatenate([around_it + [0, 0, z] for z in (3.0, 10.0, 17.0)])
+    start = replace(nominal_element(feature("b", "cylinder", (0, 0, 0), Z, (15.0,), (20,))), axis=axis)
+    base = replace(start, moments=normal_matrix(start, points))
+    there = held(base, np.array([1e-4, 0.0, 1.0]))
+    assert there.point == pytest.approx([-1e-3, 0.0, 0.0], abs=2e-3 * slip / 1e-4 + 1e-9)
+    assert there.sizes == pytest.approx([15.0], abs=1e-6)

@@ -72,6 +72,7 @@ def test_the_document_has_every_key_of_the_contract():
     form = result(true_value=TrueValue(0.001, (0.0, 0.002), True, interval_u=(0.0, 1e-5)))
     assert evaluated.characteristic_json(form)["true_value"] == {
         "estimate_mm": 0.001, "interval_mm": [0.0, 0.002], "interval_u_mm": [0.0, 1e-5], "coverage_claimed": True, "reason": None,
+        "not_covered": [],
     }  # fmt: skip
     assert c["U_mm"] == pytest.approx(4e-4)
     assert c["budget"][0] == {

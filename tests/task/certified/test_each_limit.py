@@ -150,3 +150,16 @@ def test_what_was_found_is_taken_off(tmp_path: Path) -> None:
     assert found.interval == pytest.approx((1.42e-3, 2.23e-3), abs=0.1e-3)
     assert found.decision is not None
     assert found.decision.text == "undecided"
+
+
+def test_a_position_to_three_datums_has_a_plain_u(tmp_path: Path) -> None:
+    """U was 2e15 um, all of it the form between the points: the datum axis slipped along itself (tests/part/gps/test_datums.py).
+
+    A radius of tip off by dr (0.45 um) moves the front, and so the ring in its frame, by dr, its position by 2 dr: tenths of a um to
+    a few um, and no more.
+    """
+    task = load_scenario(scenario_with(tmp_path, BETTER)).task()
+    found = evaluate(task, QUICK, read=False)["position"]
+    assert 0.1e-3 < found.u < 2e-3
+    assert found.expanded < 5e-3
+    assert not any("between points" in line.input and line.u > found.u for line in found.budget)

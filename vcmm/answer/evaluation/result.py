@@ -149,6 +149,8 @@ class CharacteristicResult:
         None  # mean from the middle of the tolerance, and u, of what the process makes
     )
 
+    not_covered: tuple[str, ...] = ()  # what the claim does not hold for, in sentences
+
     def __repr__(self) -> str:
         return f"<{self.name}: {answer(self)}>"
 

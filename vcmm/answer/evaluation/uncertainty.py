@@ -24,6 +24,7 @@ from vcmm.answer.evaluation.inversion import Inversion, Inverted, inversion_of
 from vcmm.answer.evaluation.linear import LinearModel, prepared
 from vcmm.answer.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.answer.evaluation.montecarlo import uncertainty as closed_form_u
+from vcmm.answer.evaluation.not_covered import between_touches
 from vcmm.answer.evaluation.part_forms import FORM, true_values
 from vcmm.answer.evaluation.result import (
     BudgetLine,
@@ -299,6 +300,7 @@ class Evaluation:
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
             production=self.settings.production.get(c.name), filtered=self._filter(c), truth=truth, half_width=outcome.half,
+            not_covered=() if predicts else between_touches(self.model.task, c),
         )  # fmt: skip
         if outcome.inverse is not None and not read:
             return result

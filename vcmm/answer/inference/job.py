@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,11 +21,12 @@ from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
 from vcmm.answer.inference.checked import repeated
 from vcmm.answer.inference.coarse_mesh import coarse_mesh
-from vcmm.answer.inference.doubts import doubts_of, without_claim
+from vcmm.answer.inference.doubts import LARGEST, doubts_of, without_claim
 from vcmm.answer.inference.formed import UNSEEN, is_widened, with_form
 from vcmm.answer.inference.given import GivenPoints, GivenValue
 from vcmm.answer.inference.points import task_and_rows
-from vcmm.answer.inference.residual_tests import ResidualTests
+from vcmm.answer.inference.power import memory_not_covered
+from vcmm.answer.inference.residual_tests import Ints, ResidualTests
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.run import Array
 from vcmm.part.fit import Fitted
@@ -88,6 +89,7 @@ class PreparedTask:
 
     task: Task
     result: UncertaintyResult
+    _memory: dict[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def serves(self, task: Task) -> bool:
         """Whether another part was touched at the same places (within NEAR)."""
@@ -120,6 +122,15 @@ class PreparedTask:
         """Forms of the features that move sizes, distances and angles, but those that the scenario states."""
         smooth = [i for i, c in enumerate(self.result.characteristics) if is_widened(c)]
         return forms_of(self.result.model, smooth, self.task.forms) if smooth else ()
+
+    def memory_not_covered(self, task: Task, rows: Ints) -> tuple[str, ...]:
+        """Counted once: parts that share an evaluation have the same points. rows: of the file, per touch."""
+        if "said" not in self._memory:
+            order = {n: np.argsort(rows[task.touches.rows[n]], kind="stable") for n in self.tests.features}
+            self._memory["said"] = (
+                memory_not_covered(self.tests, order) if task.touches.run.n <= LARGEST else ()
+            )
+        return self._memory["said"]
 
     def told(self, task: Task, fitted: Mapping[str, Fitted]) -> dict[int, list[FormTold]]:
         """By characteristic: what the residuals of its features say of the form between their points."""
@@ -171,6 +182,7 @@ def evaluate_points(
                 said=said,
                 forms=forms,
                 doubts=why,
+                unseen=known.memory_not_covered(task, rows),
             )
         )
     return tuple(out)
@@ -272,9 +284,11 @@ def _part(
     said: Sequence[str] = (),
     forms: Mapping[int, Sequence[FormTold]] | None = None,
     doubts: Mapping[str, str] | None = None,
+    unseen: tuple[str, ...] = (),
 ) -> EvaluatedPart:
     """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
-    the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed.
+    the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed; unseen:
+    what no test of the residuals would notice.
     """
     rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
     found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
@@ -284,6 +298,7 @@ def _part(
     for n, (i, y, own) in enumerate(found):
         report(f"true value of {results[i].name}", n / len(found))
         one = without_claim(with_form(results[i], (forms or {}).get(i, ())), doubts)
+        one = replace(one, not_covered=(*one.not_covered, *unseen))
         out.append(Evaluated(_read(one, y, own, settings), y, forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(

@@ -9,13 +9,21 @@ from typing import Any
 def show_parts(parts: Any, warnings: Collection[str]) -> None:
     """Values, true values and decisions; of one part contributions too, of several one table."""
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.evaluated import largest, not_added_up, stated_with, undecided_because
+    from vcmm.show.tables.evaluated import (
+        largest,
+        not_added_up,
+        not_covered,
+        stated_with,
+        undecided_because,
+    )
     from vcmm.show.tables.inferred import batch, joint_words, shown, told_once, wholes
 
     several = len(parts) > 1
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
     show_table(batch(parts) if several else shown(parts[0]))
-    said = told_once([(name, [*stated_with(found), *undecided_because(found)]) for name, found in results])
+    said = told_once(
+        [(n, [*stated_with(found), *undecided_because(found), *not_covered(found)]) for n, found in results]
+    )
     for sentence in (*said, *(wholes(parts) if several else joint_words(parts[0].joint))):
         say(sentence)
     if not several:

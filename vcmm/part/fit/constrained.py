@@ -99,6 +99,9 @@ def _by_matrix(base: Fitted, axis: Array, about: Array | None) -> Fitted:
     tilts, others = np.arange(3, 6), np.r_[0:3, 6 : len(base.moments)]
     mixed, own = base.moments[np.ix_(others, tilts)], base.moments[np.ix_(others, others)]
     size = np.sqrt(np.diag(own))
+    size[:3] = size[
+        :3
+    ].max()  # one scale for lengths: the way along an axis that is off by rounding stays free
     scale = np.where(size > 0.0, size, 1.0)
     gain = (
         -(np.linalg.pinv(own / np.outer(scale, scale), rcond=1e-9) @ (mixed / scale[:, None]))

@@ -128,6 +128,7 @@ def _section(scenario: Scenario, part: EvaluatedPart, e: Evaluated, number: int)
     c = e.result
     rows: list[list[object]] = [
         ["requirement", _decided(c)],
+        ["not covered", "; ".join(c.not_covered) or "nothing named"],
         ["indicated value", _indicated(e)],
         ["evaluated as", c.tier],
         ["temperatures", _temperatures(scenario)],

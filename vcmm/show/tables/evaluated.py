@@ -136,6 +136,7 @@ def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
         f"interval_u_{c.unit}": None if t.interval_u is None else _ends(t.interval_u),
         "coverage_claimed": t.claimed,
         "reason": None if t.claimed else c.why_not_shown,
+        "not_covered": list(c.not_covered),
         **counted,
     }
 
@@ -149,7 +150,17 @@ def true_value_by_points(c: CharacteristicResult) -> dict[str, Any] | None:
         f"interval_{c.unit}": list(c.interval),
         "coverage_claimed": c.coverage_shown,
         "reason": c.why_not_shown or None,
+        "not_covered": list(c.not_covered),
     }
+
+
+def not_covered(results: Iterable[CharacteristicResult]) -> list[str]:
+    """What the claims do not hold for, one sentence per characteristic of which coverage is claimed."""
+    return [
+        f"{c.name}: not covered: {'; '.join(c.not_covered)}"
+        for c in results
+        if c.coverage_shown and c.not_covered
+    ]
 
 
 RESULTS: tuple[Column[CharacteristicResult], ...] = (

@@ -1,0 +1,115 @@
+"""How often the test of memory would notice noise that goes on from touch to touch, at the points of one task.
+
+The share of parts with e_t = 0.95 e_(t-1) + a_t, of the noise that is stated, without form or with four times as much form (the
+lesser share counts), whose likelihood ratio exceeds the largest of the limits that the test has (families of forms, noise over what is stated), see `residual_tests`: its power (E. L. Lehmann,
+J. P. Romano, Testing Statistical Hypotheses, 2005, 3.1). A long memory looks like a form to few points: then the test cannot see it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+
+from vcmm.answer.evaluation.form_family import KNOWN
+from vcmm.answer.inference.memory import RHOS, Whitening, likelihood_ratio, whitening
+from vcmm.answer.inference.residual_tests import (
+    ALARM,
+    FORMED,
+    LEAST_SCAN,
+    NOISES,
+    FeatureTest,
+    Ints,
+    ResidualTests,
+    as_large,
+)
+from vcmm.core.run import Array
+
+RHO, ENOUGH = 0.95, 0.9  # the memory that is asked about; power below which it is said not to be covered
+FORMS, GROUPS = (0.0, 4.0), 4  # form over noise of the parts; groups by the size of their residuals
+PARTS, LIMITS = 100, 599  # parts drawn with memory; parts of the null at most: ALARM / 2 of 600 are three
+MOST = 400  # points of all scans up to which the power is counted: the time goes with their cube
+TOO_FEW = (
+    "noise that goes on from touch to touch (correlation {rho:g} of neighbours): {n} points are too few to notice it, the test of the "
+    "residuals would in {power:.0%} of such parts"
+)
+NOT_COUNTED = (
+    "noise that goes on from touch to touch (correlation {rho:g} of neighbours): how often it is noticed is not counted beyond "
+    "{most} points in all"
+)
+NOT_TESTED = "noise that goes on from touch to touch: {why}"
+SHORT, LONG = (
+    f"no feature has the {LEAST_SCAN} points from which it is looked for",
+    f"it is not looked for on features of more than {FORMED} points",
+)
+
+
+def power(tests: ResidualTests, order: Mapping[str, Ints], rho: float = RHO) -> float:
+    """Share of parts whose memory would be noticed, all features that are tested together; the least over what form they have."""
+    scans, shares = _scans(tests), []
+    white = [
+        {n: [whitening(f.bases[number][order[n]], r) for r in RHOS] for n, f in scans.items()}
+        for number in (0, -1)
+    ]
+    for ratio in FORMS:
+        rng, rests = np.random.default_rng([tests.seed, 95]), dict[str, Array]()
+        for n, f in scans.items():
+            e = np.empty((PARTS, f.n))
+            e[:, order[n]] = _remembered(rng, f.n, rho)
+            rests[n] = f.rest(tests.scale[n] * (e + ratio * tests.shapes(n, KNOWN[0])[:PARTS]))
+        size = sum((r**2).sum(axis=1) for r in rests.values())
+        noticed = 0
+        for group in np.array_split(np.argsort(size), GROUPS):  # the null of a part is as large as it is
+            some = {n: r[group] for n, r in rests.items()}
+            noticed += int(np.any([_noticed(tests, order, w, some) for w in white], axis=0).sum())
+        shares.append(noticed / PARTS)
+    return min(shares)
+
+
+def _noticed(
+    tests: ResidualTests,
+    order: Mapping[str, Ints],
+    white: Mapping[str, list[Whitening]],
+    rests: Mapping[str, Array],
+) -> Array:
+    """Whether each of some parts of about one size exceeds the largest limit that the test has for that size."""
+    limit = 0.0
+    sizes = {n: float(np.linalg.norm(r, axis=1).mean()) for n, r in rests.items()}
+    for k, share in product(range(len(KNOWN)), NOISES):
+        null = {n: _null(tests, n, k, share, sizes[n])[:, order[n]] for n in rests}
+        limit = max(
+            limit, float(np.quantile(likelihood_ratio(white, null)[0], 1.0 - ALARM / 2))
+        )  # Bonferroni
+    return likelihood_ratio(white, {n: r[:, order[n]] for n, r in rests.items()})[0] > limit
+
+
+def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple[str, ...]:
+    """What the test of memory would not notice, in a sentence; none where it would."""
+    scans = _scans(tests)
+    if not scans:
+        return (NOT_TESTED.format(why=LONG if any(f.n > FORMED for f in tests.features.values()) else SHORT),)
+    n = sum(f.n for f in scans.values())
+    if n > MOST:
+        return (NOT_COUNTED.format(rho=RHO, most=MOST),)
+    found = power(tests, order)
+    return () if found >= ENOUGH else (TOO_FEW.format(rho=RHO, n=n, power=found),)
+
+
+def _scans(tests: ResidualTests) -> dict[str, FeatureTest]:
+    return {n: f for n, f in tests.features.items() if LEAST_SCAN <= f.n <= FORMED}
+
+
+def _remembered(rng: np.random.Generator, n: int, rho: float) -> Array:
+    """(PARTS, n): noise of size 1."""
+    e = rng.normal(size=(PARTS, n))
+    for i in range(1, n):
+        e[:, i] = rho * e[:, i - 1] + np.sqrt(1.0 - rho**2) * e[:, i]
+    return e
+
+
+def _null(tests: ResidualTests, name: str, family: int, share: float, size: float) -> Array:
+    """Residuals (draws, n) of parts without memory, as large as those with it: what the noise lacks is form."""
+    f, few = tests.features[name], slice(0, LIMITS)
+    shapes = f.rest(tests.shapes(name, KNOWN[family])[few])
+    return as_large(share * f.rest(tests.noise[name][few]), shapes, size)
