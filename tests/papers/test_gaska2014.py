@@ -21,7 +21,7 @@ from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration import multilateration
 from vcmm.learn.calibration import nodes as calibrated_nodes
-from vcmm.physics import residual
+from vcmm.core import residual_weights as residual
 from vcmm.show.tables.table import in_terminal
 from vcmm.task.measuring.fixture import six_of
 

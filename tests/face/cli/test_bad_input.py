@@ -55,7 +55,7 @@ MISTYPED = [
     ('rule = "probability 95 %"', 'rule = "probabilty 95 %"', ['Did you mean "probability 95 %"?']),
     # units
     ('["0 mm", "600 mm"]', '["0 mm", "600 mmm"]', ['unknown unit "mmm" in "mmm". Did you mean "mm"?']),
-    ('speed = "5 mm/s"', 'speed = "5 mm/sec"', ['unknown unit "sec"']),
+    ('speed = "5 mm/s"', 'speed = "5 mm/sec"', ['"sec"', 'is no unit: write s']),
     ('["0 mm", "600 mm"]', '["0 mm", "600 kg"]', ['travel = "600 kg" is not a length']),
     ('["0 mm", "600 mm"]', '["0", "600"]', ['travel = "0" has no unit; write for example travel = "0 mm"']),
     ('["0 mm", "600 mm"]', "[0, 600]", ['travel = [0, 600] must be two values with units', '["0 mm", "600 mm"]']),

@@ -39,7 +39,12 @@ def machine_file(folder, more: str = "") -> str:
 def test_field_on_a_grid(tmp_path, capsys):
     path = machine_file(tmp_path)
     found = document(capsys, "field", path, "--nodes", "3")
-    assert set(found) == HEAD | {"engine", "points", "tip_error_mm", "summary", "not_mapped"}
+    assert set(found) == HEAD | {"engine", "points", "tip_error_mm", "summary", "not_mapped"} | {
+        "U_mm",
+        "u_mm",
+        "within_mm",
+        "not_in_U",
+    }
     assert found["schema"] == "vcmm.field/1"
     assert found["engine"] == "first-order"
     assert "expansion" in " ".join(found["not_mapped"])  # 20 degC on a bare grid
@@ -92,7 +97,11 @@ def test_field_writes_a_folder(tmp_path, capsys):
     assert "largest tip error" in out
     assert sorted(p.name for p in folder.iterdir()) == ["field.csv", "field.html", "field.json"]
     assert json.loads((folder / "field.json").read_text())["points"] == 8
-    assert (folder / "field.csv").read_text().startswith("Y_mm,X_mm,Z_mm,error_x_um,error_y_um,error_z_um\n")
+    assert (
+        (folder / "field.csv")
+        .read_text()
+        .startswith("Y_mm,X_mm,Z_mm,error_x_um,error_y_um,error_z_um,U_x_um,U_y_um,U_z_um\n")
+    )
 
 
 def test_check_of_both_kinds(tmp_path, capsys):
@@ -170,7 +179,17 @@ def test_list_says_what_there_is(capsys):
 def test_explain(capsys, effect):
     found = document(capsys, "explain", effect)
     assert found["text"]
-    assert set(found) == HEAD | {"effect", "text", "sign", "per", "needs", "cites", "parameters", "places"}
+    assert set(found) == HEAD | {
+        "effect",
+        "text",
+        "sign",
+        "per",
+        "needs",
+        "cites",
+        "parameters",
+        "places",
+        "keys",
+    }
     assert found["effect"] == effect
     assert found["sign"] in ("tip error: actual - nominal", "reading: indicated - true")
     assert found["parameters"]

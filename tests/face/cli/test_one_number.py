@@ -21,7 +21,7 @@ import vcmm
 from tests.shop.machining import shop
 from vcmm.face.cli import run as command
 from vcmm.face.workbench.bench import Bench
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 
 pytestmark = pytest.mark.usefixtures("few_parts")
 TRIALS = 1000
@@ -115,7 +115,7 @@ def check_pictures(page: str, characteristics: list[dict[str, Any]]) -> None:
 
 def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plate.toml"
-    file.write_bytes(path("plate").read_bytes())
+    file.write_bytes(example("plate").read_bytes())
     words = ["uncertainty", str(file), "--trials", str(TRIALS)]
     found = document([*words, "--out", str(tmp_path / "out")], capsys)["characteristics"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -180,7 +180,7 @@ def test_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plate.toml"
-    file.write_bytes(path("plate").read_bytes())
+    file.write_bytes(example("plate").read_bytes())
     words = ["place", str(file), "--evaluations", "60", "--scan", "40", "--trials", str(TRIALS)]
     found = document([*words, "--out", str(tmp_path / "out")], capsys)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -197,7 +197,7 @@ def test_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_evaluate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, values = tmp_path / "plate.toml", tmp_path / "values.csv"
-    file.write_bytes(path("plate").read_bytes())
+    file.write_bytes(example("plate").read_bytes())
     values.write_text(
         "characteristic,value_mm\nbore diameter,30.004\nbore to front,39.9985\nbore square to top,0.003\n"
     )

@@ -10,9 +10,10 @@ import vcmm
 from tests.compensation import block
 from tests.face.cli.test_loop import KNOWN, SCATTER
 from tests.shop.machining.concealed_catalogue import PER, concealed, points_file
+from vcmm.core.declaration import reported_name
 from vcmm.face.cli import run
 
-EFFECTS = {e.id: e for e in concealed() if not e.family or e.family == e.name}
+EFFECTS = {e.id: e for e in concealed() if reported_name(type(e)) == e.name}
 CASES = [(name, PER[(k + seed) % len(PER)], seed) for seed in (1, 2) for k, name in enumerate(EFFECTS)]
 QUICK = ("spindle_growth[Z]", "move", 1)
 

@@ -226,7 +226,7 @@ ONE = '[[part.characteristics]]\nname = "flat"\ntype = "flatness"\nof = "right"\
 def test_placing_is_refused_with_the_line(tmp_path):
     path = rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER, 'work_offset = { u = "1 um" }', ONE)
     with pytest.raises(ModelLimit, match=r"line 6 .*turns a rotary axis"):
-        place_cut(vcmm.load_cut(path), trials=500)
+        place_cut(vcmm.load_cut(path), trials=1000)
 
 
 def test_a_field_over_workpiece_axes_is_refused(tmp_path):

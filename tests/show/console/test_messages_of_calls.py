@@ -10,12 +10,12 @@ import vcmm
 from vcmm.core.errors import DataError, OptionError, UsageError
 from vcmm.core.units import quantity
 from vcmm.face.cli import run as command
-from vcmm.files.own.library import path
+from vcmm.files.own.library import example
 from vcmm.files.toml import read_toml
 
 
 def test_a_path_is_loaded(few_parts: None) -> None:
-    file = path("plate")
+    file = example("plate")
     assert vcmm.measure(file)["bore diameter"].value == vcmm.measure(str(file))["bore diameter"].value
     assert vcmm.uncertainty(file, trials=1000)["bore diameter"].u > 0
     for verb in (vcmm.uncertainty, vcmm.measure, vcmm.place):
@@ -27,7 +27,7 @@ def test_an_option_is_not_blamed_on_a_line_of_the_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "plate.toml"
-    file.write_bytes(path("plate").read_bytes())
+    file.write_bytes(example("plate").read_bytes())
     for verb in ("uncertainty", "place"):
         assert command([verb, str(file), "--trials", "12"]) == 2
         said = capsys.readouterr().err

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.answer.evaluation.form_family import KNOWN
 from vcmm.answer.inference.memory import RHOS, Whitening, likelihood_ratio, whitening
@@ -25,6 +26,8 @@ from vcmm.answer.inference.residual_tests import (
     as_large,
 )
 from vcmm.core.run import Array
+
+Booleans = npt.NDArray[np.bool_]
 
 RHO, ENOUGH = 0.95, 0.9  # the memory that is asked about; power below which it is said not to be covered
 FORMS, GROUPS = (0.0, 4.0), 4  # form over noise of the parts; groups by the size of their residuals
@@ -72,7 +75,7 @@ def _noticed(
     order: Mapping[str, Ints],
     white: Mapping[str, list[Whitening]],
     rests: Mapping[str, Array],
-) -> Array:
+) -> Booleans:
     """Whether each of some parts of about one size exceeds the largest limit that the test has for that size."""
     limit = 0.0
     sizes = {n: float(np.linalg.norm(r, axis=1).mean()) for n, r in rests.items()}
