@@ -24,7 +24,7 @@ export JUPYTER_DATA_DIR := $(CACHE)/jupyter/data
 export JUPYTER_RUNTIME_DIR := $(CACHE)/jupyter/runtime
 endif
 
-.PHONY: help demo test test-all lint types docs bench exam audit referee clean
+.PHONY: help demo test test-all count lint types docs bench exam audit referee clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -38,6 +38,9 @@ test: lint types ## install, then lint, types, tests, examples of the documentat
 
 test-all: .venv/.installed-all ## install, then pages and workbench in a browser, documentation, wheel, STEP, long fuzz, whole jobs
 	$(BIN)/python -m pytest -m thorough -n $(JOBS) --dist loadscope
+
+count: .venv/.installed-dev ## counts over many drawn parts, machines and effects: an hour and more
+	$(BIN)/python -m pytest -m count -n $(JOBS) --dist loadscope
 
 lint: .venv/.installed-dev ## style and formatting
 	$(BIN)/ruff check .

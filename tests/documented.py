@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -33,4 +34,5 @@ def instead(monkeypatch: Any, twin: ModuleType, name: str, result: Any, **option
         assert (scenario.program.parent.name, given) == (name, options)
         return result
 
+    run.__signature__ = inspect.signature(twin.run)  # type: ignore[attr-defined]
     monkeypatch.setattr(twin, "run", run)

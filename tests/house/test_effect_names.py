@@ -78,7 +78,7 @@ def test_every_file_of_effects_can_be_deleted():
     assert f"{len(files())} files of vcmm/physics/catalogue/ deleted" in done.stdout
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 def test_every_job_runs_without_any_file_of_the_catalogue():
     """measure, uncertainty, field, cut, diagnose, list, explain and schema, once without each file and its lines."""
     done = subprocess.run(

@@ -15,13 +15,13 @@ from vcmm_twins.gaska2014 import maps, nodes, page, placement, readings, tracer,
 from vcmm_twins.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviations
 from vcmm_twins.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
 
+from vcmm.core import residual_weights as residual
 from vcmm.core.laws import StudentT
 from vcmm.face.cli import run as command
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration import multilateration
 from vcmm.learn.calibration import nodes as calibrated_nodes
-from vcmm.core import residual_weights as residual
 from vcmm.show.tables.table import in_terminal
 from vcmm.task.measuring.fixture import six_of
 

@@ -252,7 +252,7 @@ def test_few_points_claim_nothing_and_say_which_form_they_miss(tmp_path, capsys)
     assert "at the 8 points of b 3 lobes, 5 lobes, 7 lobes of any size" in four["apart"]["true_value"]["reason"]  # fmt: skip
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 @pytest.mark.parametrize(
     ("make", "scenario", "names"),
     [

@@ -48,7 +48,7 @@ def u_of(rows: list[dict], name: str) -> dict[str, float]:
     return {r["known"]: r["U_mm"] * 1e3 for r in rows if r["characteristic"] == name}
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 def test_priors_facts_and_machines_at_the_limit(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -71,7 +71,7 @@ def test_priors_facts_and_machines_at_the_limit(
     assert figures["A X"]["limit_um"] == pytest.approx(1.2)
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 def test_a_known_bias_that_is_left_in_is_told_beside_the_counts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -46,7 +46,7 @@ def test_a_growth_with_scatter_per_move_comes_to_its_end(tmp_path, capsys):
     check(to_the_end(tmp_path, capsys, *QUICK))
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 @pytest.mark.parametrize(("name", "per", "seed"), CASES, ids=lambda v: str(v))
 def test_every_effect_that_can_show_in_a_part_comes_to_its_end(tmp_path, capsys, name, per, seed):
     check(to_the_end(tmp_path, capsys, name, per, seed))

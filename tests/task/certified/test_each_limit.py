@@ -77,7 +77,7 @@ def test_drawn_parts_do_not_depend_on_a_limit(tmp_path: Path) -> None:
         assert np.array_equal(one, other)
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 @pytest.mark.parametrize("name", CHARACTERISTICS)
 @pytest.mark.parametrize("change", WORSE, ids=lambda c: " ".join(f"{k} {v}" for k, v in c.items()))
 def test_a_worse_limit_is_never_better(
@@ -98,7 +98,7 @@ def test_a_worse_limit_is_never_better(
                 assert better.decision.text == word
 
 
-@pytest.mark.thorough
+@pytest.mark.count
 def test_a_limit_takes_nothing_off_a_reading(known: Callable[[Mapping[str, str]], Results]) -> None:
     """A perfect machine keeps every limit: the reading itself may be the true value, or more where points miss some of it."""
     for name in ("roundness", "flatness", "cylindricity", "perpendicularity", "position", "circular_runout"):
