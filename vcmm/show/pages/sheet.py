@@ -38,7 +38,7 @@ ALWAYS = (
     "drawing",
 )  # a blank where not stated
 BLANK = "_" * 16  # a line to write on
-LINES = 8  # of a budget, so that a characteristic keeps to one page; the rest is one line
+LINES = 6  # of a budget, so that a characteristic keeps to one page; the rest is one line
 
 
 def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
