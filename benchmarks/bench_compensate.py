@@ -66,7 +66,7 @@ def _left(n: int, radius: float, field) -> float:
     ring = radius * np.column_stack([np.cos(angle), -np.sin(angle), np.zeros(n + 1)])
     arc = np.full(n + 1, len(field.moves) - 1)
     share = angle / (2 * math.pi)
-    points = field.corrected(arc, share, ring, np.zeros_like(ring))
+    points = field.correct(arc, share, ring, np.zeros_like(ring))
     middle = (points[1:] + points[:-1]) / 2
     real: Array = middle + field.errors(field.run(arc[1:], share[1:], middle), arc[1:])
     return float(np.abs(np.hypot(real[:, 0], real[:, 1]) - radius).max())

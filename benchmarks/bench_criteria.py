@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.bench_fit import cylinder, timed
 from tests.part.fit.lp_twin import sequential_lp
-from vcmm.part.fit import Fitted, associate
+from vcmm.part.fit import FittedElement, associate
 
 LOOP = 10  # fits of the slow way; scaled up
 
@@ -24,7 +24,7 @@ def main() -> None:
     rng = np.random.default_rng(1)
     points = cylinder(50, 20.0, 40.0, rng)
     trials = points + 1e-3 * rng.standard_normal((count, *points.shape))
-    nominal = Fitted(
+    nominal = FittedElement(
         "cylinder", np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([20.0]), np.empty(0), np.empty((0, 3))
     )
     start = np.array([0.0, 0, 0, 0, 0, 1, 20])

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.inference.audit import audited
+from vcmm.answer.inference.audit import audit_task
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.part import Characteristic, Feature, Part
@@ -50,7 +50,7 @@ def roundness_of(n: int) -> Callable[[], object]:
 
 def audit_of(c: Characteristic) -> Callable[[], object]:
     task = ring(25, c)
-    return lambda: audited(task, SETTINGS, 2000)
+    return lambda: audit_task(task, SETTINGS, 2000)
 
 
 def plate() -> Callable[[], object]:

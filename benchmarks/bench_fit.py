@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vcmm.part.fit import Fitted, gauss, linear_fit, sensitivity
+from vcmm.part.fit import FittedElement, gauss, linear_fit, sensitivity
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -29,7 +29,7 @@ def cylinder(n: int, radius: float, length: float, rng: np.random.Generator) -> 
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
 
 
-def fit_by_loop(trials: Array, nominal: Fitted) -> Array:
+def fit_by_loop(trials: Array, nominal: FittedElement) -> Array:
     """Radius of each trial by least_squares (MINPACK, its default differences and tolerances), axis near z."""
     from scipy.optimize import least_squares
 

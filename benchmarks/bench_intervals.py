@@ -16,11 +16,11 @@ import numpy as np
 from tests.learn.diagnosis import generator as make
 from vcmm.learn.diagnosis.candidates import Family, catalogue
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.marginal import drawn
+from vcmm.learn.diagnosis.marginal import draw_term
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, scanned
+from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, scanned_names
 from vcmm.learn.diagnosis.select import Setting, select
-from vcmm.learn.diagnosis.sharpen import sharpened
+from vcmm.learn.diagnosis.sharpen import sharpen
 
 ROWS, DRAWS, THRESHOLD, CLIP = 150, 800, 3.5, 3.0
 ASKED = {  # name of the parameter -> effect, range
@@ -36,7 +36,7 @@ def one_case(
     """Share of the posterior below the truth; None where the name is not found, or with other values to be scanned."""
     _, low, high = ASKED[parameter]
     family = families[rng.integers(len(families))]
-    options = [o for o in family.options if scanned(o) == [parameter]]
+    options = [o for o in family.options if scanned_names(o) == [parameter]]
     if not options:
         return None
     even = parameter in MOMENTS
@@ -50,10 +50,10 @@ def one_case(
     made = replace(problem, residual=signal + problem.u * rng.standard_normal(problem.m))
     raw, refine = white.apply(made.residual), Refiner(made, white)
     setting = Setting(dictionary([family], white), white, raw, CLIP, THRESHOLD, refine)
-    found = select(sharpened(setting, select(setting)))
-    if not found.terms or scanned(found.terms[0].option) != [parameter]:
+    found = select(sharpen(setting, select(setting)))
+    if not found.terms or scanned_names(found.terms[0].option) != [parameter]:
         return None
-    return float(np.mean(drawn(made, found, 0, refine, rng, DRAWS).values[parameter] < true))
+    return float(np.mean(draw_term(made, found, 0, refine, rng, DRAWS).values[parameter] < true))
 
 
 def main() -> None:

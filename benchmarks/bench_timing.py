@@ -11,7 +11,7 @@ import numpy as np
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.program.moves import Move, Source
-from vcmm.shop.motion.timing import Elements, Timing, plan_motion, planned
+from vcmm.shop.motion.timing import Elements, Timing, plan_motion, plan_stretches
 from vcmm.shop.motion.toolpath import naive_seconds, toolpath
 
 MOVES, LENGTH, FEED = 100_000, 0.5, 6000.0
@@ -60,7 +60,7 @@ def ratio_of_passes(timing: Timing) -> None:
         seconds = []
         for kernel in (True, False):
             start = time.process_time()
-            planned(some, *one, kernel)
+            plan_stretches(some, *one, kernel)
             seconds.append(time.process_time() - start)
         print(
             f"look-ahead, {label}: kernel {seconds[0]:.3f} s, twin {seconds[1]:.2f} s, ratio {seconds[1] / seconds[0]:.0f}"

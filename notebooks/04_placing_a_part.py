@@ -51,7 +51,7 @@ for name, at in (
 # %%
 sure = found.confirmation
 print(
-    f"gain {sure.gain * 1e3:.4f} um, standard error {sure.u_gain * 1e3:.4f} um; confirmed: {sure.confirmed}"
+    f"gain {sure.gain * 1e3:.4f} um, standard error {sure.u_gain * 1e3:.4f} um; confirmed: {sure.is_confirmed}"
 )
 print(found.certificate.text)
 found.plot()

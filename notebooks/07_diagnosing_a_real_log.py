@@ -17,7 +17,7 @@
 from dataclasses import replace
 
 import vcmm
-from vcmm.learn.diagnosis.improve import improved
+from vcmm.learn.diagnosis.improve import improve_machine
 
 recording, machine = vcmm.load_recording(vcmm.example("worn_cmm"))
 print(recording.name, recording.m, "observations,", ", ".join(sorted(recording.run.series)))
@@ -52,7 +52,7 @@ for fold in found.fit.held_out:
 # %%
 job = vcmm.load_scenario(vcmm.example("plate"))
 job = replace(job, constants={**job.constants, "temp_air_C": 22.0})
-better = improved(job.machine, tuple((a.fitted, a.inputs) for a in found.answer))
+better = improve_machine(job.machine, tuple((a.fitted, a.inputs) for a in found.answer))
 for name, one in (("as filed", job.machine), ("as diagnosed", better)):
     for c in vcmm.uncertainty(replace(job, machine=one), trials=20_000).characteristics[:2]:
         print(f"{name:13s} {c.name:16s} {c.value:.5f} mm, U = {c.expanded * 1e3:.2f} um")

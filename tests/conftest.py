@@ -30,7 +30,7 @@ def few_parts() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(inversion, "PARTS", (600, 600))
-        patch.setattr(inversion, "COUNTED", (60, 60))
+        patch.setattr(inversion, "COUNT_TRIALS", (60, 60))
         yield
 
 

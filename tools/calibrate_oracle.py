@@ -18,12 +18,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.learn.calibration.drawn import TRAVEL, bare, draw, laser_and_plates, recorded, tracers, truth
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.learn.calibration.evidence import with_others
+from vcmm.learn.calibration.evidence import append_identity
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.prior import widest_pairs
 from vcmm.learn.calibration.result import Calibration
-from vcmm.learn.calibration.solve import conditioned
+from vcmm.learn.calibration.solve import condition_on_prior
 
 DESIGNS = {"laser": laser_and_plates, "tracer": tracers}
 PLACES = 400  # of the tip, in the volume
@@ -55,8 +55,8 @@ def oracle(found: Calibration, known: dict[str, tuple[float, float]]) -> Array:
     pairs = np.zeros((model.size, len(model.pairs)))
     for k, pair in enumerate(model.pairs):
         pairs[model.slices[pair], k] = widest_pairs(model)[k]
-    whole = with_others(np.concatenate([factor, pairs], axis=1), len(told.b))
-    return conditioned(told, whole)[0][: model.size]
+    whole = append_identity(np.concatenate([factor, pairs], axis=1), len(told.b))
+    return condition_on_prior(told, whole)[0][: model.size]
 
 
 def left_over(machine: Machine, model: ErrorModel, theta: Array, rng: np.random.Generator) -> float:

@@ -144,14 +144,14 @@ class Points:
     def concealed(self, effect: Effect | None, rng: np.random.Generator, delta: float) -> GivenPoints:
         """What is measured of a part: a draw of all that is uncertain, the effect, scatter."""
         touches = self.model.task.touches
-        surface = self.world.contacts.surface(self.world.moved)
+        surface = self.world.contacts.surface(self.world.tool_errors)
         known = known_columns(self.model)
         out = surface + sum(c @ rng.standard_normal(c.shape[1]) for _, c in known.common)
         if effect is not None:
             shape = effect.build(self.world.tool.run, rng)
-            row, gain = self.world.contacts.deepest(self.world.moved)
+            row, gain = self.world.contacts.deepest(self.world.tool_errors)
             a = delta / self.strength(np.einsum("pi,pi->p", gain, shape[row]))
-            out += self.world.contacts.surface(self.world.moved + a * shape) - surface
+            out += self.world.contacts.surface(self.world.tool_errors + a * shape) - surface
         out = out + NOISE * rng.standard_normal(len(out))
         points = touches.points + out[:, None] * touches.normals
         where = tuple(f"points.csv:{i + 2}" for i in range(len(points)))
@@ -252,7 +252,7 @@ def example_points(job: PreparedCut) -> str:
     def growth(run: Run, rng: np.random.Generator) -> Array:
         return _moved(run, z=-14e-3 * (1.0 - np.exp(-run.columns["time_s"] / 900.0)))
 
-    row, gain = points.world.contacts.deepest(points.world.moved)
+    row, gain = points.world.contacts.deepest(points.world.tool_errors)
     linear = np.einsum("pi,pi->p", gain, growth(points.world.tool.run, rng)[row])
     given = points.concealed(Effect(growth, ()), rng, points.strength(linear))
     rows = [f"{f},{x:.5f},{y:.5f},{z:.5f}" for f, (x, y, z) in zip(given.features or (), given.points)]

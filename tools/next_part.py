@@ -58,7 +58,7 @@ def truly_cut(job: PreparedCut, program: Path, effect: Effect, size: float, stat
     task, world, _ = finished_part(set_up(replace(job.scenario, program=program)))
     rng = np.random.default_rng()
     rng.bit_generator.state = state
-    moved = world.moved + size * effect.build(world.tool.run, rng)
+    moved = world.tool_errors + size * effect.build(world.tool.run, rng)
     feature = task.touches.run.labels["feature"]
     wall = np.array([str(f).startswith(NOTCH) and str(f).endswith(("left", "right")) for f in feature])
     return Part(world.contacts.surface(moved), wall)
@@ -72,7 +72,7 @@ def next_part(job: PreparedCut, machine: Path, word: str, *, seed: int, delta: f
     given = points.concealed(effect, rng, delta)
     again = np.random.default_rng()
     again.bit_generator.state = state
-    row, gain = points.world.contacts.deepest(points.world.moved)
+    row, gain = points.world.contacts.deepest(points.world.tool_errors)
     # concealed() draws what is known to be uncertain before the effect: the same order here
     for _, columns in known_columns(points.model).common:
         again.standard_normal(columns.shape[1])

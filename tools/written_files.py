@@ -29,7 +29,7 @@ sys.path.insert(0, str(ROOT))
 from vcmm.core.run import Array  # noqa: E402
 from vcmm.files.own.machine import load_machine  # noqa: E402
 from vcmm.files.own.recording import load_recording  # noqa: E402
-from vcmm.learn.diagnosis.comparison import compared  # noqa: E402
+from vcmm.learn.diagnosis.comparison import compare_machines  # noqa: E402
 from vcmm.learn.diagnosis.problem import Problem, make_problem  # noqa: E402
 from vcmm.physics import BY_NAME  # noqa: E402
 
@@ -137,7 +137,7 @@ def row(folder: Path, seed: int) -> list[str]:
         words = ["diagnose", str(folder / "recording.toml"), "--seed", str(seed), "--json", "--out", work]
         done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True)
         seconds = time.perf_counter() - start
-        before = compared("own", [(recording, machine)]).rms * unit
+        before = compare_machines("own", [(recording, machine)]).rms * unit
         if done.returncode:
             return [folder.name, f"exit {done.returncode}: {done.stderr.strip()[-160:]}", f"{before:.4g}", "-", "-",
                     f"{best:.4g}", "-", f"{seconds:.0f} s"]  # fmt: skip
@@ -146,7 +146,9 @@ def row(folder: Path, seed: int) -> list[str]:
         after = before
         if written.is_file():
             after = (
-                compared("written", [load_recording(folder / "recording.toml", load_machine(written))]).rms
+                compare_machines(
+                    "written", [load_recording(folder / "recording.toml", load_machine(written))]
+                ).rms
                 * unit
             )
     fit = found["fit"]

@@ -55,7 +55,10 @@ def read(setups: Planned, bare: Machine, truth: Machine, rng: np.random.Generato
     """What the instruments read on the true machine, as `vcmm calibrate --simulate` writes it."""
     out = []
     for _, recordings, _, certificate in setups:
-        out += [instruments.simulated(with_senses(one, bare), truth, rng, certificate) for one in recordings]
+        out += [
+            instruments.simulate_reading(with_senses(one, bare), truth, rng, certificate)
+            for one in recordings
+        ]
     return out
 
 

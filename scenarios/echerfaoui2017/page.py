@@ -15,7 +15,7 @@ from vcmm import tables as tb
 from .twin import METHODS, EcherfaouiTwin
 
 PAPER_MAXIMA = (35.0, 30.0, 25.0)  # um
-CHOSEN_ROW = list(calibration.LAYOUTS).index(calibration.CHOSEN)
+CHOSEN_ROW = list(calibration.LAYOUTS).index(calibration.BEST_LAYOUT)
 BARE = "no figure of theirs"
 WHAT = (
     "A bridge CMM of 400 x 400 x 400 mm is drawn with errors of the published size, read axis by axis with the 6-D laser of the "

@@ -1,7 +1,7 @@
 """The procedure of Echerfaoui et al. 2017 (doi 10.4236/jasmi.2017.73007) on drawn machines of its magnitudes.
 
     1  18 component errors read by the 6-D laser along the axes (Table 2), squareness beside them      laser.read
-    2  one net per axis for its six errors, four layouts (eq. 8 to 13); a spline beside them          net.trained, spline
+    2  one net per axis for its six errors, four layouts (eq. 8 to 13); a spline beside them          net.train_net, spline
     3  synthesis over the volume: X carries Y carries Z carries the tool of length L (eq. 1 to 8)       volumetric
     4  encoder positions corrected by the predicted error; what is left over the volume (Fig. 12)      compensated
     5  body diagonal, 692.82 mm in 10 steps of 69.282 mm (Fig. 13)                                     diagonal
@@ -32,9 +32,9 @@ DIAGONAL_STEPS = 10
 DRAWS = 8
 PROFILES = 9
 METHODS = (
-    f"nets {calibration.CHOSEN}",
+    f"nets {calibration.BEST_LAYOUT}",
     "cubic splines",
-    f"nets {calibration.CHOSEN}, nine profiles",
+    f"nets {calibration.BEST_LAYOUT}, nine profiles",
     "cubic splines, nine profiles",
 )
 LARGE, TRIED = 63.0, 200  # um, the paper's vector; machines drawn to see how many exceed it
@@ -181,7 +181,8 @@ def by_nets(
     """Every axis's six errors at NODES by its own net, learnt from all readings."""
     x = TARGETS[:, None]
     return {
-        a: calibration.trained(x, six, layout, rng, epochs).at(NODES[:, None]) for a, six in readings.items()
+        a: calibration.train_net(x, six, layout, rng, epochs).at(NODES[:, None])
+        for a, six in readings.items()
     }
 
 
@@ -201,7 +202,7 @@ def compare_layouts(
     for layout in calibration.LAYOUTS:
         parts = []
         for six in readings.values():
-            net, span = calibration.trained(x[kept], six[kept], layout, rng, epochs), np.ptp(six, axis=0)
+            net, span = calibration.train_net(x[kept], six[kept], layout, rng, epochs), np.ptp(six, axis=0)
             parts.append(
                 [calibration.share_left(net, x[k], six[k], span) for k in (kept, held, np.arange(len(x)))]
             )
@@ -252,13 +253,13 @@ def one_machine(seed: int, option: str = "precision", epochs: int = calibration.
     readings, square = measured(cmm, option, rng)
     true = machine(cmm.curves, cmm.square)
     models = {
-        METHODS[0]: machine(by_nets(readings, calibration.CHOSEN, rng, epochs), square),
+        METHODS[0]: machine(by_nets(readings, calibration.BEST_LAYOUT, rng, epochs), square),
         METHODS[1]: machine(by_splines(readings), square),
     }
     layouts = compare_layouts(readings, rng, epochs)
     means, square = measured_often(cmm, option, rng)
     models |= {
-        METHODS[2]: machine(by_nets(means, calibration.CHOSEN, rng, epochs), square),
+        METHODS[2]: machine(by_nets(means, calibration.BEST_LAYOUT, rng, epochs), square),
         METHODS[3]: machine(by_splines(means), square),
     }
     return OneMachine(

@@ -51,7 +51,7 @@ STEPS = (
     ("section 3: 14 approaches, six axis directions and eight diagonals", "`tracer.DIRECTIONS`; an axis that stands still keeps its last sense (`tracer.senses`). The text's 45 deg to each axis is impossible: a space diagonal has 54.7 deg"),
     ("section 3: five positions of the LaserTracer, one after the other", "`tracer.STATIONS`, drawn: four at the corners, one above; what does not come back from run to run differs between stations"),
     ("dynamic mode, cat's eye on the probe head", "one length per approach; the path between is left out, as in the paper's evaluation"),
-    ("eq. 2: coordinates, stations and dead paths by least squares", "`multilateration.located`, all 728 points and five stations together; six numbers of where the whole lies by the nominal nodes"),
+    ("eq. 2: coordinates, stations and dead paths by least squares", "`multilateration.locate_points`, all 728 points and five stations together; six numbers of where the whole lies by the nominal nodes"),
     ("Table 2: d(X), d(Y), d(Z)", "`nodes.PUBLISHED`; `calibrating.nodes.node_scatter` finds d from lengths, `vcmm calibrate --nodes` from a file"),
     ("Fig. 4: ellipsoids of the nodes", "in the scene of the report; axis-parallel, since no covariance of X, Y, Z is published"),
     ("dmax, mean d", "`nodes.draw_deviations`; read as those of Table 2's d, whose means they match, though the text calls them differences to nominal"),

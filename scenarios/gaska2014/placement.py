@@ -120,7 +120,7 @@ class Optimum:
     """
 
     redraw: str
-    found: placement.Placed
+    found: placement.PlacementResult
     places: dict[str, float]
     better: float
     saved: float

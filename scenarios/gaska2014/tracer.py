@@ -76,7 +76,7 @@ def planned() -> Recording:
         )
         for k, place in enumerate(STATIONS)
     ]
-    whole = instruments.joined("tracer", parts)
+    whole = instruments.join_layouts("tracer", parts)
     count = len(STATIONS) * len(NODES)
     names = np.tile([_named(w) for w in DIRECTIONS], count)
     sense = np.tile(senses(), (count, 1))
@@ -97,7 +97,7 @@ def read(drawn: Approached, rng: np.random.Generator) -> Recording:
     certificate = instruments.InstrumentCertificate(
         instruments.LASER_TRACER, {"scale": 0.0 if alone else U_LENGTH / 2}, "setup"
     )
-    seen = instruments.simulated(meant, truth, rng, certificate)
+    seen = instruments.simulate_reading(meant, truth, rng, certificate)
     value = seen.value + _approach_error(drawn, seen, rng)
     if alone:
         u = (U_CONSTANT + U_LENGTH * seen.run.column("length_mm")) / 2

@@ -166,7 +166,7 @@ def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
         single=ratio("single"),
         instrument=(low, middle, high),
         small=float((own[few] ** 2).sum() / (d[few] ** 2).sum()),
-        rejected=float(np.mean([f.rejected() for f in found])),
+        rejected=float(np.mean([f.rejection_share() for f in found])),
         quiet=float(np.mean([untold(f) for f in found])),
     )
 
@@ -216,7 +216,7 @@ def by_recipe(form: measuring.CharacteristicResult, rule: str) -> measuring.Char
     u = form.summary.u
     return replace(
         form, value=form.indicated, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u, coverage_shown=False,
-        why_not_shown=RECIPE, decision=measuring.undecided(rule, RECIPE), true_value=None,
+        why_not_shown=RECIPE, decision=measuring.no_decision(rule, RECIPE), true_value=None,
     )  # fmt: skip
 
 

@@ -129,4 +129,6 @@ def network(days: Sequence[Day], lags: tuple[int, ...] = (0,), epochs: int = 400
     """One hidden layer of 2i+1 neurons, back-propagation with momentum, on every fourth minute of some days."""
     x = np.concatenate([read_before(d.sensors, lags) for d in days])[::4]
     y = np.concatenate([d.parameters for d in days])[::4]
-    return NetworkModel(calibration.trained(x, y, calibration.CHOSEN, np.random.default_rng(0), epochs), lags)
+    return NetworkModel(
+        calibration.train_net(x, y, calibration.BEST_LAYOUT, np.random.default_rng(0), epochs), lags
+    )

@@ -72,7 +72,7 @@ def smoothed(
         names = [n for n in read if n[2:] == axis]
         x = np.asarray(tables[names[0]].grids[0])[:, None]
         y = np.stack([read[n] for n in names], axis=1)
-        out |= dict(zip(names, calibration.trained(x, y, calibration.CHOSEN, rng, EPOCHS).at(x).T))
+        out |= dict(zip(names, calibration.train_net(x, y, calibration.BEST_LAYOUT, rng, EPOCHS).at(x).T))
     return out
 
 

@@ -153,7 +153,7 @@ def departures(
     """Departure of each feature from the drawing, um, on a machine with that log; the zero was set cold on this machine."""
     out = {}
     for v in views:
-        now = replace(v, tool=replace(v.tool, run=machining.warmed(v.tool.run, log)))
+        now = replace(v, tool=replace(v.tool, run=machining.add_temperatures(v.tool.run, log)))
         out[v.net.feature] = 1e3 * (machining.departure(now, machine) + v.contacts.surface(v.tool.known))
     return out
 

@@ -76,7 +76,8 @@ def tracer() -> Recording:
     ]
     rng = np.random.default_rng([SEED, 1])
     return replace(
-        instruments.joined("lengths", [instruments.simulated(p, truth(), rng) for p in parts]), name="lengths"
+        instruments.join_layouts("lengths", [instruments.simulate_reading(p, truth(), rng) for p in parts]),
+        name="lengths",
     )
 
 
@@ -91,8 +92,8 @@ def diagonals() -> Recording:
         meant = instruments.layout(
             "diagonal", "displacement", run, way / np.linalg.norm(way), {"zero": "setup"}, LASER_U
         )
-        parts.append(instruments.simulated(meant, truth(), np.random.default_rng([SEED, 2, k])))
-    return replace(instruments.joined("diagonal", parts), name="diagonal")
+        parts.append(instruments.simulate_reading(meant, truth(), np.random.default_rng([SEED, 2, k])))
+    return replace(instruments.join_layouts("diagonal", parts), name="diagonal")
 
 
 def warm_up() -> str:

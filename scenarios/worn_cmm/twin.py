@@ -36,7 +36,9 @@ BACK = 5.0  # mm, retreat from the surface
 STYLI = {"down": (0.0, 0.0, -110.0), "side": (60.0, 0.0, -90.0)}
 SEED = 1
 Progress = Callable[[str, float], None]
-Learnt = tuple[tuple[Effect, tuple[Input, ...]], ...]  # as vcmm.learn.diagnosis.improve.improved takes them
+Learnt = tuple[
+    tuple[Effect, tuple[Input, ...]], ...
+]  # as vcmm.learn.diagnosis.improve.improve_machine takes them
 
 
 @dataclass(frozen=True)
@@ -224,8 +226,12 @@ def run(
 ) -> WornTwin:
     """Diagnose the recording, and do a measuring job in a room at AIR by the machine as filed, as diagnosed, as it is."""
     found = diagnose(recording, machine, seed=seed, progress=progress)
-    learnt = tuple((a.fitted, a.inputs) for a in vcmm_diagnosis.written(found.answer) if a.fitted is not None)
-    return WornTwin(recording, machine, found, vcmm_diagnosis.improved(machine, learnt), _job(job, learnt))
+    learnt = tuple(
+        (a.fitted, a.inputs) for a in vcmm_diagnosis.answers_to_write(found.answer) if a.fitted is not None
+    )
+    return WornTwin(
+        recording, machine, found, vcmm_diagnosis.improve_machine(machine, learnt), _job(job, learnt)
+    )
 
 
 def _job(job: Scenario, learnt: Learnt) -> tuple[Moved, ...]:
@@ -239,7 +245,7 @@ def _job(job: Scenario, learnt: Learnt) -> tuple[Moved, ...]:
     true = vcmm_measuring.measure_task(replace(job, machine=really).task()).values
     before, after = (
         vcmm_measuring.evaluate(replace(job, machine=m).task(), job.settings)
-        for m in (machine, vcmm_diagnosis.improved(machine, learnt))
+        for m in (machine, vcmm_diagnosis.improve_machine(machine, learnt))
     )
     return tuple(
         Moved(v.name, (b.value, b.expanded - b.bias_in_U), (a.value, a.expanded - a.bias_in_U), v.value)

@@ -42,7 +42,7 @@ STEPS = (
     ("Fig. 5: each error alone as a map", "left out: Fig. 15's map and `twin.left_out` say the same in numbers"),
     ("eq. 7, 8: straightness reversal, 38 mm, 10 mm/min, 3 + 3 scans", "`surveys.straightness_scans`, `reversal_line.straightness_reversal`; sense of the probe so that normal = flat + E_ZX"),
     ("Abbe in E_ZX", "the slide runs 150 mm below the spindle (drawn), its roll is in E_ZX; `twin.abbe_of_height`"),
-    ("eq. 9, 10: face reversal, 20 rpm, 20 turns, 1 kHz, arm L", "`surveys.face_groups`, `reversal.separated`; L = 20 mm is drawn; z = -x E_BC, so the sign of L E_BC is the other one. Once per turn of E_BC is not identified and left out"),
+    ("eq. 9, 10: face reversal, 20 rpm, 20 turns, 1 kHz, arm L", "`surveys.face_groups`, `reversal.separate_errors`; L = 20 mm is drawn; z = -x E_BC, so the sign of L E_BC is the other one. Once per turn of E_BC is not identified and left out"),
     ("E_BC in Table 1 (moving frame) and in eq. 6 (fixed)", "fixed: the probe does not turn; `twin.mapped(moving=True)` shows the other reading"),
     ("eq. 11: (beta1 + beta2) / 2 - E_tilt", "`surveys.survey`: as printed, and with E_ZX taken off the scans first"),
     ("Fig. 15: error map as a table", "`twin.mapped`: curves instead of a table, so that nothing is interpolated in the angle; E_ZX linear between 0.38 mm"),

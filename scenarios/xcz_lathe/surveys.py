@@ -42,7 +42,7 @@ class Survey:
     """
 
     straight: reversals.StraightnessReversal
-    spindle: reversals.Separated
+    spindle: reversals.SeparationResult
     square: reversals.SquarenessReversal
     corrected: reversals.SquarenessReversal
     scans: tuple[reversals.LineScan, ...]
@@ -52,7 +52,7 @@ class Survey:
 def survey(lathe: DrawnLathe, rng: np.random.Generator) -> Survey:
     """All three tests."""
     straight = reversals.straightness_reversal(straightness_scans(lathe.machine, rng))
-    spindle = reversals.separated(FACE, face_groups(lathe, rng))
+    spindle = reversals.separate_errors(FACE, face_groups(lathe, rng))
     tilt = half_turn_tilt(spindle)
     scans = half_turn_scans(lathe, rng)
     without = [
@@ -66,7 +66,7 @@ def survey(lathe: DrawnLathe, rng: np.random.Generator) -> Survey:
     return Survey(straight, spindle, square, corrected, tuple(scans), yaw_of(lathe.machine, rng))
 
 
-def half_turn_tilt(spindle: reversals.Separated) -> float:
+def half_turn_tilt(spindle: reversals.SeparationResult) -> float:
     """E_tilt of eq. 11: mean of E_BC at 0 and 180 deg, rad."""
     return float(spindle.curve("EBC", np.array([0.0, np.pi])).mean())
 

@@ -69,7 +69,7 @@ def test_a_knob_moves_u(plugged: Any, server: WorkbenchServer) -> None:
         after = settled(seen, spread=3.0)
         assert [url for url in seen.asked if not url.startswith((server.origin, "data:", "blob:"))] == []
         assert seen.complaints == []
-    wanted = server.bench.settled({"spread": 3.0})["characteristics"]
+    wanted = server.bench.settle({"spread": 3.0})["characteristics"]
     for c in wanted:
         assert float(after[c["name"]].split()[0]) == pytest.approx(1e3 * c["U_mm"], rel=5e-3)
     name = "bore square to top"  # all of it is scatter

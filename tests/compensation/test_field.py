@@ -38,7 +38,7 @@ def test_the_command_makes_the_error_good() -> None:
     """T + 1e-4 (T - 100) = 150: T = 150.01 / 1.0001 = 149.995000... , where T + e(T) is nominal to the last step."""
     of, one = field(scale(100.0)), np.ones(1)
     nominal = np.array([[150.0, 0.0, -100.0]])
-    found = of.corrected(np.array([1]), one, nominal, np.zeros((1, 3)))[0]
+    found = of.correct(np.array([1]), one, nominal, np.zeros((1, 3)))[0]
     assert found[0] == pytest.approx(150.01 / 1.0001, abs=1e-9)
     assert found[1:] == pytest.approx([0.0, -100.0])
 

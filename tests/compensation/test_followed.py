@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.compensation.mill import SETUP, scale
-from vcmm.compensation.followed import followed
+from vcmm.compensation.followed import follow_path
 from vcmm.compensation.job import compensate
 from vcmm.compensation.proof import walk
 from vcmm.program.interpret import interpret
@@ -18,7 +18,7 @@ def test_pieces_hang_together_and_rapids_have_no_error():
     # G1 over 8 mm: knots every 2 mm, five of them; the errors 0 1 2 3 4 make pieces of 1 2 3 4
     moves = interpret(PROGRAM, "fanuc", SETUP).moves
     w = walk(moves)
-    path = followed(moves, w.move, w.tip, np.arange(len(w.move), dtype=float))
+    path = follow_path(moves, w.move, w.tip, np.arange(len(w.move), dtype=float))
     cut = np.isfinite(path.error)
     assert path.error[cut].tolist() == [1.0, 2.0, 3.0, 4.0]
     assert len(path.points) == len(path.error) + 1

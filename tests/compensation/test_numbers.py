@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vcmm.compensation.numbers import Diffusion, nearest, written
+from vcmm.compensation.numbers import Diffusion, format_number, nearest
 
 
 def test_rounding_is_carried_along_a_chain() -> None:
@@ -28,9 +28,9 @@ def test_rounding_is_carried_along_a_chain() -> None:
     ],
 )
 def test_the_style_of_the_word_that_is_replaced(value, decimals, like, text) -> None:
-    assert written(value, decimals, like) == text
+    assert format_number(value, decimals, like) == text
 
 
 def test_increments_have_no_point() -> None:
-    assert written(1.5, 3, "1000", increments=True) == "1500"
+    assert format_number(1.5, 3, "1000", increments=True) == "1500"
     assert nearest(0.0374, 0.005) == pytest.approx(0.035)

@@ -16,7 +16,7 @@ from vcmm.compensation.proof import (
     compare_comments,
     departure,
     departures,
-    shifted,
+    shift_errors,
     spans,
     walk,
 )
@@ -53,7 +53,7 @@ def test_the_best_shift_is_minus_the_mean() -> None:
     error = np.array([[4e-3, 0, 0], [0.0, 0, 0]])
     shifts = best_shifts(error, w, moves)
     assert shifts["G54"] == pytest.approx([-1e-3, 0.0, 0.0])
-    assert shifted(error, w, moves, shifts)[0] == pytest.approx([3e-3, 0.0, 0.0])
+    assert shift_errors(error, w, moves, shifts)[0] == pytest.approx([3e-3, 0.0, 0.0])
 
 
 def test_knots_of_a_walk() -> None:

@@ -6,10 +6,10 @@ import pytest
 
 from vcmm.compensation.source import (
     Edit,
+    apply_edits,
     at_line,
     at_origin,
     code_of,
-    edited,
     read_source,
     semicolon_code,
     separator,
@@ -24,13 +24,13 @@ def test_line_ends_and_encoding_stay(tmp_path) -> None:
     source = read_source(tmp_path / "old.nc")
     assert [end for _, end in source.lines] == ["\r\n", "\n", "\r"]
     assert source.encoding == "latin-1"
-    assert source.encoded(source.text) == raw
+    assert source.encode(source.text) == raw
 
 
 def test_edits_keep_their_columns() -> None:
     line = "G1 X10. Y20. F100"
     edits = [Edit(9, 13, "Y20.5"), Edit(5, 8, "9.998"), Edit(13, 13, " Z1.")]
-    assert edited(line, edits) == "G1 X9.998 Y20.5 Z1. F100"
+    assert apply_edits(line, edits) == "G1 X9.998 Y20.5 Z1. F100"
 
 
 def test_comments_are_blanked_in_place() -> None:

@@ -35,7 +35,7 @@ between = ["low", "high"]
 def off_drawing(scenario, program=None) -> np.ndarray:
     """Departures of the part along its normals, mm."""
     _, world, _ = finished_part(set_up(replace(scenario, program=program or scenario.program)))
-    return world.contacts.surface(world.moved)
+    return world.contacts.surface(world.tool_errors)
 
 
 def compensated(scenario, folder, surface):

@@ -15,7 +15,7 @@ from vcmm.core.run import Run, Series
 from vcmm.files.own.setup import load_setup
 from vcmm.physics.structure.thermal import ThermalDrift
 from vcmm.program.setup import TemperatureLog
-from vcmm.shop.machining.warming import warmed, warmed_when_set
+from vcmm.shop.machining.warming import add_temperatures, warmed_when_set
 
 SETUP = """
 vcmm = "setup/1"
@@ -70,11 +70,11 @@ def test_every_block_is_corrected_for_its_own_time(tmp_path):
 def test_rows_have_the_temperature_of_their_time_and_zeros_that_of_theirs():
     log = TemperatureLog({"bed": Series(np.array([-60.0, 0.0, 100.0]), np.array([18.0, 20.0, 30.0]))}, -60.0)
     run = Run({"X": np.zeros(2)}, np.zeros((2, 3)), {"time_s": np.array([50.0, 100.0])})
-    assert warmed(run, log).column("temp_bed_C").tolist() == [25.0, 30.0]
+    assert add_temperatures(run, log).column("temp_bed_C").tolist() == [25.0, 30.0]
     assert warmed_when_set(run, log).column("temp_bed_C").tolist() == [18.0, 18.0]
-    assert warmed(run, None) is run
+    assert add_temperatures(run, None) is run
     with pytest.raises(ModelLimit, match="ends at 100 s, the program runs to 201 s"):
-        warmed(run.with_columns({"time_s": np.array([50.0, 201.0])}), log)
+        add_temperatures(run.with_columns({"time_s": np.array([50.0, 201.0])}), log)
 
 
 @pytest.mark.parametrize(

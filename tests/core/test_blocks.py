@@ -21,7 +21,7 @@ SQUARES = [{"square": n * n} for n in (3, 4, 5)]
 def test_blocks_of_a_job():
     assert blocks_of(20, 8) == [(0, 8), (8, 8), (16, 4)]
     assert blocks_of(3, 8) == [(0, 3)]
-    assert Share(2, 2).taken(blocks_of(20, 8)) == [(8, 8)]
+    assert Share(2, 2).take(blocks_of(20, 8)) == [(8, 8)]
     with pytest.raises(UsageError, match="write 1/3 to 3/3"):
         Share(4, 3)
 

@@ -123,8 +123,8 @@ def test_what_a_portion_did_not_reach_is_sent_again():
 def test_a_worker_ends_a_portion_that_takes_too_long(monkeypatch):
     """What was quick at first and slow later, a folder that begins with files that cannot be read, is not sent as one portion."""
     monkeypatch.setattr(crews, "SPAN", 0.02)  # s
-    assert len(crews._done(slow, None, [1, 2, 3, 4])[1]) == 1
-    assert crews._done(slow, None, [])[1] == []
+    assert len(crews._work_portion(slow, None, [1, 2, 3, 4])[1]) == 1
+    assert crews._work_portion(slow, None, [])[1] == []
     found = dict(crews.processes(2)(tripled, {"factor": 2}, range(40)))
     assert found == {i: 2 * i for i in range(40)}
 

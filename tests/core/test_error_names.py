@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.core.error_names import canonical, known, table
+from vcmm.core.error_names import canonical, is_known, table
 from vcmm.core.errors import DataError, UsageError
 from vcmm.files.foreign.isg import read_isg
 
@@ -90,7 +90,7 @@ def test_rotary_axes():
     ],
 )
 def test_others_are_refused_with_the_choice(wrong, closest):
-    assert not known(wrong)
+    assert not is_known(wrong)
     with pytest.raises(UsageError, match=f'unknown error name "{wrong}".*{closest}'):
         canonical(wrong)
 

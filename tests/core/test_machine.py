@@ -53,7 +53,7 @@ def test_a_large_rotation_is_not_of_first_order():
 def test_a_lacking_column_is_named():
     one = machine(Backlash("X", 1e-3))
     with pytest.raises(ModelLimit, match=r"backlash\[X\] needs the column sense_X"):
-        one.asked(one.effects[0], run_at(0.0))
+        one.checked_motion(one.effects[0], run_at(0.0))
     one.check_columns(one.effects[0], run_at(0.0, sense_X=1.0))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.run import Run, Series, coded, first_order_lag
+from vcmm.core.run import Run, Series, encode_labels, first_order_lag
 
 
 def _run(n: int = 4, **columns: object) -> Run:
@@ -94,7 +94,7 @@ def test_an_added_column_is_looked_at():
 
 @pytest.mark.parametrize("labels", [[], ["b"], ["b", "b", "a", "b", "c", "c", ""], list("abcabc")])
 def test_codes_of_labels_are_those_of_unique(labels):
-    values, codes = coded(np.array(labels, dtype=np.str_))
+    values, codes = encode_labels(np.array(labels, dtype=np.str_))
     due, own = np.unique(np.array(labels, dtype=np.str_), return_inverse=True)
     assert values.tolist() == due.tolist()
     assert codes.tolist() == own.tolist()

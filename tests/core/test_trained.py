@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.trained import check_trained, trained_range, within
+from vcmm.core.trained import check_range, trained_range, within
 
 
 def test_a_range_is_rounded_outwards_and_left_by_a_tenth_at_most():
@@ -28,4 +28,4 @@ def test_20_degrees_are_no_extrapolation():
 @pytest.mark.parametrize("text", ["18 to 31", "31 degC to 18 degC", "18 K to 31 K"])
 def test_a_text_that_is_no_range(text):
     with pytest.raises(UsageError, match="write for example"):
-        check_trained(text, "thermal_drift[z,air]")
+        check_range(text, "thermal_drift[z,air]")

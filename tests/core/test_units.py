@@ -18,7 +18,7 @@ from vcmm.core.units import (
     in_unit,
     parse_unit,
     quantity,
-    shown,
+    shorten,
     vector,
 )
 
@@ -91,7 +91,7 @@ def test_there_and_back(value, unit):
 
 def test_printing():
     assert format_quantity(0.0008, "um") == "0.8 um"
-    assert shown([True, "a", {"b": 1.5}, []]) == '[true, "a", { b = 1.5 }, []]'
+    assert shorten([True, "a", {"b": 1.5}, []]) == '[true, "a", { b = 1.5 }, []]'
 
 
 def test_names_of_dimensions():

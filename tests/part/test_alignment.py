@@ -10,8 +10,8 @@ import pytest
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose
 from vcmm.part.alignment import Alignment, align, datum_system
-from vcmm.part.fit.elements import Fitted
-from vcmm.part.part import Feature, moved
+from vcmm.part.fit.elements import FittedElement
+from vcmm.part.part import Feature, feature_to_frame
 
 NONE = np.array([])
 
@@ -48,18 +48,18 @@ FEATURES = {
 MACHINE_FROM_PART = Pose.from_turns((300.0, 250.0, -200.0), (0.02, -0.01, math.pi / 2))
 
 
-def fitted(feature: Feature, point: Any = None, axis: Any = None) -> Fitted:
+def fitted(feature: Feature, point: Any = None, axis: Any = None) -> FittedElement:
     point = np.asarray(feature.point if point is None else point, dtype=float)
     axis = np.asarray(feature.axis if axis is None else axis, dtype=float)
     axis = axis / np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-300)
-    return Fitted(feature.kind, point, axis, feature.sizes, np.zeros(1), np.zeros((1, 3)))
+    return FittedElement(feature.kind, point, axis, feature.sizes, np.zeros(1), np.zeros((1, 3)))
 
 
-def measured(pose: Pose = MACHINE_FROM_PART, slide: float = 0.0) -> dict[str, Fitted]:
+def measured(pose: Pose = MACHINE_FROM_PART, slide: float = 0.0) -> dict[str, FittedElement]:
     """Everything as drawn, seen from the machine; the point of an axis or plane may lie anywhere on it."""
     out = {}
     for name, feature in FEATURES.items():
-        there = moved(feature, pose)
+        there = feature_to_frame(feature, pose)
         along = there.axis if feature.kind == "cylinder" else np.cross(there.axis, [0.1, 0.2, 0.3])
         out[name] = fitted(there, there.point + slide * along * (feature.kind in ("plane", "cylinder")))
     return out
@@ -118,11 +118,11 @@ def test_a_batch_of_trials_gets_a_pose_each() -> None:
     assert_same(pose, Pose.from_turns(shifts, turns).inverse())
 
 
-def drawing() -> dict[str, Fitted]:
+def drawing() -> dict[str, FittedElement]:
     return measured(Pose.identity())
 
 
-def shift_of(scheme: Alignment, **changed: Fitted) -> Pose:
+def shift_of(scheme: Alignment, **changed: FittedElement) -> Pose:
     return align(scheme, FEATURES, {**drawing(), **changed})
 
 

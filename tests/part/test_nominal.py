@@ -11,7 +11,7 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.core.pose import Pose
 from vcmm.part.extent import beyond_extent
 from vcmm.part.nominal import NominalPoints, beside_known, distance_and_normal, travel_onto
-from vcmm.part.part import Feature, moved, normal, signed_distance, surface_point
+from vcmm.part.part import Feature, feature_to_frame, normal, signed_distance, surface_point
 
 
 def ball(radius: float = 20.0, side: float = 1.0, step: float = 12.0) -> NominalPoints:
@@ -74,7 +74,7 @@ def test_a_feature_of_nominal_points_is_a_surface_like_any_other() -> None:
     assert f.free
     assert signed_distance(f, 1.001 * surface.points) == pytest.approx(0.02)
     np.testing.assert_allclose(normal(f, surface.points), surface.normals, atol=1e-12)
-    turned = moved(f, Pose.from_turns((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)))
+    turned = feature_to_frame(f, Pose.from_turns((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)))
     assert turned.nominal is not None
     assert signed_distance(turned, turned.nominal.points + 0.01 * turned.nominal.normals) == pytest.approx(
         0.01

@@ -17,9 +17,9 @@ from vcmm.part.part import (
     Part,
     centre,
     ends,
+    feature_to_frame,
     frame,
     load_mesh,
-    moved,
     normal,
     signed_distance,
     surface_point,
@@ -82,7 +82,7 @@ def test_surface_points_lie_on_the_surface_and_move_with_it(feature: Feature) ->
     points = surface_point(feature, a, b)
     assert np.abs(signed_distance(feature, points)).max() < 1e-14
     pose = Pose.from_turns((9.0, -5.0, 4.0), (0.4, -0.9, 2.0))
-    there = moved(feature, pose)
+    there = feature_to_frame(feature, pose)
     assert np.abs(signed_distance(there, pose.apply(points))).max() < 1e-13
     if feature.kind != "sphere":  # a sphere has no frame of its own
         np.testing.assert_allclose(surface_point(there, a, b), pose.apply(points), atol=1e-13)

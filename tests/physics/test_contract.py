@@ -141,12 +141,12 @@ def test_a_missing_column_is_named(effect: Effect):
         "m", "cmm", parse_structure("w b Y X Z C t"),
         {**{a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}, "C": Axis("C", (-4.0, 4.0))}, (effect,),
     )  # fmt: skip
-    assert machine.asked(effect, RUN).shape == (RUN.n, 6)
+    assert machine.checked_motion(effect, RUN).shape == (RUN.n, 6)
     for column in effect.required():
         without = {k: v for k, v in RUN.columns.items() if k != column}
         bare = Run(RUN.position, RUN.offset, without, RUN.labels)
         with pytest.raises(ModelLimit, match=f"needs the column {column}, which this run lacks"):
-            machine.asked(effect, bare)
+            machine.checked_motion(effect, bare)
 
 
 def test_axis_effects_need_their_axis():

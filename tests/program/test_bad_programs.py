@@ -202,7 +202,7 @@ def test_a_change_of_unit_is_remarked_and_right():
     ],
 )
 def test_a_loop_that_moves_for_ever_ends_too(dialect: str, text: str, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("vcmm.program.iso.flow.MOST_REPEATED", 5000)
+    monkeypatch.setattr("vcmm.program.iso.flow.MOST_REPETITIONS", 5000)
     with pytest.raises(
         DataError, match=r"bad\.nc:[2-7]:1: .* (?:more than 5000 blocks again|5000 are the most)"
     ):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vcmm.program.clearing import PathPiece, circle, moved, rectangle, rings, rows, turned
+from vcmm.program.clearing import PathPiece, circle, rectangle, rings, rows, shift_pieces, turn_piece
 
 
 def test_rings_are_equal_and_at_most_a_step_apart():
@@ -31,7 +31,7 @@ def test_a_rectangle_from_the_middle_outwards():
 
 
 def test_turned_and_moved():
-    (piece,) = moved([turned(PathPiece((1.0, 0.0), (2.0, 0.0)), math.pi / 2)], (10.0, 20.0))
+    (piece,) = shift_pieces([turn_piece(PathPiece((1.0, 0.0), (2.0, 0.0)), math.pi / 2)], (10.0, 20.0))
     assert piece.end == pytest.approx((10, 21))
     assert piece.centre == pytest.approx((10, 22))
 

@@ -13,12 +13,12 @@ from vcmm.program.expressions import (
     Grammar,
     away_from_zero,
     binary,
-    called,
+    call_function,
     evaluate,
     finite,
     number,
     power,
-    rounded,
+    round_half_up,
     to_degrees,
     whole,
 )
@@ -80,7 +80,7 @@ def test_what_has_no_value_is_told_with_its_column():
         number(reader("1 / 0").expression(), {})
     assert fault.value.column == 3
     with pytest.raises(BlockFault, match=r"ROOT\(-4\) has no real value") as fault:
-        number(called(GRAMMAR, "ROOT", [-4.0], 7), {})
+        number(call_function(GRAMMAR, "ROOT", [-4.0], 7), {})
     assert fault.value.column == 7
     with pytest.raises(BlockFault, match=r"the result of this expression is inf"):
         finite(math.inf, 1)
@@ -94,9 +94,9 @@ def test_what_has_no_value_is_told_with_its_column():
 
 
 def test_numbers_by_hand():
-    assert number(called(GRAMMAR, "HYP", [3.0, 4.0], 1), {}) == 5.0
+    assert number(call_function(GRAMMAR, "HYP", [3.0, 4.0], 1), {}) == 5.0
     assert whole(2.00005, "it") == 2
-    assert [rounded(x) for x in (0.5, -0.5, 2.4, -2.6)] == [1.0, -1.0, 2.0, -3.0]
+    assert [round_half_up(x) for x in (0.5, -0.5, 2.4, -2.6)] == [1.0, -1.0, 2.0, -3.0]
     assert [away_from_zero(x) for x in (1.2, -1.2)] == [2.0, -2.0]
     assert to_degrees(math.atan2)(1.0, 1.0) == pytest.approx(45.0)
     assert power(2.0, -2.0) == 0.25
@@ -108,7 +108,7 @@ def test_a_cursor_reads_from_left_to_right():
     assert cursor.upper() == "GO"
     assert not cursor.accept("GO", "ON")
     assert cursor.accept("GO", "TO")
-    assert cursor.done
-    assert cursor.column == cursor.reached == 6
+    assert cursor.is_done
+    assert cursor.column == cursor.read_to == 6
     assert cursor.peek() is None
     assert Cursor([Token("name", "go", 1, 1)], end=9).column == 1

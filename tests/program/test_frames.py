@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vcmm.program.frames import UNITY, AffineMap, in_plane, inverse, rotation, stretched, translation
+from vcmm.program.frames import UNITY, AffineMap, in_plane, inverse, rotation, stretch, translation
 
 
 def test_a_quarter_turn_keeps_round_numbers_round():
@@ -28,7 +28,7 @@ def test_the_inner_map_comes_first():
 
 
 def test_undo_goes_back():
-    mapped = translation((5.0, -2.0, 7.0)).then(rotation(2, 0.3)).then(stretched((2.0, -1.0, 0.5)))
+    mapped = translation((5.0, -2.0, 7.0)).then(rotation(2, 0.3)).then(stretch((2.0, -1.0, 0.5)))
     assert mapped.undo(mapped.apply((1.0, 2.0, 3.0))) == pytest.approx((1.0, 2.0, 3.0), abs=1e-12)
     # inverse of [[2, 1, 0], [0, 1, 0], [0, 0, 4]] = [[0.5, -0.5, 0], [0, 1, 0], [0, 0, 0.25]]
     rows = inverse(((2.0, 1.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 4.0)))
@@ -37,8 +37,8 @@ def test_undo_goes_back():
 
 def test_circles_of_a_plane():
     assert in_plane(AffineMap(), "XY") == (1.0, False)
-    assert in_plane(stretched((-1.0, 1.0, 1.0)), "XY") == (1.0, True)
-    assert in_plane(stretched((2.0, 2.0, 1.0)), "XY") == (2.0, False)
-    assert in_plane(stretched((2.0, 1.0, 1.0)), "XY") is None  # an ellipse
+    assert in_plane(stretch((-1.0, 1.0, 1.0)), "XY") == (1.0, True)
+    assert in_plane(stretch((2.0, 2.0, 1.0)), "XY") == (2.0, False)
+    assert in_plane(stretch((2.0, 1.0, 1.0)), "XY") is None  # an ellipse
     assert in_plane(rotation(0, 0.1), "XY") is None
     assert in_plane(rotation(0, 0.1), "YZ") == pytest.approx((1.0, False))

@@ -6,7 +6,7 @@ import pytest
 
 from vcmm.core.errors import DataError
 from vcmm.program.interpret import interpret, read_for
-from vcmm.program.levels import Assumed, SetupEntry, demand
+from vcmm.program.levels import Assumption, SetupEntry, demand
 from vcmm.program.setup import Setup, Tool
 
 SURVEY = Setup(strict=False)
@@ -36,9 +36,9 @@ def test_a_feed_that_the_caller_sets_is_not_known(dialect):
 
 def test_a_demand_names_every_number_and_how_to_give_it():
     missing = (
-        Assumed(4, "the diameter of tool 3", "0 mm", SetupEntry("tools.3", "diameter", '"10 mm"')),
-        Assumed(9, "the subprogram O5", "a hole in the path"),
-        Assumed(12, "M30", "the end of the text", matters=False),
+        Assumption(4, "the diameter of tool 3", "0 mm", SetupEntry("tools.3", "diameter", '"10 mm"')),
+        Assumption(9, "the subprogram O5", "a hole in the path"),
+        Assumption(12, "M30", "the end of the text", matters=False),
     )
     with pytest.raises(DataError) as caught:
         demand(missing, "part.nc", "cut")

@@ -9,7 +9,7 @@ import pytest
 from vcmm.core.errors import DataError
 from vcmm.program.interpret import interpret
 from vcmm.program.reading import guess
-from vcmm.program.recognition import candidates, told, unsure
+from vcmm.program.recognition import candidates, ranking_text, unsure
 from vcmm.program.setup import Setup
 
 HEADS = {
@@ -31,7 +31,7 @@ HEADS = {
 def test_each_is_told_from_the_others(dialect: str):
     ranking = candidates(HEADS[dialect], Path("part.txt"))
     assert ranking[0].dialect == dialect
-    assert f"score {ranking[0].score:g}" in told(ranking)
+    assert f"score {ranking[0].score:g}" in ranking_text(ranking)
 
 
 def test_the_ending_is_one_sign_among_others():
@@ -43,7 +43,7 @@ def test_the_ending_is_one_sign_among_others():
 def test_the_runner_up_is_named():
     ranking = candidates(HEADS["haas"], None)
     assert ranking[1].dialect in ("fanuc", "mazak")
-    assert f"runner-up {ranking[1]}" in told(ranking)
+    assert f"runner-up {ranking[1]}" in ranking_text(ranking)
 
 
 @pytest.mark.parametrize(

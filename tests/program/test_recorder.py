@@ -7,7 +7,7 @@ import math
 import pytest
 
 from vcmm.program.faults import ProgramFault
-from vcmm.program.frames import rotation, stretched
+from vcmm.program.frames import rotation, stretch
 from vcmm.program.moves import Source
 from vcmm.program.radius import SINUMERIK, RadiusCompensation
 from vcmm.program.recorder import Recorder, radius_centre
@@ -61,7 +61,7 @@ def test_an_arc_of_inverse_time_knows_its_length():
 
 def test_a_mirror_image_changes_sense_and_side():
     r = recorder()
-    r.set_frame(stretched((-1.0, 1.0, 1.0)))
+    r.set_frame(stretch((-1.0, 1.0, 1.0)))
     r.tool_data = SETUP.tools[1]
     r.compensate("left", SINUMERIK, extra=0.5)
     r.straight((10.0, 0.0, 0.0), False)

@@ -90,7 +90,9 @@ def test_what_blocks_may_ask_counts_and_what_they_cannot_does_not():
 def test_states_are_compared_with_the_one_kept_at_a_power_of_two():
     states = RepeatedStates()
     period = 5
-    passes = (k for k in range(1, 10_000) if states.again(0, lambda p=k % period: p, lambda p=k % period: p))
+    passes = (
+        k for k in range(1, 10_000) if states.is_repetition(0, lambda p=k % period: p, lambda p=k % period: p)
+    )
     assert next(passes) == FIRST + period
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.accepted import answers_to_write
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.result import Diagnosis
 
@@ -12,9 +12,9 @@ from vcmm.learn.diagnosis.result import Diagnosis
 def left(problem: Problem, d: Diagnosis) -> np.ndarray:
     """The residual (m,) with the machine that is written."""
     eye = problem.observer
-    gone = [eye.through(a.fitted, a.fitted.error_motion(eye.run)) for a in written(d.answer)]
+    gone = [eye.through(a.fitted, a.fitted.error_motion(eye.run)) for a in answers_to_write(d.answer)]
     own = {e.id: e for e in problem.machine.effects}
-    assert not any(a.fitted.id in own for a in written(d.answer))  # these machines have no errors
+    assert not any(a.fitted.id in own for a in answers_to_write(d.answer))  # these machines have no errors
     return np.asarray(problem.residual - np.sum(gone, axis=0) if gone else problem.residual)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.compensation.fitting import BlockFit, BlockPiece
 from vcmm.compensation.frame import BlockFrame, frame_of
 from vcmm.compensation.numbers import HOLD, SAME, nearest, value_of
-from vcmm.compensation.source import Edit, at_line, edited
+from vcmm.compensation.source import Edit, apply_edits, at_line
 from vcmm.compensation.writer import Writer
 from vcmm.core.errors import DataError
 from vcmm.program.moves import PLANES
@@ -24,7 +24,7 @@ NEAR = 1e-6  # mm
 HEIGHTS = {"sinumerik": ("RFP", "DP", "FDEP"), "heidenhain": ("Q203",)}  # absolute heights of a definition
 
 
-def straightened(traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> list[BlockFit | None]:
+def straighten_holes(traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> list[BlockFit | None]:
     """Fits in which the block before a hole ends over the mean of the corrections of that hole."""
     out = list(fits)
     for i in range(len(traces) - 1):
@@ -111,7 +111,7 @@ def _down(writer: Writer, trace: Trace, frame: BlockFrame, block: WordAt, shift:
             if abs(wanted) > 0:
                 writer.replace(word.line - 1, word, text)
     else:
-        _again(writer, trace, block, words)
+        _repeat_definition(writer, trace, block, words)
     c["line"], c["down"] = block.line, wanted
     return wanted
 
@@ -137,7 +137,9 @@ def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str
     return out
 
 
-def _again(writer: Writer, trace: Trace, block: WordAt, words: Sequence[tuple[WordAt, str]]) -> None:
+def _repeat_definition(
+    writer: Writer, trace: Trace, block: WordAt, words: Sequence[tuple[WordAt, str]]
+) -> None:
     """The definition once more, before the block of the hole."""
     last = max([block.line, *(w.line for w in trace.words.values())])
     lines = []
@@ -145,7 +147,7 @@ def _again(writer: Writer, trace: Trace, block: WordAt, words: Sequence[tuple[Wo
         line = writer.source.lines[number - 1][0]
         code = writer.code(number - 1)
         edits = [Edit(w.begin, w.end, text) for w, text in words if w.line == number]
-        body = edited(code, edits)
+        body = apply_edits(code, edits)
         if number == block.line:  # from the name of the cycle on: no block number, no other words
             ahead = "MCALL " if "MCALL" in line.upper() else ""
             end = block.last + len(body) - len(code) if ahead else len(body) + 1

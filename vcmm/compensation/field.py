@@ -30,7 +30,7 @@ from vcmm.shop.machining.own_logs import with_own_logs
 from vcmm.shop.machining.rotary import commands_to_work
 from vcmm.shop.machining.states import states_at
 from vcmm.shop.machining.tool_errors import cutting_effects
-from vcmm.shop.machining.warming import warmed, warmed_when_set
+from vcmm.shop.machining.warming import add_temperatures, warmed_when_set
 from vcmm.shop.machining.zero_setting import setting_rows
 from vcmm.shop.motion.tool_centre import leads
 from vcmm.shop.motion.tool_pose import tip_and_axis, tip_as_at_zero
@@ -189,7 +189,7 @@ class PathErrors:
         run = Run(position, -offset, columns, labels)
         if self.path is None:
             return run
-        return warmed(with_own_logs(run, self.path, self.known.machine.effects), self.setup.log)
+        return add_temperatures(with_own_logs(run, self.path, self.known.machine.effects), self.setup.log)
 
     @cached_property
     def _turns(self) -> Array:
@@ -210,7 +210,7 @@ class PathErrors:
             out = np.where(there[:, None], found, tips)
         return out
 
-    def _turned(self, move: Ints, angle: Array) -> Array:
+    def _is_turned(self, move: Ints, angle: Array) -> Array:
         """Rows (k,) at which a rotary axis stands off zero while X, Y and Z are those of the machine."""
         if not self._turns.any():
             return np.zeros(len(move), dtype=bool)
@@ -224,17 +224,17 @@ class PathErrors:
 
     def _in_workpiece(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
         """Tips (k, 3) as points of the workpiece as it lies with the rotary axes at zero."""
-        rows = np.flatnonzero(self._turned(move, angle))
+        rows = np.flatnonzero(self._is_turned(move, angle))
         if not len(rows):
             return tips
         out = tips.copy()
         out[rows] = tip_and_axis(self.known.machine, tips[rows], angle[rows], offset[rows])[0]
         return out
 
-    def _commanded(self, run: Run, move: Ints, error: Array) -> Array:
+    def _command_shift(self, run: Run, move: Ints, error: Array) -> Array:
         """Errors (k, 3) in axes of the workpiece as shifts of the commanded X, Y, Z that would do the same there."""
         angle = np.stack([run.position.get(a, np.zeros(run.n)) for a in "ABC"], axis=1)
-        rows = np.flatnonzero(self._turned(move, angle))
+        rows = np.flatnonzero(self._is_turned(move, angle))
         if not len(rows):
             return error
         out = error.copy()
@@ -269,7 +269,7 @@ class PathErrors:
             ) from None
         taken = self._setting(run, move) if self.set_here else np.zeros_like(error)
         led = self._leads_tip(move)[:, None]  # the control turns its zero with the part
-        error = self._commanded(run, move, error - np.where(led, taken, 0.0)) - np.where(led, 0.0, taken)
+        error = self._command_shift(run, move, error - np.where(led, taken, 0.0)) - np.where(led, 0.0, taken)
         return np.asarray(error * self.sensitive + on_surface)
 
     def _on_surface(self, run: Run, move: Ints) -> Array:
@@ -283,7 +283,7 @@ class PathErrors:
         )
 
     @cached_property
-    def _stood(self) -> bool:
+    def _was_turned_at_zero(self) -> bool:
         """Whether rotary axes stood off zero where offsets were set; a led tip is zeroed in the workpiece, with all axes at zero."""
         return self.setup.set_as_cut and bool(self._turns.any()) and not self.led
 
@@ -293,7 +293,7 @@ class PathErrors:
         """
         ways = group = self._group[move]
         out = np.zeros((run.n, 3))
-        if self._stood:
+        if self._was_turned_at_zero:
             turned = [q for a, q in run.position.items() if a not in "XYZ"]
             ways = np.unique(np.column_stack([group, *turned]), axis=0, return_inverse=True)[1].ravel()
         for number in dict.fromkeys(ways.tolist()):
@@ -314,7 +314,7 @@ class PathErrors:
         at = np.array(self.setup.set_at or self.setup.offsets.get(offset, (0.0, 0.0, 0.0)))
         first = replace(first, labels={**first.labels, "tool": np.array([str(tool)])})
         here = setting_rows(first, np.array([0]), -np.array([length]), at[None], Pose(np.eye(3), at))
-        if self._stood:
+        if self._was_turned_at_zero:
             stood = {a: q for a, q in first.position.items() if a not in "XYZ"}
             here = replace(here, position={**here.position, **stood})
         here = warmed_when_set(here, self.setup.log)
@@ -325,18 +325,18 @@ class PathErrors:
                 f"the work zero of {offset} cannot be reached with tool {tool} ({limit}); say --set-on elsewhere "
                 "where the offset was not set on this machine"
             ) from None
-        if not self._stood:
+        if not self._was_turned_at_zero:
             return np.asarray(error)
         return np.asarray(np.linalg.solve(commands_to_work(self.known.machine, here)[0], error))
 
-    def _asked(self, letter: str, nominal: Array, q: Array) -> Array:
+    def _error_position(self, letter: str, nominal: Array, q: Array) -> Array:
         """Where the error is asked for: at the end of a travel a correction must not lead beyond it (a command that does is
         refused later); the error changes by less than its gradient times the correction."""
         low, high = self.known.machine.axes[letter].travel
         inside = (nominal >= low) & (nominal <= high)
         return np.asarray(np.where(inside, np.clip(q, low, high), q))
 
-    def corrected(
+    def correct(
         self, move: Ints, share: Array, nominal: Array, beside: Array, tolerance: float = 1e-7
     ) -> Array:
         """Commands T (k, 3) for which T + e(T + beside) is nominal, by fixed point T = nominal - e(T + beside).
@@ -348,7 +348,7 @@ class PathErrors:
         for _ in range(8):
             linear = self.axes_at(move, wanted + beside, angle, -run.offset) - run.offset
             moved = {
-                a: q if a not in "XYZ" else self._asked(a, q, linear[:, "XYZ".index(a)])
+                a: q if a not in "XYZ" else self._error_position(a, q, linear[:, "XYZ".index(a)])
                 for a, q in run.position.items()
             }
             now = replace(run, position=moved)

@@ -88,7 +88,7 @@ def arcs(m: Move, wanted: Array, limit: float, most: int, least: int = 1) -> Blo
         if last % count or last // count < 2 or not least <= count <= most:
             continue
         sweep = abs(sweep_of(m)) / count
-        if count == 1 and _whole(sweep) and _apart(m, wanted) > 0.5 * limit:
+        if count == 1 and _whole(sweep) and _end_difference(m, wanted) > 0.5 * limit:
             continue
         if sweep > 2 * math.pi - WHOLE and count > 1:
             continue
@@ -105,7 +105,7 @@ def _whole(sweep: float) -> bool:
     return sweep > math.pi and abs(math.remainder(sweep, 2 * math.pi)) < WHOLE
 
 
-def _apart(m: Move, wanted: Array) -> float:
+def _end_difference(m: Move, wanted: Array) -> float:
     """How much the corrections at both ends of an arc differ, mm."""
     shift = (wanted[-1] - np.array(m.end)) - (wanted[0] - np.array(m.start))
     return float(np.linalg.norm(shift))
@@ -139,7 +139,7 @@ def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -
     elif sweep > SMALL:
         centre = _free_centre(flat, guess) if whole else _on_bisector(flat, guess)
     elif not whole:
-        centre = _projected(flat, guess)
+        centre = _project(flat, guess)
     radius = np.linalg.norm(flat - centre, axis=1)
     t = np.linspace(0.0, 1.0, len(flat))
     off = radius - (radius[0] + t * (radius[-1] - radius[0]))
@@ -163,7 +163,7 @@ def _bisector(flat: Array) -> tuple[Array, Array]:
     return (flat[0] + flat[-1]) / 2, across / np.linalg.norm(across)
 
 
-def _projected(flat: Array, guess: Array) -> Array:
+def _project(flat: Array, guess: Array) -> Array:
     middle, w = _bisector(flat)
     return np.asarray(middle + ((guess - middle) @ w) * w)
 

@@ -27,7 +27,7 @@ class FollowedPath:
     line: Ints
 
 
-def followed(
+def follow_path(
     moves: Sequence[Move], knot: Ints, tip: Array, error: Array, lines: Sequence[int] = ()
 ) -> FollowedPath:
     """Moves in pieces between the knots of a walk (k,), which belong to moves `knot` and lie at tip (k, 3) mm, one piece where there are

@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.compensation.fitting import BlockFit
 from vcmm.compensation.frame import AXES, CENTRES, BlockFrame, frame_of
-from vcmm.compensation.numbers import SAME, nearest, written
+from vcmm.compensation.numbers import SAME, format_number, nearest
 from vcmm.compensation.source import at_line
 from vcmm.compensation.writer import Writer
 from vcmm.core.errors import DataError
@@ -77,7 +77,7 @@ def _heights(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> tu
             if not trace.words[letter].plain:
                 said = f"{letter} of a cycle is an expression; write it as a number to compensate the program"
                 raise at_line(DataError, trace.file, trace.line, said, trace.words[letter].first)
-            c[name] = _said(writer, trace, letter, frame.inch)
+            c[name] = _written_value(writer, trace, letter, frame.inch)
             c[f"{name} counts"] = float(not frame.absolute)
     r = c["R"] + (c["level"] if _counts(writer, "R", frame) else 0.0)
     return r, c["Z"] + (r if _counts(writer, "Z", frame) else 0.0)
@@ -98,7 +98,7 @@ def _standing(writer: Writer, name: str, frame: BlockFrame, base: float) -> floa
     return value + base * (_counts(writer, name, frame) - (not frame.absolute))
 
 
-def _said(writer: Writer, trace: Trace, letter: str, inch: bool) -> float:
+def _written_value(writer: Writer, trace: Trace, letter: str, inch: bool) -> float:
     from vcmm.compensation.numbers import value_of
 
     word = trace.words[letter]
@@ -194,13 +194,13 @@ def _write(
             if k == 0 and (changed or letter in trace.words):
                 writer.word(index, trace, letter, value, value, frame.inch)
             elif k and changed:
-                more.append(letter + written(value, writer.decimals[frame.inch]))
+                more.append(letter + format_number(value, writer.decimals[frame.inch]))
             if sticky and (changed or (k == 0 and letter in trace.words)):
                 c[name], c[f"{name} counts"] = value, float(not frame.absolute)
             elif not sticky and frame.absolute:
                 cur[AXES.index(letter)] = value
         if k and not any(w[0] in AXES for w in more):
-            more.insert(0, "X" + written(words["X"], writer.decimals[frame.inch]))
+            more.insert(0, "X" + format_number(words["X"], writer.decimals[frame.inch]))
         if more:
             writer.insert(index, more)
 
@@ -218,7 +218,9 @@ def _back_bore(
     end, fit = np.array(traces[feeds[0]].contour.end), fits[feeds[0]]
     assert fit is not None
     up = nearest(float(frame.ways(fit.pieces[-1].end - end)[normal]), writer.step(frame.inch))
-    old = _said(writer, first, letter, frame.inch) if word.plain else float(frame.numbers(end)[normal])
+    old = (
+        _written_value(writer, first, letter, frame.inch) if word.plain else float(frame.numbers(end)[normal])
+    )
     value = old + up - (0.0 if frame.absolute else blocks[0]["down"])
     writer.word(first.line - 1, first, letter, value, old, frame.inch)
 

@@ -113,7 +113,7 @@ class _Sheet:
             line = body[number - 1]
             cuts = [c for c in step.cuts if c.line == number]
             check_step(step, number, line, cuts)
-            new = self.numbered(_cut(line, cuts))
+            new = self.renumber(_cut(line, cuts))
             if _empty(self.code(new)) and not _empty(self.code(line)):
                 new = self.remark_of(line)
                 if not new:
@@ -152,7 +152,7 @@ class _Sheet:
             return
         self.pending, self.again, self.back = comment(said, self.dialect), "AGAIN" in said, last.line
 
-    def numbered(self, line: str) -> str:
+    def renumber(self, line: str) -> str:
         """A block number stays where it is the first of its kind."""
         found = (_KLARTEXT_NUMBER if self.dialect.name == "heidenhain" else _NUMBER).match(line)
         if found is None:

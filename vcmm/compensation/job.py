@@ -19,10 +19,10 @@ from vcmm.compensation.frame import AXES, CENTRES
 from vcmm.compensation.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensation.inlining import INLINE, check_written_out, must_be_written_out, written_out
 from vcmm.compensation.languages import LANGUAGES
-from vcmm.compensation.loading import loaded
+from vcmm.compensation.loading import load_program
 from vcmm.compensation.numbers import decimals_of
 from vcmm.compensation.offsets import with_shifts
-from vcmm.compensation.pointing import reoriented, with_angles
+from vcmm.compensation.pointing import correct_orientation, with_angles
 from vcmm.compensation.proof import (
     block_rate,
     compare,
@@ -42,7 +42,7 @@ from vcmm.compensation.refusals import (
 )
 from vcmm.compensation.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensation.rewriting import Work, rewrite
-from vcmm.compensation.run_again import both_paths, departed, pointing_of
+from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_of
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
 from vcmm.compensation.switched import check_expressions
@@ -129,7 +129,7 @@ def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) ->
             f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
         )
     report("running it again", 0.7)
-    return _proved(work, text, lines, writer=writer, new=new, tolerance=tolerance, used=used, notes=notes)
+    return _prove(work, text, lines, writer=writer, new=new, tolerance=tolerance, used=used, notes=notes)
 
 
 def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, list[int], Writer, Program]:
@@ -159,7 +159,7 @@ def prepare(
     inline: float = INLINE, surface: SurfaceErrors | None = None, orientation: bool = False,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
-    source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
+    source, setup, machine, machine_file, name = load_program(program, setup, machine, dialect)
     check_dialect(name)
     check_mark(source)
     check_channels(source, name)
@@ -184,7 +184,7 @@ def prepare(
     field = with_surface(field, surface, source.name)
     aim = read if orientation else None
     if orientation:
-        source, read, field = reoriented(
+        source, read, field = correct_orientation(
             source, read, field, name, decimals=decimals, origin=origin, notes=notes
         )
     if setup.decimal_point:
@@ -264,7 +264,7 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
     return out[0], out[1]
 
 
-def _proved(
+def _prove(
     work: Work, text: str, lines: list[int], writer: Writer, new: Program, tolerance: float, used: float,
     notes: list[str],
 ) -> CompensatedProgram:  # fmt: skip
@@ -276,13 +276,13 @@ def _proved(
     compare_comments(work.source.text, text, mark, work.dialect.name in SEMICOLON)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
-    after = departed(work, work.known, new, lines)
+    after = departure_by_run(work, work.known, new, lines)
     paths = both_paths(work, new, lines) if work.follow else None
     whole = None
     if work.known.dynamic and work.field.surface is None:
         full = work.known.whole()
         whole = (
-            _at(departed(work, full, work.program, ()), origin), _at(departed(work, full, new, lines), origin)
+            _at(departure_by_run(work, full, work.program, ()), origin), _at(departure_by_run(work, full, new, lines), origin)
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
     pointing = None if work.aim is None else pointing_of(work, work.aim, new, lines)
@@ -304,7 +304,7 @@ def _proved(
         dialect=work.dialect.name,
         machine=work.machine.name,
         text=text,
-        data=work.source.encoded(text),
+        data=work.source.encode(text),
         tolerance=tolerance,
         used=used,
         met=met and used == tolerance,
@@ -313,7 +313,7 @@ def _proved(
         after=after,
         shifts=shifts,
         rounding=rounding,
-        blocks=_counted(work, writer, new, lines),
+        blocks=_count_blocks(work, writer, new, lines),
         digest=work.hashed,
         warnings=tuple(dict.fromkeys(notes)),
         source_lines=tuple(origin[n] for n in lines),
@@ -376,7 +376,7 @@ def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:
     return Rounding(step, float(size.max(initial=0.0)), rms, share)
 
 
-def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> BlockCounts:
+def _count_blocks(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> BlockCounts:
     old_rate, _ = block_rate(work.program.moves)
     rate, line = block_rate(new.moves)
     return BlockCounts(

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.compensation.contours import sweep_of
 from vcmm.compensation.fitting import BlockFit
 from vcmm.compensation.frame import AXES, BlockFrame, frame_of
-from vcmm.compensation.numbers import HOLD, SAME, nearest, written
+from vcmm.compensation.numbers import HOLD, SAME, format_number, nearest
 from vcmm.compensation.source import Edit, semicolon_code
 from vcmm.compensation.writer import Stretch, Writer, best_centre
 from vcmm.core.run import Array
@@ -23,7 +23,7 @@ from vcmm.program.moves import PLANES
 from vcmm.program.trace import Trace, WordAt
 
 POLAR = ("PR", "IPR", "PA", "IPA")
-TURNED = ("LP", "CT", "CTP")  # path functions that are turned into others
+CHANGED_FUNCTIONS = ("LP", "CT", "CTP")  # path functions that are turned into others
 STILL = 1e-6  # mm
 ANGLE = 4  # decimals of IPA, deg
 
@@ -46,10 +46,10 @@ class KlartextWriter(Writer):
         return (*AXES, "R")
 
     def number(self, value: float, decimals: int, like: str = "", whole: bool = False) -> str:
-        text = written(value, decimals, like, whole)
+        text = format_number(value, decimals, like, whole)
         return text if text[0] in "+-" or like[:1].isdigit() else "+" + text
 
-    def _like(self, trace: Trace) -> str:
+    def _number_style(self, trace: Trace) -> str:
         return next((w.text for k, w in trace.words.items() if k in AXES and w.plain), "+")
 
     def drop(self, index: int, word: WordAt) -> None:
@@ -72,8 +72,8 @@ class KlartextWriter(Writer):
         self.path = trace.words["path"].text if "path" in trace.words else "L"
         self._pole_of(trace, frame)
         polar = any(k in trace.words for k in POLAR)
-        if self.path in TURNED or polar:
-            if self._unchanged(trace, frame, fit):
+        if self.path in CHANGED_FUNCTIONS or polar:
+            if self._is_unchanged(trace, frame, fit):
                 self.pole_free = self.pole_free and not polar
                 self.q = np.array(trace.contour.end) + frame.offset
                 return
@@ -95,7 +95,7 @@ class KlartextWriter(Writer):
             if trace.words["path"].text != "CTP":
                 self.pole = float(centre[a]), float(centre[b])
 
-    def _unchanged(self, trace: Trace, frame: BlockFrame, fit: BlockFit) -> bool:
+    def _is_unchanged(self, trace: Trace, frame: BlockFrame, fit: BlockFit) -> bool:
         """Whether the block may stay as it is: tool, pole and end are where the source has them."""
         m = trace.contour
         if self.pole_moved and any(k in trace.words for k in POLAR):
@@ -117,9 +117,9 @@ class KlartextWriter(Writer):
             self.path = "C"
         if self.path == "LP":
             self.path = "L"
-            self._named(trace, index, "L")
+            self._set_function(trace, index, "L")
 
-    def _named(self, trace: Trace, index: int, name: str) -> None:
+    def _set_function(self, trace: Trace, index: int, name: str) -> None:
         """The path function that the block has now; polar words go."""
         word = trace.words["path"]
         if word.text != name:
@@ -135,9 +135,9 @@ class KlartextWriter(Writer):
         last = max(words, key=lambda w: (w.line, w.last))
         return last.line - 1, last.last
 
-    def _settled(self, s: Stretch) -> Array:
+    def _settle(self, s: Stretch) -> Array:
         trace, frame, piece, cur = s.trace, s.frame, s.piece, s.start
-        new = super()._settled(replace(s, whole=False))
+        new = super()._settle(replace(s, whole=False))
         if trace.contour.kind != "arc":
             return new
         a, b, n = s.plane
@@ -172,7 +172,7 @@ class KlartextWriter(Writer):
         self.centre = self._rounded_centre(s)
         begin = math.atan2(cur[b] - self.centre[1], cur[a] - self.centre[0])
         goal = math.atan2(new[b] - self.centre[1], new[a] - self.centre[0])
-        part = s.share * sweep_of(s.trace.contour) * (-1.0 if _mirrored(s.trace) else 1.0)
+        part = s.share * sweep_of(s.trace.contour) * (-1.0 if _is_mirrored(s.trace) else 1.0)
         turn = part + math.remainder(goal - begin - part, 2 * math.pi)
         self.angle = round(math.degrees(turn), ANGLE)
         radius = math.hypot(cur[a] - self.centre[0], cur[b] - self.centre[1])
@@ -187,11 +187,11 @@ class KlartextWriter(Writer):
         if trace.contour.kind != "arc":
             super()._first(s)
             return
-        self._named(trace, index, "CP" if self.helix else "C" if self.path == "CP" else self.path)
+        self._set_function(trace, index, "CP" if self.helix else "C" if self.path == "CP" else self.path)
         if self.helix:
             self._as_helix(trace, frame, new, index)
             self._place(index, trace, self.centre, frame, first=True)
-            self._directed(trace)
+            self._set_direction(trace)
             return
         flat = tuple(AXES[i] for i in s.plane[:2])
         whole_block = s.whole and self.path == "C" and not any(k in trace.words for k in flat)
@@ -219,10 +219,10 @@ class KlartextWriter(Writer):
                 s.nominal(n, steps),
                 frame.inch,
             )
-        self._directed(trace)
+        self._set_direction(trace)
         self._centre(s)
 
-    def _directed(self, trace: Trace) -> None:
+    def _set_direction(self, trace: Trace) -> None:
         """The sense of rotation, which CT and CTP do not say."""
         if trace.words["path"].text in ("CT", "CTP"):
             index, column = self._behind(trace)
@@ -256,7 +256,7 @@ class KlartextWriter(Writer):
                 self.added[index][-1] = "L " + self.added[index][-1]
             return
         a, b, n = s.plane
-        places, like = self.decimals[frame.inch], self._like(trace)
+        places, like = self.decimals[frame.inch], self._number_style(trace)
         ends = [AXES[i] + self.number(float(new[i]), places, like) for i in (a, b)]
         if self.helix:
             self._place(index, trace, self.centre, frame, first=False)
@@ -291,7 +291,10 @@ class KlartextWriter(Writer):
                 self.replace(index, word, self.number(value, places, word.text))
         else:
             text = " ".join(
-                ["CC", *(k + self.number(v, places, self._like(trace)) for k, v in zip(letters, centre))]
+                [
+                    "CC",
+                    *(k + self.number(v, places, self._number_style(trace)) for k, v in zip(letters, centre)),
+                ]
             )
             (self.before if first else self.added).setdefault(index, []).append(text)
         self.pole, self.pole_free, self.pole_moved = centre, False, True
@@ -319,7 +322,7 @@ class KlartextWriter(Writer):
         self.q = frame.tip(cur) + frame.offset
 
 
-def _mirrored(trace: Trace) -> bool:
+def _is_mirrored(trace: Trace) -> bool:
     """Whether the frame turns arcs of the plane round."""
     a, b, _ = PLANES[trace.contour.plane]
     m = trace.transformation.matrix
@@ -327,4 +330,4 @@ def _mirrored(trace: Trace) -> bool:
 
 
 def _sense(trace: Trace) -> str:
-    return "DR-" if bool(trace.contour.clockwise) != _mirrored(trace) else "DR+"
+    return "DR-" if bool(trace.contour.clockwise) != _is_mirrored(trace) else "DR+"

@@ -11,12 +11,12 @@ from vcmm.core.machine import Machine
 from vcmm.program.reading import guess
 from vcmm.program.setup import Setup
 
-Loaded = tuple[SourceText, Setup, Machine, Path | None, str]
+LoadedProgram = tuple[SourceText, Setup, Machine, Path | None, str]
 
 
-def loaded(
+def load_program(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None
-) -> Loaded:
+) -> LoadedProgram:
     """(source, set-up, machine, its file or None, dialect). Raises UsageError where no machine is named."""
     if not isinstance(setup, Setup):
         from vcmm.files.own.setup import load_setup

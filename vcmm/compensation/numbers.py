@@ -44,7 +44,7 @@ def decimals_of(words: list[WordAt], inch: bool, asked: int | None) -> int:
     return max([least, *(w.decimals or 0 for w in words)])
 
 
-def written(value: float, decimals: int, like: str = "", increments: bool = False) -> str:
+def format_number(value: float, decimals: int, like: str = "", increments: bool = False) -> str:
     """A number in the style of `like`: its plus sign, its missing zero before the point.
 
     increments: without a point, in units of the last decimal (control set to increments).

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.compensation.field import PathErrors, field_of, known_errors_of
-from vcmm.compensation.loading import loaded
+from vcmm.compensation.loading import load_program
 from vcmm.compensation.proof import (
     best_shifts,
     departure,
     departures,
     end_departures,
     errors_on,
-    shifted,
+    shift_errors,
     walk,
 )
 from vcmm.compensation.refusals import check_mark, check_moves, check_state, check_travel
@@ -49,7 +49,7 @@ def with_shifts(moves: Sequence[Move], field: PathErrors) -> tuple[Departure, De
     shifts = best_shifts(error, w, moves)
     every = np.arange(len(moves))
     found = []
-    for off in (error, shifted(error, w, moves, shifts)):
+    for off in (error, shift_errors(error, w, moves, shifts)):
         gap = departures(w.tip + off, moves, w.move, w.move)
         gap = np.maximum(gap, end_departures(w.tip + off, w, moves, moves, every, every))
         found.append(departure(gap, w.weight, lines))
@@ -66,7 +66,7 @@ def best_offsets(
     constants: Mapping[str, float] | None = None,
 ) -> OffsetOnly:
     """The best shift of each work offset. Raises as `compensate` does where the position or the control is not known."""
-    source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
+    source, setup, machine, machine_file, name = load_program(program, setup, machine, dialect)
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
     read = read_for("compensate", source.text, name, setup, name=source.name)

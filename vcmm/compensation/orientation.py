@@ -19,10 +19,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.compensation.field import PathErrors
-from vcmm.compensation.numbers import value_of, written
+from vcmm.compensation.numbers import format_number, value_of
 from vcmm.compensation.proof import CUTS, departure
 from vcmm.compensation.result import Departure
-from vcmm.compensation.source import Edit, SourceText, at_line, edited
+from vcmm.compensation.source import Edit, SourceText, apply_edits, at_line
 from vcmm.compensation.targets import moves_of
 from vcmm.core.axes import ROTARY
 from vcmm.core.errors import DataError, ModelLimit
@@ -64,7 +64,7 @@ def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array)
 
 
 @dataclass(frozen=True, eq=False)
-class Aimed:
+class OrientationCorrection:
     """Angles (k, 3) that point the tool where it should; left (k,): tilt that remains, rad; singular (k,)."""
 
     angle: Array
@@ -72,7 +72,7 @@ class Aimed:
     singular: np.typing.NDArray[np.bool_]
 
 
-def aimed(field: PathErrors, move: Ints, tips: Array, angle: Array) -> Aimed:
+def correct_orientation(field: PathErrors, move: Ints, tips: Array, angle: Array) -> OrientationCorrection:
     """Corrected angles at the ends of moves (k,) with tips (k, 3) and programmed angles (k, 3)."""
     letters, share = rotary_of(field.known.machine), np.ones(len(move))
     wanted, found = direction(field, angle), angle.copy()
@@ -84,16 +84,16 @@ def aimed(field: PathErrors, move: Ints, tips: Array, angle: Array) -> Aimed:
         miss -= np.einsum("ki,ki->k", miss, wanted)[:, None] * wanted
         if k == ROUNDS - 1:
             break
-        slopes = [(direction(field, _turned(found, one)) - now) / SMALL for one in letters]
+        slopes = [(direction(field, _step_angle(found, one)) - now) / SMALL for one in letters]
         slope = np.stack(slopes, axis=2)
         size = np.linalg.svd(slope, compute_uv=False)
         singular = size[:, -1] < 1.0 / GAIN
         step = np.linalg.pinv(slope, rcond=1.0 / GAIN) @ miss[:, :, None]
         found[:, letters] += step[:, :, 0]
-    return Aimed(found, np.linalg.norm(miss, axis=1), singular)
+    return OrientationCorrection(found, np.linalg.norm(miss, axis=1), singular)
 
 
-def _turned(angle: Array, letter: int) -> Array:
+def _step_angle(angle: Array, letter: int) -> Array:
     out = angle.copy()
     out[:, letter] += SMALL
     return out
@@ -113,7 +113,7 @@ def oriented_source(
     move = np.array([index[k] for k in chosen], dtype=np.intp)
     ends = [read.moves[i] for i in move.tolist()]
     angle, tips = np.array([m.rotary_end for m in ends]), np.array([m.end for m in ends])
-    found = aimed(field, move, tips, angle)
+    found = correct_orientation(field, move, tips, angle)
     axes = direction(field, found.angle)
     edits: dict[int, list[Edit]] = {}
     for row, k in enumerate(chosen):
@@ -123,7 +123,7 @@ def oriented_source(
         for word, text in _words(trace, source.name, change, angle[row], axes[row], decimals):
             begin, end = (word.begin, word.end) if word.begin else (word.first + 1, word.last)
             edits.setdefault((word.line or trace.line) - 1, []).append(Edit(begin, end, text))
-    lines = tuple((edited(line, edits.get(n, ())), end) for n, (line, end) in enumerate(source.lines))
+    lines = tuple((apply_edits(line, edits.get(n, ())), end) for n, (line, end) in enumerate(source.lines))
     return replace(source, lines=lines), ()
 
 
@@ -138,7 +138,7 @@ def _vector(trace: Trace) -> tuple[str, str, str] | None:
     return next((names for names in VECTORS if any(n in trace.words for n in names)), None)
 
 
-def _check(field: PathErrors, trace: Trace, name: str, found: Aimed, row: int) -> None:
+def _check(field: PathErrors, trace: Trace, name: str, found: OrientationCorrection, row: int) -> None:
     machine, first = field.known.machine, trace.contour.source.first
     if found.singular[row] and found.left[row] > WEAK and trace.contour.kind in CUTS:
         said = (
@@ -194,7 +194,7 @@ def _anew(word: WordAt, value: float, least: int, asked: int | None) -> list[tup
     """The word with its new value; none where its digits stay what they are: it is left byte for byte."""
     digits = max(least, word.decimals or 0, asked or 0)
     same = abs(round(value, digits) - value_of(word)) < 0.5 * 10.0**-digits
-    return [] if same else [(word, written(value, digits, word.text))]
+    return [] if same else [(word, format_number(value, digits, word.text))]
 
 
 def _unreadable(trace: Trace, name: str, words: str) -> DataError:
@@ -205,7 +205,7 @@ def _unreadable(trace: Trace, name: str, words: str) -> DataError:
     return at_line(DataError, name, trace.line, said, trace.contour.source.first)
 
 
-def proved(
+def prove_orientation(
     field: PathErrors, wanted: Sequence[Move], moves: Sequence[Move], low: Ints, lines: Sequence[int]
 ) -> Departure:
     """How far (rad) the tool points off along the cuts of `moves`; wanted: the program as it is, low (m,): its move for each of them.

@@ -12,18 +12,18 @@ from vcmm.core.errors import DataError, ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.program.interpret import interpret
 from vcmm.program.moves import Program
-from vcmm.shop.motion.tool_centre import leads, oriented
+from vcmm.shop.motion.tool_centre import leads, orient_moves
 
 
 def with_angles(read: Program, machine: Machine, name: str) -> Program:
     """The program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
     if not leads(read.moves):
         return read
-    moves, said = oriented(read.moves, machine, name)
+    moves, said = orient_moves(read.moves, machine, name)
     return replace(read, moves=moves, warnings=(*read.warnings, *said))
 
 
-def reoriented(
+def correct_orientation(
     source: SourceText, read: Program, field: PathErrors, name: str, *, decimals: int | None, origin: Sequence[int], notes: list[str]
 ) -> tuple[SourceText, Program, PathErrors]:  # fmt: skip
     """The program with the words that turn the tool corrected, what it means, and the errors along it; the tip is not yet corrected."""

@@ -120,7 +120,7 @@ def best_shifts(error: Array, w: Walk, moves: Sequence[Move]) -> dict[str, Array
     return out
 
 
-def shifted(error: Array, w: Walk, moves: Sequence[Move], shifts: Mapping[str, Array]) -> Array:
+def shift_errors(error: Array, w: Walk, moves: Sequence[Move], shifts: Mapping[str, Array]) -> Array:
     """Errors (k, 3) with the work offsets shifted."""
     return error + np.array([shifts[moves[i].offset] for i in w.move.tolist()]).reshape(-1, 3)
 

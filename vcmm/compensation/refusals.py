@@ -10,7 +10,7 @@ from vcmm.compensation.codes import codes_in
 from vcmm.compensation.source import SourceText, at_line, code_of
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
-from vcmm.program.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect, check_name
+from vcmm.program.dialects import FRONT_ENDS, G_CODE, TRACE_READERS, Dialect, check_name
 from vcmm.program.iso.channels import marks_of
 from vcmm.program.iso.cycles import CYCLES
 from vcmm.program.moves import Move, Program
@@ -26,10 +26,10 @@ TRAVEL = 1e-6  # mm or rad of rounding that is allowed beyond a travel
 def check_dialect(name: str) -> None:
     """Only dialects whose front-end says which word made which move."""
     check_name(name)
-    if name in FRONT_ENDS and name not in TRACED:
+    if name in FRONT_ENDS and name not in TRACE_READERS:
         raise UsageError(
             f"programs of the dialect {name} cannot be rewritten: its reader does not say which word made which move. Have the "
-            f"program posted for {' or '.join((*G_CODE, *TRACED))}, or see what a shift of the work offset does (--offset-only)"
+            f"program posted for {' or '.join((*G_CODE, *TRACE_READERS))}, or see what a shift of the work offset does (--offset-only)"
         )
 
 
@@ -159,11 +159,11 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
             said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
             raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
         if t.cycle.startswith("G") and (t.cycle not in CYCLES or (dialect.lathe and t.cycle in TURNING)):
-            line, column = _called(source, t)
+            line, column = _cycle_position(source, t)
             raise _not_rewritten(t.file, line, column, t.cycle)
 
 
-def _called(source: SourceText, trace: Trace) -> tuple[int, int]:
+def _cycle_position(source: SourceText, trace: Trace) -> tuple[int, int]:
     """Line and column of the code of a cycle, which may stand apart from the contour that it runs along."""
     code = re.compile(rf"{trace.cycle}(?![\d.])", re.IGNORECASE)
     for number, (line, _) in enumerate(source.lines if trace.file == source.name else (), 1):
@@ -230,7 +230,7 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
             f'{at}: tool {m.tool} cuts here, but the set-up does not know it; add [tools.{m.tool}] length = "80 mm"'
         )
     if not m.led:
-        _check_turned(m, machine, at)
+        _check_rotary_axes(m, machine, at)
     if m.work_spindle != 1:
         raise ModelLimit(
             f"{at}: the part in spindle {m.work_spindle} is cut here, and {machine.name} is one spindle; compensate a program for each spindle"
@@ -242,7 +242,7 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
             )
 
 
-def _check_turned(m: Move, machine: Machine, at: str) -> None:
+def _check_rotary_axes(m: Move, machine: Machine, at: str) -> None:
     """Rotary axes may stand anywhere while X, Y and Z cut, and turn on the way there; nothing else is rewritten without its tip led."""
     if machine.kind == "lathe" and (any(m.rotary_start) or any(m.rotary_end)):
         raise ModelLimit(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensation.contours import length_of
-from vcmm.compensation.drilled import drill_here, straightened
+from vcmm.compensation.drilled import drill_here, straighten_holes
 from vcmm.compensation.field import KnownErrors, PathErrors
 from vcmm.compensation.fitting import BlockFit
 from vcmm.compensation.frame import AXES
@@ -65,7 +65,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
     fits: Sequence[BlockFit | None] = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
     if work.dialect.name in SEMICOLON:
-        fits = straightened(traces, fits)
+        fits = straighten_holes(traces, fits)
     writer = writer_of(work.dialect)(
         work.source,
         work.dialect,
@@ -86,7 +86,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
         _look_ahead(writer, traces[at:to], left, then, work, tolerance)
         _block(writer, traces[at:to], fits[at:to], work)
         at = to
-    return (*_assembled(work, writer, tolerance), writer)
+    return (*_assemble(work, writer, tolerance), writer)
 
 
 def _look_ahead(
@@ -180,7 +180,7 @@ def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> 
     writer.cycle.clear()
 
 
-def _assembled(work: Work, writer: Writer, tolerance: float) -> tuple[str, list[int]]:
+def _assemble(work: Work, writer: Writer, tolerance: float) -> tuple[str, list[int]]:
     """The text with its mark."""
     mark = header(work.machine.name, tolerance, work.hashed, work.dialect)
     at, text, lines = place(work.source, work.dialect), [], []

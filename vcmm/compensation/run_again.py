@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.compensation.field import KnownErrors, PathErrors, field_of
-from vcmm.compensation.followed import FollowedPath, followed
-from vcmm.compensation.orientation import proved
+from vcmm.compensation.followed import FollowedPath, follow_path
+from vcmm.compensation.orientation import prove_orientation
 from vcmm.compensation.proof import Walk, departure, departures, end_departures, errors_on, spans, walk
 from vcmm.compensation.result import Departure, OrientationProof
 from vcmm.compensation.rewriting import Work
@@ -17,7 +17,7 @@ from vcmm.core.run import Array
 from vcmm.program.moves import Program
 
 
-def departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
+def departure_by_run(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
     """The program run on the machine, against the path of the original; lines: empty for the original itself."""
     w, gap = _gaps(work, known, program, lines)
     at = [program.moves[i].source.line for i in w.move.tolist()]
@@ -45,7 +45,7 @@ def both_paths(work: Work, new: Program, lines: Sequence[int]) -> tuple[Followed
         w, gap = _gaps(work, work.known, program, source)
         of_file = [work.origin[n - 1] for n in (source or range(1, len(work.source.lines) + 1)) if n]
         ahead = sum(n == 0 for n in source)  # lines of the mark, which move nothing
-        out.append(followed(program.moves, w.move, w.tip, gap, [0] * ahead + of_file))
+        out.append(follow_path(program.moves, w.move, w.tip, gap, [0] * ahead + of_file))
     return out[0], out[1]
 
 
@@ -58,6 +58,8 @@ def pointing_of(work: Work, aim: Program, new: Program, lines: Sequence[int]) ->
     low, _ = spans(work.program, new, lines)
     origin = (0, *work.origin)
     own = np.arange(len(aim.moves))
-    before = proved(along(aim), aim.moves, aim.moves, low=own, lines=origin)
+    before = prove_orientation(along(aim), aim.moves, aim.moves, low=own, lines=origin)
     own_lines = (0, *(origin[n] for n in lines))
-    return OrientationProof(before, proved(along(new), aim.moves, new.moves, low=low, lines=own_lines))
+    return OrientationProof(
+        before, prove_orientation(along(new), aim.moves, new.moves, low=low, lines=own_lines)
+    )

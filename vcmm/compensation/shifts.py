@@ -54,7 +54,7 @@ def shifts_of(moves: Sequence[Move], cuts: Cuts) -> tuple[Ints, Array, Array]:
     counts, released = cuts.makes.copy(), np.zeros(len(cuts.over), dtype=bool)
     for _ in range(TURNS):
         stiff = _stiffness(moves, cuts.move[counts])
-        value, shown = _solved(first, same, stiff, cuts, counts)
+        value, shown = _solve(first, same, stiff, cuts, counts)
         over = cuts.over - shown
         deeper = ~counts & (over < -UNSEEN)
         free = counts & ~cuts.makes & ~released & (over > UNSEEN)  # it would be drawn down, which it need not
@@ -95,7 +95,7 @@ def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
     return out
 
 
-def _solved(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> tuple[Array, Array]:
+def _solve(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> tuple[Array, Array]:
     """e at the knots (k, 3) by the cuts that count, and what it does at every cut (k,)."""
     from scipy.sparse import coo_matrix, csr_matrix, vstack
     from scipy.sparse.linalg import spsolve

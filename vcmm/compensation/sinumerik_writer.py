@@ -54,7 +54,7 @@ class SinumerikWriter(Writer):
     def move(self, trace: Trace, fit: BlockFit) -> None:
         self.from_zero = frozenset(c for i, c in enumerate(CENTRES) if _from_zero(trace, c))
         if "AR" in trace.words:
-            trace, changed = self._opened(trace, fit)
+            trace, changed = self._drop_opening(trace, fit)
             if not changed:
                 frame = frame_of(trace)
                 self.q = np.array(trace.contour.end) + frame.offset
@@ -63,14 +63,14 @@ class SinumerikWriter(Writer):
             self.drop(trace.line - 1, trace.words["TURN"])
         super().move(trace, fit)
 
-    def _settled(self, s: Stretch) -> Array:
+    def _settle(self, s: Stretch) -> Array:
         """CIP keeps its height: with another one it would be a circle in space."""
-        new = super()._settled(s)
+        new = super()._settle(s)
         if s.trace.after.motion == "CIP":
             new[s.plane[2]] = s.start[s.plane[2]]
         return new
 
-    def _opened(self, trace: Trace, fit: BlockFit) -> tuple[Trace, bool]:
+    def _drop_opening(self, trace: Trace, fit: BlockFit) -> tuple[Trace, bool]:
         """AR= goes where the arc must change: the end point and the centre say the same, and more."""
         m = trace.contour
         frame = frame_of(trace)

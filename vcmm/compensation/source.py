@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from vcmm.core.errors import DataError, Environment, ModelLimit, VcmmError
-from vcmm.core.own_files import check_replaced
+from vcmm.core.own_files import check_replacing
 from vcmm.program.reading import read_bytes
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
@@ -37,7 +37,7 @@ class SourceText:
         """The line end that the file uses."""
         return next((end for _, end in self.lines if end), "\n")
 
-    def encoded(self, text: str) -> bytes:
+    def encode(self, text: str) -> bytes:
         """The bytes of a text in the encoding of the source."""
         return ((_BOM if self.bom else "") + text).encode(self.encoding)
 
@@ -65,7 +65,7 @@ def read_source(path: Path) -> SourceText:
 def write_source(path: Path, content: bytes) -> None:
     """Write a whole program or nothing. Raises Environment."""
     draft = path.with_name(f".{path.name}.part")
-    check_replaced([path])
+    check_replacing([path])
     try:
         draft.write_bytes(content)
         draft.replace(path)
@@ -99,7 +99,7 @@ class Edit(NamedTuple):
     text: str
 
 
-def edited(line: str, edits: Sequence[Edit]) -> str:
+def apply_edits(line: str, edits: Sequence[Edit]) -> str:
     """A line with its edits made; those at one place stay in their order, insertions before what goes."""
     for edit in sorted(edits, key=lambda e: (e.first, e.last))[::-1]:
         line = line[: edit.first - 1] + edit.text + line[edit.last - 1 :]

@@ -31,9 +31,9 @@ from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import GOUGE, ContactRows, PreparedCut
 from vcmm.shop.machining.scenario import CutScenario
 
-SEARCHED = 24  # places along a move, for the share of a point that stands beside it
+SEARCH_PLACES = 24  # places along a move, for the share of a point that stands beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
-ALIKE = 0.02  # rad between the normals with which two passes touch one point: chosen
+LARGEST_ANGLE = 0.02  # rad between the normals with which two passes touch one point: chosen
 NEAR_BY = (
     3.0  # times the largest departure: cuts that stay farther off take no part in a correction of that size
 )
@@ -80,7 +80,7 @@ def nearest_share(move: Move, tips: Array) -> tuple[Array, Array]:
         square = float(way @ way)
         share = np.clip((tips - start) @ way / square, 0.0, 1.0) if square > 0 else np.ones(len(tips))
     else:
-        grid = np.linspace(0.0, 1.0, max(SEARCHED, int(abs(sweep_of(move)) / 0.02)))
+        grid = np.linspace(0.0, 1.0, max(SEARCH_PLACES, int(abs(sweep_of(move)) / 0.02)))
         on = points(move, grid)
         share = grid[np.argmin(((tips[:, None] - on) ** 2).sum(axis=2), axis=1)]
     return share, np.asarray(np.linalg.norm(tips - points(move, share), axis=1))
@@ -166,7 +166,7 @@ def _reaching(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, I
     near = NEAR_BY * np.abs(gap[good]).max(initial=0.0) + UNSEEN
     move = np.where(contacts.row >= 0, move_of[np.maximum(contacts.row, 0)], -1)
     aside = np.linalg.norm(contacts.cutter - contacts.cutter[points, deepest][:, None], axis=2)
-    other = (move >= 0) & np.isfinite(alone) & np.isfinite(moved) & (aside < ALIKE)
+    other = (move >= 0) & np.isfinite(alone) & np.isfinite(moved) & (aside < LARGEST_ANGLE)
     other &= np.where(other, moved, np.inf) - wanted[:, None] <= near
     for k in range(other.shape[1]):  # of several cuts of one move the lowest
         same = other & (move == move[:, [k]])

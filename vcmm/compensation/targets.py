@@ -192,7 +192,7 @@ def targets(
     if not traces:
         return ()
     samples = samples_of(traces)
-    wanted = field.corrected(index[samples.trace], samples.share, samples.nominal, samples.beside)
+    wanted = field.correct(index[samples.trace], samples.share, samples.nominal, samples.beside)
     fits: list[BlockFit | None] = []
     for i, trace in enumerate(traces):
         rows = samples.rows(i)

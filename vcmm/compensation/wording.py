@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from vcmm.compensation.frame import AXES, CENTRES
-from vcmm.compensation.numbers import SAME, Diffusion, value_of, written
-from vcmm.compensation.source import Edit, SourceText, code_of, edited, separator
+from vcmm.compensation.numbers import SAME, Diffusion, format_number, value_of
+from vcmm.compensation.source import Edit, SourceText, apply_edits, code_of, separator
 from vcmm.core.run import Array
 from vcmm.program.dialects import Dialect
 from vcmm.program.trace import Trace, WordAt
@@ -58,7 +58,7 @@ class Wording:
         return letter + number
 
     def number(self, value: float, decimals: int, like: str = "", whole: bool = False) -> str:
-        return written(value, decimals, like, whole)
+        return format_number(value, decimals, like, whole)
 
     def order(self) -> Sequence[str]:
         """Addresses in the order in which new words are put in."""
@@ -70,7 +70,7 @@ class Wording:
         word = trace.words.get(letter)
         step, decimals = self.step(inch), self.decimals[inch]
         if word is None:
-            self._add(index, trace, letter, self.number(value, decimals, self._like(trace)))
+            self._add(index, trace, letter, self.number(value, decimals, self._number_style(trace)))
             return
         pointless = word.decimals is None and self.dialect.decimal_point == "increment" and letter != "F"
         if word.plain:
@@ -131,7 +131,7 @@ class Wording:
         body = body.lower() if _lower(self.code(index)) else body
         self.added.setdefault(index, []).append((f"/{digits} " if slash else "") + body)
 
-    def _like(self, trace: Trace) -> str:
+    def _number_style(self, trace: Trace) -> str:
         """A number of the block whose style a new one takes: only the missing zero before the point, never the plus sign."""
         return next((w.text.lstrip("+- ") for k, w in trace.words.items() if k in AXES and w.plain), "")
 
@@ -143,7 +143,7 @@ class Wording:
             added = self.added.get(index, [])
             own = end or (self.source.end if added else "")
             out += [(text + (end or self.source.end), index) for text in self.before.get(index, [])]
-            out.append((edited(body, self.edits.get(index, [])) + own, index))
+            out.append((apply_edits(body, self.edits.get(index, [])) + own, index))
             for k, text in enumerate(added):
                 last = k == len(added) - 1
                 out.append((text + (end if last else own), index))

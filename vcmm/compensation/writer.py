@@ -97,7 +97,7 @@ class Writer(Wording):
 
         wanted = fit.pieces[-1].end
         if m.kind == "arc" and length_of(m) < TINY_ARC:
-            fit = self._shifted(trace, frame)
+            fit = self._shift_arc(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
 
         last_codes = behind(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
@@ -108,7 +108,7 @@ class Writer(Wording):
                 trace=trace, frame=frame, piece=piece, start=cur, end=cur, share=shares[k + 1] - shares[k], first=k == 0,
                 split=split, whole=m.kind == "arc" and not split and _is_whole(trace), feed=self._feed(trace, fit, k, shares),
             )  # fmt: skip
-            stretch = replace(stretch, end=self._settled(stretch))
+            stretch = replace(stretch, end=self._settle(stretch))
             if k == 0:
                 self._first(stretch)
             else:
@@ -137,14 +137,14 @@ class Writer(Wording):
         follows = self.dialect.length_follows and "Z" in trace.words
         return np.array(trace.before.tool_offset if follows else trace.contour.tool_offset)
 
-    def _shifted(self, trace: Trace, frame: BlockFrame) -> BlockFit:
+    def _shift_arc(self, trace: Trace, frame: BlockFrame) -> BlockFit:
         """A tiny arc moves as a whole with its start, so that rounding cannot close or turn it."""
         m = trace.contour
         by = self.q - frame.offset - np.array(m.start)
         assert m.centre is not None
         return BlockFit((BlockPiece(1.0, np.array(m.end) + by, np.array(m.centre) + by),), 0.0)
 
-    def _settled(self, s: Stretch) -> Array:
+    def _settle(self, s: Stretch) -> Array:
         """Numbers at which the block will end, rounded."""
         trace, frame, piece, cur = s.trace, s.frame, s.piece, s.start
         kind, step, part = trace.contour.kind, self.step(frame.inch), s.share * length_of(trace.contour)
@@ -208,13 +208,15 @@ class Writer(Wording):
             if abs(new[i] - cur[i]) > SAME * step or i in kept:
                 value = float(new[i] - cur[i] if self.relative(trace, frame, i, False) else new[i])
                 words.append(
-                    self.spelt(letter, self.number(value, self.decimals[frame.inch], self._like(trace)))
+                    self.spelt(
+                        letter, self.number(value, self.decimals[frame.inch], self._number_style(trace))
+                    )
                 )
         if not words:
             return
         if m.kind == "arc":
             words += [
-                self.spelt(letter, self.number(v, self.decimals[frame.inch], self._like(trace)))
+                self.spelt(letter, self.number(v, self.decimals[frame.inch], self._number_style(trace)))
                 for letter, v in self._centre_words(s).items()
             ]
         if s.feed is not None:

@@ -18,7 +18,7 @@ LETTERS = LINEAR + ROTARY  # of directions: translations, then rotations; the na
 NAME = r"[XYZ]|[ABC](?:[1-9]\d?)?"
 _UNITS = np.eye(3)
 _UNITS.setflags(write=False)
-ALLOWED = "X Y Z, A B C, and rotary axes with a number such as A1 or C2"
+AXIS_NAMES = "X Y Z, A B C, and rotary axes with a number such as A1 or C2"
 
 
 def is_axis(name: str) -> bool:

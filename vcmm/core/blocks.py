@@ -46,7 +46,7 @@ class Share:
                 f"there is no shard {self.number}/{self.of}; write 1/{self.of} to {self.of}/{self.of}"
             )
 
-    def taken(self, blocks: Sequence[Block]) -> list[Block]:
+    def take(self, blocks: Sequence[Block]) -> list[Block]:
         return list(blocks[self.number - 1 :: self.of])
 
 
@@ -57,7 +57,7 @@ class Store(Protocol):
 
     def write(self, key: str, block: Block, result: Any) -> None: ...
 
-    def done(self, key: str) -> None: ...
+    def finish(self, key: str) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Nowhere:
 
     def write(self, key: str, block: Block, result: Any) -> None: ...
 
-    def done(self, key: str) -> None: ...
+    def finish(self, key: str) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Folder:
     def write(self, key: str, block: Block, result: Any) -> None:
         write_files(self.path / key, {f"{block[0]}-{block[1]}.json": json.dumps(result)})
 
-    def done(self, key: str) -> None:
+    def finish(self, key: str) -> None:
         shutil.rmtree(self.path / key, ignore_errors=True)
 
 
@@ -108,7 +108,7 @@ class Shards:
     def write(self, key: str, block: Block, result: Any) -> None:
         raise DataError(f"no shard holds the block from {block[0]} on; name the files of all shards")
 
-    def done(self, key: str) -> None: ...
+    def finish(self, key: str) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -119,35 +119,35 @@ class Sharing:
     store: Store = field(default_factory=Nowhere)
     share: Share | None = None
 
-    def finished(
+    def finish(
         self, key: str, work: Work, payload: Any, items: Mapping[Block, Any]
     ) -> Iterator[tuple[Block, Any]]:
         """(block, result) as they come, those that were kept first. Raises ShardDone at the end where a share is wanted.
 
         items: block -> what `work` is given for it; the result must survive JSON.
         """
-        wanted = self.share.taken(list(items)) if self.share else list(items)
+        wanted = self.share.take(list(items)) if self.share else list(items)
         left, part = dict.fromkeys(wanted), dict[Block, Any]()
         for block, result in self.store.read(key):
             if block in left:
                 del left[block]
-                yield block, self._noted(part, block, result)
+                yield block, self._note(part, block, result)
         todo = list(left)
         if todo and isinstance(self.store, Shards):
             self.store.write(key, todo[0], None)
         try:
             for i, result in self.crew(work, payload, [items[b] for b in todo]):
                 self.store.write(key, todo[i], result)
-                yield todo[i], self._noted(part, todo[i], result)
+                yield todo[i], self._note(part, todo[i], result)
         except KeyboardInterrupt as error:
             if isinstance(self.store, Folder):
                 error.add_note("what is finished is kept: the same call goes on where it was")
             raise
-        self.store.done(key)
+        self.store.finish(key)
         if self.share:
             raise ShardDone(key, part)
 
-    def _noted(self, part: dict[Block, Any], block: Block, result: Any) -> Any:
+    def _note(self, part: dict[Block, Any], block: Block, result: Any) -> Any:
         """A share is handed over as a whole; else nothing is held here."""
         if self.share:
             part[block] = result
@@ -163,9 +163,9 @@ class Sharing:
     ) -> list[Any]:
         """The results of all items in their order; every item is a block by itself."""
         every = {(i, 1): item for i, item in enumerate(items)}
-        count = len(self.share.taken(list(every))) if self.share else len(every)
+        count = len(self.share.take(list(every))) if self.share else len(every)
         found: dict[Block, Any] = {}
-        for block, result in self.finished(key, work, payload, every):
+        for block, result in self.finish(key, work, payload, every):
             found[block] = result
             progress(len(found) / count)
         return [found[block] for block in every]

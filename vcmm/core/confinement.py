@@ -17,7 +17,7 @@ _ROOT: ContextVar[str | None] = ContextVar("the folder that readers are confined
 
 
 @contextmanager
-def confined(root: Path) -> Iterator[None]:
+def confine(root: Path) -> Iterator[None]:
     """Within it, a reader that is given a path outside `root` raises DataError."""
     token = _ROOT.set(os.path.realpath(root))
     try:

@@ -24,7 +24,7 @@ from vcmm import __version__
 from vcmm.core.errors import Environment, UsageError
 
 Portion = list[tuple[int, Any]]  # number and item
-Done = tuple[float, list[Any]]  # s, results
+FinishedPortion = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
 ANSWER, MOST_PORT = 3.0, 65535  # s for somebody to listen at the address of a scheduler
@@ -66,7 +66,7 @@ def alone(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -
         yield i, work(payload, item)
 
 
-_held: Any = None  # (work, payload) of this worker
+_current_job: Any = None  # (work, payload) of this worker
 
 
 def _hold(packed: bytes, lifeline: Any) -> None:
@@ -74,10 +74,10 @@ def _hold(packed: bytes, lifeline: Any) -> None:
 
     A key that interrupts reaches every process of a terminal: here it does nothing, the process that started this one decides.
     """
-    global _held
+    global _current_job
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, args=(lifeline,), daemon=True).start()
-    _held = pickle.loads(packed)
+    _current_job = pickle.loads(packed)
 
 
 def _end_with_parent(lifeline: Any) -> None:
@@ -90,12 +90,12 @@ def _end_with_parent(lifeline: Any) -> None:
         os._exit(1)
 
 
-def _held_portion(items: Sequence[Any]) -> Done:
-    work, payload = _held
-    return _done(work, payload, items)
+def _held_portion(items: Sequence[Any]) -> FinishedPortion:
+    work, payload = _current_job
+    return _work_portion(work, payload, items)
 
 
-def _done(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Done:
+def _work_portion(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> FinishedPortion:
     """A portion, by a worker: how long it took in s, and the results of the items that were begun within 2 SPAN, at least of the first."""
     began, results = perf_counter(), list[Any]()
     for item in items:
@@ -121,7 +121,7 @@ class Portions:
         most = min(SPAN / max(each, 1e-9), len(self.left) / (2 * self.hands))
         return [self.left.pop() for _ in range(min(max(1, int(most)), len(self.left)))]
 
-    def results(self, portion: Portion, done: Done) -> Iterator[tuple[int, Any]]:
+    def results(self, portion: Portion, done: FinishedPortion) -> Iterator[tuple[int, Any]]:
         """(number, result) of what was done; the rest of a portion that took too long waits again."""
         seconds, found = done
         self.seconds, self.counted = self.seconds + seconds, self.counted + len(found)
@@ -163,7 +163,7 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
 
     there, here = Pipe(duplex=False)
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed, there))
-    portions, running = Portions(left, workers), dict[Future[Done], Portion]()
+    portions, running = Portions(left, workers), dict[Future[FinishedPortion], Portion]()
     try:
         with suppress(BrokenProcessPool):
             while True:
@@ -202,13 +202,13 @@ def on_cluster(address: str) -> Crew:
     """A crew of Dask workers. Raises Environment: no Dask, no scheduler there or no more, other versions on the workers."""
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        distributed = _distributed()
+        distributed = _import_distributed()
         client = _client(distributed, address)
         try:
             _check_versions(client, address)
             yield from _by_client(client, work, payload, dict(enumerate(items)))
         except (CancelledError, distributed.KilledWorker, distributed.comm.CommClosedError) as error:
-            raise Environment(_lost(address, error)) from None
+            raise Environment(_lost_worker_text(address, error)) from None
         finally:
             client.close()  # lets go of all futures: what is not finished is cancelled
 
@@ -233,7 +233,7 @@ def _client(distributed: Any, address: str) -> Any:
     return found[0]
 
 
-def _lost(address: str, error: Exception) -> str:
+def _lost_worker_text(address: str, error: Exception) -> str:
     if type(error).__name__ == "KilledWorker":
         return f"several workers at {address} ended in the middle of the same work, most likely for want of memory; give them more"
     return (
@@ -247,7 +247,7 @@ def _by_client(
     from distributed import as_completed
 
     # the result of a task, which the scheduler makes again where the workers that held it are gone; scattered data would be lost
-    shared = client.submit(_shared, versions(), work, payload, retries=DEATHS, pure=False)
+    shared = client.submit(_share_work, versions(), work, payload, retries=DEATHS, pure=False)
     portions, running = Portions(items, 1), dict[Any, Portion]()
     finished, looked = as_completed(loop=client.loop), -LOOK
 
@@ -267,21 +267,21 @@ def _by_client(
         hand_out()
 
 
-def _shared(due: dict[str, str], work: Callable[[Any, Any], Any], payload: Any) -> tuple[Any, ...]:
+def _share_work(due: dict[str, str], work: Callable[[Any, Any], Any], payload: Any) -> tuple[Any, ...]:
     """What all blocks of a job need, on a worker."""
     return due, work, payload
 
 
-def _on_worker(shared: Any, items: Sequence[Any]) -> Done:
+def _on_worker(shared: Any, items: Sequence[Any]) -> FinishedPortion:
     """A portion; a worker that came later than the others is looked at as well."""
     from distributed import get_worker
 
     due, work, payload = shared
     _same_versions(due, versions(), get_worker().address)
-    return _done(work, payload, items)
+    return _work_portion(work, payload, items)
 
 
-def _distributed() -> Any:
+def _import_distributed() -> Any:
     try:
         import distributed
     except ImportError:

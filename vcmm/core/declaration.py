@@ -169,7 +169,7 @@ def reported_name(kind: Any) -> str:
     return str(kind.diagnosis.family or kind.name)
 
 
-class Declared:
+class EffectDeclarations:
     """Declarations of an effect, all with defaults.
 
     words          what an answer means at the machine, see Words

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 
-VARIED = 5  # different last digits in a column: numbers that happen to be round (nominal ones) have fewer
-MEANT = 2  # decimals that are written on purpose; 15.0 may be an exact number as a program prints it
+MOST_DIGITS = (
+    5  # different last digits in a column: numbers that happen to be round (nominal ones) have fewer
+)
+LEAST_DECIMALS = 2  # decimals that are written on purpose; 15.0 may be an exact number as a program prints it
 
 
 def written_step(columns: Sequence[Sequence[str]]) -> float:
@@ -33,13 +35,13 @@ def _step(numbers: Sequence[Decimal]) -> float:
     written = min(_exponent(d) for d in numbers)
     used = min((_exponent(d.normalize()) for d in numbers if d), default=written)
     last = [int(abs(d).scaleb(-used)) for d in numbers]
-    if len({n % 10 for n in last}) >= VARIED:
+    if len({n % 10 for n in last}) >= MOST_DIGITS:
         return 10.0**used
-    coarse = next((m for m in (5, 2) if len(last) >= 4 * VARIED and all(n % m == 0 for n in last)), 1)
-    varied = len({n // coarse % 10 for n in last}) >= VARIED
+    coarse = next((m for m in (5, 2) if len(last) >= 4 * MOST_DIGITS and all(n % m == 0 for n in last)), 1)
+    varied = len({n // coarse % 10 for n in last}) >= MOST_DIGITS
     if coarse > 1 and varied:
         return coarse * 10.0**used
-    return 10.0**written if -written >= MEANT else 0.0
+    return 10.0**written if -written >= LEAST_DECIMALS else 0.0
 
 
 def _exponent(d: Decimal) -> int:

@@ -32,7 +32,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import UM, URAD, Declared, Typical
+from vcmm.core.declaration import UM, URAD, EffectDeclarations, Typical
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 from vcmm.core.units import parse_unit
@@ -89,7 +89,7 @@ def param(
 
 
 @dataclass(frozen=True, eq=False)
-class Effect(Declared, ABC):
+class Effect(EffectDeclarations, ABC):
     """Base of all effects; see the head of this file."""
 
     name: ClassVar[str] = ""
@@ -295,10 +295,10 @@ def stepped_basis(effect: Effect, name: str, run: Run) -> Array:
     for k in range(value.size):
         if spec.metadata["scan"]:
             step = 1e-4 * max(abs(float(value.flat[k])), 1e-6)
-            high, low, width = _shifted(value, k, step), _shifted(value, k, -step), 2 * step
+            high, low, width = _shift_element(value, k, step), _shift_element(value, k, -step), 2 * step
         else:  # linear: the response to a unit vector, free of cancellation
             low, width = np.zeros_like(value), 1.0
-            high = _shifted(low, k, 1.0)
+            high = _shift_element(low, k, 1.0)
         columns.append(_difference(effect, spec.name, high, low, run) / width)
     return np.stack(columns, axis=2)
 
@@ -314,7 +314,7 @@ def _unit_step(effect: Effect, name: str) -> tuple[Effect, Effect]:
     return known[name]
 
 
-def _shifted(value: Array, k: int, step: float) -> Array:
+def _shift_element(value: Array, k: int, step: float) -> Array:
     out = value.copy()
     out.flat[k] += step
     return out

@@ -49,7 +49,7 @@ def canonical(name: str) -> str:
     return name_of_iso
 
 
-def known(name: str) -> bool:
+def is_known(name: str) -> bool:
     """Whether `canonical` can translate a name."""
     try:
         canonical(name)
@@ -75,7 +75,7 @@ class DescribedError(NamedTuple):
     unit: str
 
 
-def described(name: str) -> DescribedError:
+def describe_error(name: str) -> DescribedError:
     """A canonical name in words. Raises UsageError for other names."""
     row = next((r for r in table() if r[0] == name), None)
     if row is None:

@@ -65,7 +65,7 @@ class Input:
             return ((self, 1.0),)
         return tuple(zip(self.members, np.ones(len(self.members)) if self.shares is None else self.shares))
 
-    def joined(self, parts: Sequence[Array]) -> Array:
+    def join_responses(self, parts: Sequence[Array]) -> Array:
         """Responses (..., 1) to the members as one to this Input: (..., 1) of a common cause, else (..., k)."""
         if isinstance(self.law, Law):
             return np.asarray(sum(share * part for (_, share), part in zip(self.scalars, parts)))

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vcmm.core.axes import ALLOWED, LINEAR, is_axis, is_rotary, unit_vector
+from vcmm.core.axes import AXIS_NAMES, LINEAR, is_axis, is_rotary, unit_vector
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
@@ -81,7 +81,7 @@ def parse_structure(text: str) -> Chain:
     for word in work + tool:
         if not is_axis(word.removesuffix("'")):
             raise UsageError(
-                f'structure = "{text}": unknown axis "{word}"; allowed are {ALLOWED}, primed before b; {example}'
+                f'structure = "{text}": unknown axis "{word}"; allowed are {AXIS_NAMES}, primed before b; {example}'
             )
     if any(not word.endswith("'") for word in work) or any(word.endswith("'") for word in tool):
         raise UsageError(
@@ -133,7 +133,7 @@ class Motion:
     six: Array
 
 
-Summed = dict[tuple[str, str], Array]  # (link, place) -> six numbers (n, 6)
+LinkSums = dict[tuple[str, str], Array]  # (link, place) -> six numbers (n, 6)
 
 
 def rotation_from_vector(vector: Array) -> Array:
@@ -210,7 +210,7 @@ def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequen
     tip = tool.apply(run.offset)
     total = np.zeros((run.n, 6))
     for motion in motions:
-        frame, shift, turn = _carried(motion, frames_of, axes, tip, run)
+        frame, shift, turn = _carry_motion(motion, frames_of, axes, tip, run)
         total[:, :3] += work.turn_back(frame.turn(shift))
         total[:, 3:] += work.turn_back(frame.turn(turn))
     return total
@@ -230,7 +230,7 @@ def commanded_directions(ends: LinkFrames, n: int) -> Array:
     return np.stack(columns, axis=2)
 
 
-def _carried(
+def _carry_motion(
     motion: Motion, frames_of: LinkFrames, axes: Mapping[str, Axis], tip: Array, run: Run
 ) -> tuple[Frame, Array, Array]:
     """(frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
@@ -257,7 +257,7 @@ def _carried(
     return frame, shift, turn
 
 
-def sensed(
+def sensitivity(
     frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
 ) -> Array:
     """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
@@ -283,7 +283,7 @@ def sensed(
     return out
 
 
-def turn_sensed(
+def turn_sensitivity(
     frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
 ) -> Array:
     """How far the tip turns about `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
@@ -357,7 +357,7 @@ def _orientation(tool: Frame, work: Frame, n: int) -> Array:
     return seen if tool.rotation is None else seen @ tool.rotation
 
 
-def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: Summed) -> tuple[Frame, Frame]:
+def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: LinkSums) -> tuple[Frame, Frame]:
     """Tool side and workpiece side: products of their axes from the bed outwards, errors included."""
     ends = []
     for side, carries_work in ((chain.tool, False), (chain.work, True)):
@@ -368,15 +368,15 @@ def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: Summe
     return ends[0], ends[1]
 
 
-def _by_link(motions: Sequence[Motion], n: int) -> Summed:
-    summed: Summed = {}
+def _by_link(motions: Sequence[Motion], n: int) -> LinkSums:
+    summed: LinkSums = {}
     for motion in motions:
         key = (motion.link, motion.place)
         summed[key] = summed[key] + motion.six if key in summed else motion.six
     return summed
 
 
-def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: Summed) -> Frame:
+def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: LinkSums) -> Frame:
     """L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
     sign = -1.0 if carries_work else 1.0  # motions are in tip sense; the table's own motion is opposite
     nominal = nominal_motion(axis, q, carries_work)

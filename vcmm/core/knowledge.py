@@ -20,37 +20,37 @@ from vcmm.core.laws import Law
 from vcmm.core.machine import Machine
 
 
-def informed(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequence[Input] = ()) -> Machine:
+def add_knowledge(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequence[Input] = ()) -> Machine:
     """The machine with further effects and Inputs.
 
     Raises UsageError for a quantity with two Inputs, and for an effect on an axis that the machine lacks.
     """
     known: list[Input] = []
     for one in (*machine.inputs, *inputs):
-        twice = doubled(one, known)
+        twice = duplicate_text(one, known)
         if twice:
             raise UsageError(twice)
         known.append(one)
-    return replace(machine, effects=tuple(merged([*machine.effects, *effects])), inputs=tuple(known))
+    return replace(machine, effects=tuple(merge_effects([*machine.effects, *effects])), inputs=tuple(known))
 
 
-def doubled(one: Input, known: Sequence[Input]) -> str:
+def duplicate_text(one: Input, known: Sequence[Input]) -> str:
     """What is wrong with a quantity that has an Input already: it would be drawn twice from one stream. '' where it has none."""
-    mine = {m.id for m in _correlated(one)}
+    mine = {m.id for m in _single_quantities(one)}
     for other in known:
-        name = next((m.id for m in _correlated(other) if m.id in mine), None)
+        name = next((m.id for m in _single_quantities(other) if m.id in mine), None)
         if name is not None:
             said = f" ({other.evidence})" if other.evidence else ""
             return f"{name} has an input already{said}; keep one of the two"
     return ""
 
 
-def _correlated(one: Input) -> tuple[Input, ...]:
+def _single_quantities(one: Input) -> tuple[Input, ...]:
     """The quantities whose whole uncertainty an Input states; a common cause is one quantity beside theirs."""
     return (one,) if not one.members or isinstance(one.law, Law) else one.members
 
 
-def merged(effects: Sequence[Effect]) -> list[Effect]:
+def merge_effects(effects: Sequence[Effect]) -> list[Effect]:
     """Effects of one name and place added into one where all that differs are numbers in which they are linear.
 
     An Input names an effect by name and place: two of them (a table and a further known effect) would count twice.

@@ -93,13 +93,13 @@ class Machine:
     def motions(self, run: Run, effects: Iterable[Effect] | None = None) -> list[Motion]:
         """Error motions of all effects that move a link, in tip sense. `run` is prepared."""
         chosen = [e for e in (self.effects if effects is None else effects) if e.link != "reading"]
-        return [Motion(e.link, e.place, self.sign(e) * self.asked(e, run)) for e in chosen]
+        return [Motion(e.link, e.place, self.sign(e) * self.checked_motion(e, run)) for e in chosen]
 
     def sign(self, effect: Effect) -> float:
         """-1 for an axis's own motion on the workpiece side, else +1 (error motions are in tip sense)."""
         return -1.0 if effect.own and effect.link in self.chain.work else 1.0
 
-    def asked(self, effect: Effect, run: Run) -> Array:
+    def checked_motion(self, effect: Effect, run: Run) -> Array:
         """error_motion, after checking that the run has the columns the effect needs."""
         self.check_columns(effect, run)
         return effect.error_motion(run)
@@ -171,7 +171,7 @@ class Machine:
         total = np.zeros((run.n, 3))
         for effect in self.effects:
             if effect.link == "reading":
-                total += self.asked(effect, run)[:, :3]
+                total += self.checked_motion(effect, run)[:, :3]
         return total
 
     def indication_error(self, run: Run, exact: bool = False) -> Array:

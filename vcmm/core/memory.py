@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-MAPPED = 8 << 20  # bytes; never touched, so that none of them is ever fetched
+MAPPED_SIZE = 8 << 20  # bytes; never touched, so that none of them is ever fetched
 
 
 def keep_in_hand() -> None:
     """Up to twice MAPPED of what this process gives back from now on stays in its hand."""
-    np.empty(MAPPED, dtype=np.uint8)
+    np.empty(MAPPED_SIZE, dtype=np.uint8)

@@ -40,7 +40,7 @@ def note_read(path: Path) -> None:
         files.read.add(real)
 
 
-def check_replaced(paths: Iterable[Path]) -> None:
+def check_replacing(paths: Iterable[Path]) -> None:
     """Raises UsageError, before anything is written, where one of them is a file that the command has read; else they are its own."""
     files = _UNDER_WAY.get()
     if files is None:

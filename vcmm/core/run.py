@@ -26,7 +26,7 @@ TOOL_AXIS_COLUMNS = (
     "tool_axis_z",
 )  # workpiece axes, where rotary axes turn the tool
 OFFSET_LABEL = "work_offset"  # the label that names the work offset a row was cut under
-PROBED = "probed"  # label: which touch of a program a row is, counted from 1, "" for others
+PROBE_LABEL = "probed"  # label: which touch of a program a row is, counted from 1, "" for others
 
 
 @dataclass(frozen=True)
@@ -106,10 +106,10 @@ class Run:
         if label not in self.labels:
             known = ["machine", "setup", "run", "touch", *self.labels]
             raise UsageError(f'redraw = "{label}" names no label of this run.{choose_from(label, known)}')
-        values, codes = coded(self.labels[label])
+        values, codes = encode_labels(self.labels[label])
         return [str(v) for v in values], codes
 
-    def used(self, label: str, value: str) -> Array:
+    def label_mask(self, label: str, value: str) -> Array:
         """1 in the rows whose label has this value (one of "a,b"; any for ""), else 0; (n,)."""
         if not value:
             return np.ones(self.n)
@@ -117,7 +117,7 @@ class Run:
             return np.zeros(self.n)
         return np.isin(self.labels[label], value.split(",")).astype(float)
 
-    def lagged(self, sensor: str, tau: float) -> Array:
+    def lag(self, sensor: str, tau: float) -> Array:
         """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log.
 
         Without a log a column that is the same in all rows was so for long; the lag then changes nothing.
@@ -157,7 +157,7 @@ class Run:
         )
 
 
-def coded(labels: npt.NDArray[np.str_]) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:
+def encode_labels(labels: npt.NDArray[np.str_]) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:
     """Values of labels (n,), sorted, and the code (n,) of each: np.unique of the first of every stretch of equal ones."""
     first = np.flatnonzero(np.concatenate([[True] * min(len(labels), 1), labels[1:] != labels[:-1]]))
     values, codes = np.unique(labels[first], return_inverse=True)

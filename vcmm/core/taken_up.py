@@ -19,7 +19,7 @@ from vcmm.core.run import Array, Run
 
 FAR = 1e6  # mm or rad since a reversal: nothing of it is left
 AFTER = tuple(10.0 ** (k / 4) for k in range(-12, 9))  # mm or rad, 0.001 to 100: where a pulse is looked for
-KNOWN = ("sense_", "since_reversal_", "load_kg")  # columns of effects that are play
+PLAY_COLUMNS = ("sense_", "since_reversal_", "load_kg")  # columns of effects that are play
 
 
 def share_taken_up(run: Run, axis: str) -> Array:
@@ -40,7 +40,9 @@ def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str
 
 def _is_play(effect: Effect, axis: str) -> bool:
     asked = effect.required()
-    return not effect.is_random and f"sense_{axis}" in asked and all(c.startswith(KNOWN) for c in asked)
+    return (
+        not effect.is_random and f"sense_{axis}" in asked and all(c.startswith(PLAY_COLUMNS) for c in asked)
+    )
 
 
 def _width(effects: Sequence[Effect], axis: str, position: Mapping[str, Array]) -> Width:

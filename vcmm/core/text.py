@@ -21,13 +21,13 @@ PORTION = 1 << 20  # bytes asked of the system at a time
 LARGEST = 1e12  # of any number in a table, and of a quantity in usual values: no machine has anything near it
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NOT_FINITE = ("nan", "inf", "infinity")
-_PACKED = {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"%PDF": "a PDF"}
+_ARCHIVE_MARKS = {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"%PDF": "a PDF"}
 
 
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file, with or without byte order mark. Raises DataError naming the file, the line and the fix."""
     raw = raw_bytes(path)
-    packed = next((what for head, what in _PACKED.items() if raw.startswith(head)), "")
+    packed = next((what for head, what in _ARCHIVE_MARKS.items() if raw.startswith(head)), "")
     if packed:
         raise DataError(f"{path}:1: this is {packed}, no text; unpack or export it first")
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -72,11 +72,11 @@ RUN_BY_SPREADSHEETS = ("=", "+", "-", "@", "\t", "\r")  # first in a cell: a for
 def csv_of(rows: Iterable[Iterable[object]]) -> str:
     """Rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`restored` undoes it)."""
     out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([defused(cell) for cell in row] for row in rows)
+    csv.writer(out, lineterminator="\n").writerows([escape_cell(cell) for cell in row] for row in rows)
     return out.getvalue()
 
 
-def defused(cell: object) -> object:
+def escape_cell(cell: object) -> object:
     """A cell as it may stand in a CSV file: "=1+1" becomes "'=1+1", numbers stay as they are."""
     if not isinstance(cell, str) or not cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS):
         return cell
@@ -87,12 +87,12 @@ def defused(cell: object) -> object:
     return cell
 
 
-def restored(cell: str) -> str:
+def unescape_cell(cell: str) -> str:
     """The text of a cell that `defused` wrote."""
     return cell[1:] if cell[:1] == "'" and cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS) else cell
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """A text as TOML has it, in quotes on one line."""
     return json.dumps(text, ensure_ascii=False)
 

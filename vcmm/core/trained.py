@@ -28,7 +28,7 @@ def limits(text: str, what: str) -> tuple[float, float]:
     return low, high
 
 
-def check_trained(text: str, what: str) -> None:
+def check_range(text: str, what: str) -> None:
     """Raises UsageError for a text that is no range; "" states none."""
     if text:
         limits(text, what)

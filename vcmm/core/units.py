@@ -92,7 +92,7 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "%": (0.01, _NONE), "ppm": (1e-6, _NONE), "1": (1.0, _NONE),
 }  # fmt: skip
 
-_GLUED = re.compile(
+_JOINED = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)([A-Za-zµμ°%(].*)$"
 )  # number and unit written together
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµ%]+)|(?P<number>[0-9]+)|(?P<op>[*/^().·]))")
@@ -146,7 +146,7 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
     numbers, unit = _split(text, dimension, what, example)
     if len(numbers) != 1:
         raise UsageError(
-            f'{what} = {shown(text)} has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
+            f'{what} = {shorten(text)} has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
         )
     return numbers[0] * unit
 
@@ -215,34 +215,34 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
     numbers, unit_text = _numbers_and_unit(text)
     if re.match(r"\s*[-+]?\d+,", text) or unit_text.startswith(","):
         raise UsageError(
-            f"{what} = {shown(text)} has a comma; decimals take a point, numbers are kept apart by blanks; {due}"
+            f"{what} = {shorten(text)} has a comma; decimals take a point, numbers are kept apart by blanks; {due}"
         )
     if not numbers:
-        raise UsageError(f"{what} = {shown(text)} has no number; {due}")
+        raise UsageError(f"{what} = {shorten(text)} has no number; {due}")
     if not all(math.isfinite(n) for n in numbers):
-        raise UsageError(f"{what} = {shown(text)} is not finite; {due}")
+        raise UsageError(f"{what} = {shorten(text)} is not finite; {due}")
     if not unit_text and dimension != "number":
         raise UsageError(
-            f'{what} = {shown(text)} has no unit; write for example {what} = "{_per_million(text, dimension)}{_likely(numbers, dimension, example)}"'
+            f'{what} = {shorten(text)} has no unit; write for example {what} = "{_per_million(text, dimension)}{_likely(numbers, dimension, example)}"'
         )
     try:
         unit = parse_unit(unit_text, dimension) if unit_text else Unit(1.0, _NONE)
     except UsageError as error:
-        raise UsageError(f"{what} = {shown(text)}: {error}") from None
+        raise UsageError(f"{what} = {shorten(text)}: {error}") from None
     if unit.dimension != _exponents(dimension) and not _angle_as_slope(unit.dimension, dimension):
         raise UsageError(
-            f'{what} = {shown(text)} is not {_a(dimension)}: the unit "{unit_text}" does not fit; {due}'
+            f'{what} = {shorten(text)} is not {_a(dimension)}: the unit "{unit_text}" does not fit; {due}'
         )
     if unit_text in ("degC", "°C") and dimension == "temperature difference":
-        raise UsageError(f"{what} = {shown(text)} is a temperature difference and takes K; {due}")
+        raise UsageError(f"{what} = {shorten(text)} is a temperature difference and takes K; {due}")
     if dimension == "temperature" and unit_text in ("K", "mK"):
-        raise UsageError(f"{what} = {shown(text)} is a temperature and takes degC; {due}")
+        raise UsageError(f"{what} = {shorten(text)} is a temperature and takes degC; {due}")
     if max(map(abs, numbers)) * unit.factor > LARGEST * usual(dimension):
         raise UsageError(
-            f"{what} = {shown(text)} is {LARGEST:g} times what is usual, which no machine has; {due}"
+            f"{what} = {shorten(text)} is {LARGEST:g} times what is usual, which no machine has; {due}"
         )
     if dimension == "temperature" and min(numbers) * unit.factor < ABSOLUTE_ZERO:
-        raise UsageError(f"{what} = {shown(text)} is below absolute zero ({ABSOLUTE_ZERO:g} degC); {due}")
+        raise UsageError(f"{what} = {shorten(text)} is below absolute zero ({ABSOLUTE_ZERO:g} degC); {due}")
     return numbers, unit.factor
 
 
@@ -271,27 +271,27 @@ def _no_text(value: object, what: str, example: str) -> str:
     items = list(value) if isinstance(value, list | tuple) else [value]
     plain = all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in items)
     if not plain or not items or len(items) != len(_numbers_and_unit(example)[0]):
-        return f'{what} = {shown(value)} is not a text with {_due(example)}; write for example {what} = "{example}"'
+        return f'{what} = {shorten(value)} is not a text with {_expected_text(example)}; write for example {what} = "{example}"'
     dimension = dimension_of(_unit_of(example).strip()) if _unit_of(example).strip() else "number"
     corrected = _per_million(" ".join(str(v) for v in items), dimension) + _unit_of(example)
-    return f'{what} = {shown(value)} has no unit; write for example {what} = "{corrected}"'
+    return f'{what} = {shorten(value)} has no unit; write for example {what} = "{corrected}"'
 
 
-def shown(value: object) -> str:
+def shorten(value: object) -> str:
     """A value as it stands in a TOML file, shortened."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return f'"{brief(value, 80)}"'
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(shown(v) for v in value[:6]) + (", ..." if len(value) > 6 else "") + "]"
+        return "[" + ", ".join(shorten(v) for v in value[:6]) + (", ..." if len(value) > 6 else "") + "]"
     if isinstance(value, dict):
-        inside = ", ".join(f"{k} = {shown(v)}" for k, v in list(value.items())[:4])
+        inside = ", ".join(f"{k} = {shorten(v)}" for k, v in list(value.items())[:4])
         return "{ " + inside + " }" if inside else "{}"
     return str(value)
 
 
-def _due(example: str) -> str:
+def _expected_text(example: str) -> str:
     return "numbers and a unit" if len(_numbers_and_unit(example)[0]) > 1 else "a number and its unit"
 
 
@@ -322,7 +322,7 @@ def _numbers_and_unit(text: str) -> tuple[list[float], str]:
         except ValueError:
             break
         words.pop(0)
-    match = _GLUED.match(words[0]) if words else None
+    match = _JOINED.match(words[0]) if words else None
     if match:
         numbers.append(to_number(match[1]))
         words[0] = match[2]

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vcmm.core.errors import Environment
-from vcmm.core.own_files import check_replaced
+from vcmm.core.own_files import check_replacing
 
 
 def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
@@ -22,7 +22,7 @@ def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
     """
     token = f"{os.getpid()}-{secrets.token_hex(3)}"
     paths = [folder / name for name in texts]
-    check_replaced(paths)
+    check_replacing(paths)
     drafts = {path.with_name(f".{path.name}.{token}.part"): path for path in paths}
     before: dict[Path, Path | None] = {}  # file -> what it was, None where it was not there
     try:
@@ -30,7 +30,7 @@ def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
             draft.parent.mkdir(parents=True, exist_ok=True)
             draft.write_text(text, encoding="utf-8", errors="backslashreplace")
         for draft, path in drafts.items():
-            before[path] = _kept(path, token)
+            before[path] = _keep_copy(path, token)
             draft.replace(path)
     except BaseException as error:
         for path, old in before.items():
@@ -48,7 +48,7 @@ def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
     return paths
 
 
-def _kept(path: Path, token: str) -> Path | None:
+def _keep_copy(path: Path, token: str) -> Path | None:
     """A second name of a file that will be replaced; a copy where the file system has no second names."""
     if not path.exists():
         return None

@@ -18,7 +18,7 @@ from vcmm.task.measuring.scenario import Scenario
 if TYPE_CHECKING:
     from vcmm.answer.inference.given import GivenPoints
     from vcmm.answer.inference.job import EvaluatedPart
-    from vcmm.answer.placing.result import Placed
+    from vcmm.answer.placing.result import PlacementResult
     from vcmm.shop.machining.placement import PlacedCut
     from vcmm.shop.machining.scenario import CutScenario
 
@@ -53,7 +53,7 @@ def uncertainty(
     return replace(found, warnings=(*remarks(scenario), *found.warnings))
 
 
-def check_measured(
+def check_inputs(
     points: str | Path | None, values: str | Path | None, frame: str = "part", tip_centres: bool = False
 ) -> None:
     """UsageError: not one of points and values, an unknown frame, or words about points beside values."""
@@ -83,7 +83,7 @@ def evaluate(
     from vcmm.files.foreign.cmm_exports import exported_values
     from vcmm.files.own.measured import read_measured_values
 
-    check_measured(points, values, frame, tip_centres)
+    check_inputs(points, values, frame, tip_centres)
     scenario = _measuring(scenario)
     settings = scenario.settings.asked(seed=seed, trials=trials)
     if points is None:
@@ -142,7 +142,7 @@ def _given_points(
 
 
 @overload
-def place(scenario: Scenario, **options: Any) -> Placed: ...
+def place(scenario: Scenario, **options: Any) -> PlacementResult: ...
 
 
 @overload
@@ -150,10 +150,10 @@ def place(scenario: CutScenario, **options: Any) -> PlacedCut: ...
 
 
 @overload
-def place(scenario: str | Path, **options: Any) -> Placed | PlacedCut: ...
+def place(scenario: str | Path, **options: Any) -> PlacementResult | PlacedCut: ...
 
 
-def place(scenario: Scenario | CutScenario | str | Path, **options: Any) -> Placed | PlacedCut:
+def place(scenario: Scenario | CutScenario | str | Path, **options: Any) -> PlacementResult | PlacedCut:
     """The pose that serves best: `vcmm.answer.placing.placement.place`, or for a part to be cut `vcmm.shop.machining.placement.place_cut`.
 
     options: those of either; both take seed, evaluations, scanned, trials and progress.

@@ -13,7 +13,7 @@ import numpy as np
 from vcmm.core.axes import LETTERS, ROTARY, in_order, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
-from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, restored, to_number
+from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, to_number, unescape_cell
 from vcmm.core.units import ABSOLUTE_ZERO
 from vcmm.files.problems import misspelt
 from vcmm.physics import ALL
@@ -178,7 +178,7 @@ def cells_of(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[
     while True:
         line = lines[min(reader.line_num, len(lines) - 1)][0]
         try:
-            table.append([restored(cell.strip()) for cell in next(reader)])
+            table.append([unescape_cell(cell.strip()) for cell in next(reader)])
         except StopIteration:
             return table, numbers
         except csv.Error as error:
@@ -210,7 +210,7 @@ def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
             problems.append(
                 f"{sheet.path}:{sheet.header_line}: the column {axis_column(axis)} is missing.{hint} The machine has the axes {' '.join(axes)}"
             )
-    numbers, labels = _typed(sheet, problems)
+    numbers, labels = _split_columns(sheet, problems)
     problems += _wrong_senses(sheet, numbers)
     if problems:
         raise DataError(problems)
@@ -246,7 +246,7 @@ def axes_of(header: Iterable[str]) -> list[str]:
     return in_order(a for a in words if is_axis(a) and axis_column(a) in header)
 
 
-def _unnumbered(name: str) -> str:
+def _without_number(name: str) -> str:
     """sense_A1 -> sense_A, C2_deg -> C_deg: the column of the axis without a number; head_A1_deg stays as it is."""
     return re.sub(r"(?<!head_)(?<![A-Za-z])([ABC])[1-9]\d?(?=_|$)", r"\1", name)
 
@@ -285,7 +285,7 @@ def run_columns() -> list[str]:
 
 def known_column(name: str, known: list[str]) -> bool:
     """Whether a column may stand in a file: by its name, any temp_<name>_C, or u_<column> of a known column."""
-    if name in known or _unnumbered(name) in known or re.fullmatch(r"temp_\w+_C", name):
+    if name in known or _without_number(name) in known or re.fullmatch(r"temp_\w+_C", name):
         return True
     return name.startswith("u_") and known_column(name[2:], known)
 
@@ -299,7 +299,7 @@ def check_channel(name: str) -> None:
         )
 
 
-def _typed(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
+def _split_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     numbers: dict[str, Array] = {}
     labels: dict[str, np.ndarray] = {}
     known = file_columns()

@@ -31,7 +31,7 @@ class Gaps:
     notes: tuple[str, ...] = field(default=())
 
 
-def filled(sheet: Sheet) -> tuple[Sheet, Gaps]:
+def fill_gaps(sheet: Sheet) -> tuple[Sheet, Gaps]:
     """The table with blank temperatures filled in between readings, and the rows that cannot be."""
     gaps = Gaps(np.zeros(sheet.count, dtype=bool))
     if isinstance(sheet, ColumnSheet):  # its reader has refused blanks

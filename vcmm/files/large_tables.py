@@ -76,10 +76,10 @@ def read_table(path: str | Path) -> Sheet:
         return _parquet(path)
     if not is_file(path) or path.stat().st_size < LARGE:
         return read_csv(path)
-    return _streamed(path)
+    return _read_stream(path)
 
 
-def _streamed(path: Path) -> Sheet:
+def _read_stream(path: Path) -> Sheet:
     """Numbers and labels of a CSV file, PIECE rows at a time."""
     header: list[str] = []
     head_line, delimiter = 0, ","
@@ -94,7 +94,7 @@ def _streamed(path: Path) -> Sheet:
             continue
         if any("\0" in one for one in text):
             read_text(path)  # refuses it and says where
-        piece = _kept(at, text)
+        piece = _data_lines(at, text)
         if piece and not header:
             header, delimiter, head_line = header_of(path, piece[0])
             parts = {name: [] for name in header}
@@ -123,7 +123,7 @@ def _pieces(path: Path) -> Iterator[tuple[int, list[str]]]:
         raise
 
 
-def _kept(at: int, text: list[str]) -> list[tuple[int, str]]:
+def _data_lines(at: int, text: list[str]) -> list[tuple[int, str]]:
     """(line, text) of lines that are not empty and no comments."""
     pairs = ((k, one.rstrip("\n")) for k, one in enumerate(text, at + 1))
     return [(k, one) for k, one in pairs if one.strip() and not one.lstrip().startswith("#")]
@@ -138,7 +138,7 @@ def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any]
     joined = "".join(text)
     if any(mark in joined for mark in "\"'#\0") or "\n\n" in joined or not joined.strip():
         return None
-    numbers = {name: name not in LABELS and known_column(name, _KNOWN) for name in header}
+    numbers = {name: name not in LABELS and known_column(name, _COLUMNS) for name in header}
     if not any(numbers.values()):  # of texts alone a blank line would be a row
         return None
     kinds = [(f"{k}", float if numbers[name] else object) for k, name in enumerate(header)]
@@ -187,7 +187,7 @@ def _rows(path: Path, piece: list[tuple[int, str]], delimiter: str) -> tuple[lis
 def _column(sheet: Sheet, i: int) -> Any:
     """Column i of a piece; DataError as `Sheet.numbers` says it."""
     name, cells = sheet.header[i], [row[i] for row in sheet.rows]
-    if name in LABELS or not known_column(name, _KNOWN):
+    if name in LABELS or not known_column(name, _COLUMNS):
         return np.array(cells, dtype=np.str_)
     if not _ODD.search("".join(cells)):
         try:
@@ -199,7 +199,7 @@ def _column(sheet: Sheet, i: int) -> Any:
     return sheet.numbers(name)
 
 
-_KNOWN = file_columns()
+_COLUMNS = file_columns()
 
 
 def _parquet(path: Path) -> Sheet:
@@ -246,7 +246,7 @@ def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
         return [
             f"{path}:{first}: column {name} has no value in {column.null_count} rows, here first; repair or remove them"
         ]
-    if name in LABELS or not known_column(name, _KNOWN):
+    if name in LABELS or not known_column(name, _COLUMNS):
         return []
     if str(column.type) not in TYPES:
         return [f"{path}:1: column {name} holds {column.type}, not numbers; write it as double"]

@@ -18,13 +18,13 @@ from vcmm.core.machine import Machine
 from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import Sheet, axes_of, axis_column, positions_of
-from vcmm.files.gaps import filled, set_aside
+from vcmm.files.gaps import fill_gaps, set_aside
 from vcmm.files.large_tables import read_table
-from vcmm.task.response.pointing import POINTED, pointing_observations
+from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations
 from vcmm.task.response.recording import Ints, Recording
 
 VECTOR = ("dx_um", "dy_um", "dz_um")
-OBSERVED = ("d_um", "d_urad", *VECTOR)
+OBSERVED_COLUMNS = ("d_um", "d_urad", *VECTOR)
 NORMAL = ("nx", "ny", "nz")
 FROM = ("from_x_mm", "from_y_mm", "from_z_mm")
 UNIT_TOLERANCE = 0.01  # a normal written with two decimals is still one
@@ -44,7 +44,7 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
 
     Raises DataError with every problem: column, line and fix.
     """
-    sheet, gaps = filled(read_table(path))
+    sheet, gaps = fill_gaps(read_table(path))
     letters = tuple(axes_of(sheet.header))
     problems = _header_problems(sheet, sense)
     run = None
@@ -66,12 +66,12 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
 def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
     at, have = f"{sheet.path}:{sheet.header_line}", set(sheet.header)
     due = "d_urad" if sense.kind == "angle" else "d_um"
-    found = [c for c in OBSERVED if c in have]
+    found = [c for c in OBSERVED_COLUMNS if c in have]
     out = []
-    pointed = set(POINTED) <= have
+    pointed = set(POINTING_COLUMNS) <= have
     if pointed and sense.kind != "angle":
         out.append(f'{at}: pointed_x ... is a direction; write kind = "angle" or remove these columns')
-    for columns in (NORMAL, FROM, POINTED):
+    for columns in (NORMAL, FROM, POINTING_COLUMNS):
         lacking = [c for c in columns if c not in have]
         if 0 < len(lacking) < 3:
             out.append(f"{at}: {' '.join(columns)} go together; {' '.join(lacking)} is missing")
@@ -128,7 +128,7 @@ def _check_other_axes(sheet: Sheet, run: Run, problems: list[str]) -> None:
 
 
 def _check_uncertainties(sheet: Sheet, run: Run, problems: list[str]) -> None:
-    for column in ("u_um", *(f"u_{c}" for c in OBSERVED)):
+    for column in ("u_um", *(f"u_{c}" for c in OBSERVED_COLUMNS)):
         for i in np.flatnonzero(run.columns.get(column, np.ones(1)) <= 0):
             problems.append(
                 f"{sheet.at(int(i))}: {column} must be above zero; leave the column out if it is not known"
@@ -136,8 +136,8 @@ def _check_uncertainties(sheet: Sheet, run: Run, problems: list[str]) -> None:
 
 
 def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet) -> Recording:
-    if POINTED[0] in run.columns:
-        value, row, direction, u = _pointed(run, machine, sense, sheet)
+    if POINTING_COLUMNS[0] in run.columns:
+        value, row, direction, u = _pointing_rows(run, machine, sense, sheet)
     else:
         value, row, direction, u = _observations(run, sense.kind)
     other = np.full(len(value), -1, dtype=np.intp)
@@ -160,11 +160,11 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
     )
 
 
-def _pointed(
+def _pointing_rows(
     run: Run, machine: Machine, sense: Sense, sheet: Sheet
 ) -> tuple[Array, Ints, Array, Array | None]:
     """Two small rotations per pointed direction (see vcmm.task.response.pointing)."""
-    size = np.linalg.norm(run.vector(*POINTED), axis=1)
+    size = np.linalg.norm(run.vector(*POINTING_COLUMNS), axis=1)
     wrong = np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
     if len(wrong):
         at = sheet.at(int(wrong[0]))
@@ -191,7 +191,7 @@ def _observations(run: Run, kind: str) -> tuple[Array, Ints, Array, Array | None
 
 
 def _without_observations(run: Run) -> Run:
-    gone = {"u_um", *OBSERVED, *(f"u_{c}" for c in OBSERVED)}
+    gone = {"u_um", *OBSERVED_COLUMNS, *(f"u_{c}" for c in OBSERVED_COLUMNS)}
     kept = {name: values for name, values in run.columns.items() if name not in gone}
     return Run(run.position, run.offset, kept, run.labels, run.series)
 

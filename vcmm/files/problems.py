@@ -11,7 +11,7 @@ from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.files.toml import Document, Location
 
 T = TypeVar("T")
-_LOCATED = re.compile(r".+?:\d+: ")  # 'machine.toml:12: ...' says where already
+_LOCATION = re.compile(r".+?:\d+: ")  # 'machine.toml:12: ...' says where already
 
 
 Key = str | tuple[str, ...]  # a key of a table, or the way to one inside it; "" is the table itself
@@ -56,7 +56,7 @@ class Problems:
     def add(self, location: Location, text: str, table: Location | None = None) -> None:
         """Note one problem with file, line and table; a text that names file and line already is left as it is."""
         here = f"{self.document.where(location)}: {self.document.table(location if table is None else table)}"
-        self.found.append(text if _LOCATED.match(text) else here + text)
+        self.found.append(text if _LOCATION.match(text) else here + text)
 
     def attempt(self, location: Location, make: Callable[[], T]) -> T | None:
         """Call `make`; complaints are noted with file and line, and None is returned."""

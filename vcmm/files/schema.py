@@ -18,14 +18,14 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Wi
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.expansions import SHRINKS, USUAL_WORDS
 from vcmm.core.text import LARGEST
-from vcmm.core.units import quantity, shown, usual, vector
+from vcmm.core.units import quantity, shorten, usual, vector
 from vcmm.files.problems import Problems, bad_name
 from vcmm.files.toml import Document, Location
 
 M = TypeVar("M", bound="Table")
 NAME = "\0"  # stands for the key in messages of validators, which do not know it
 SOLID = "of a solid"
-WANTED = {  # pydantic's error type -> what is due, in words
+EXPECTED_WORDS = {  # pydantic's error type -> what is due, in words
     "string_type": "a text in quotes", "int_type": "a whole number", "int_from_float": "a whole number",
     "int_parsing": "a whole number", "float_type": "a plain number", "float_parsing": "a plain number",
     "finite_number": "a finite number", "bool_type": "true or false", "bool_parsing": "true or false",
@@ -55,21 +55,21 @@ def _as_value_error(convert: Callable[[object], Any], value: object) -> Any:
         raise ValueError(str(error)) from None
 
 
-def _checked(number: float, text: object, dimension: str, bound: str) -> float:
+def _check_sign(number: float, text: object, dimension: str, bound: str) -> float:
     """Refuse a sign that makes no sense; bound: "" any, "positive", "not negative"."""
     if (bound == "positive" and not number > 0) or (bound == "not negative" and number < 0):
-        raise UsageError(f"{NAME} = {shown(text)} must be {bound}")
+        raise UsageError(f"{NAME} = {shorten(text)} must be {bound}")
     if bound == SOLID and number < SHRINKS:
         raise UsageError(
-            f"{NAME} = {shown(text)}: no solid that is measured shrinks so as it warms; {USUAL_WORDS}"
+            f"{NAME} = {shorten(text)}: no solid that is measured shrinks so as it warms; {USUAL_WORDS}"
         )
     if bound == "positive" and number < usual(dimension) / LARGEST:
-        raise UsageError(f"{NAME} = {shown(text)} is as good as zero and must be {bound}")
+        raise UsageError(f"{NAME} = {shorten(text)} is as good as zero and must be {bound}")
     return number
 
 
-def _one(dimension: str, example: str, bound: str, value: object) -> float:
-    return _checked(quantity(value, dimension, NAME, example), value, dimension, bound)
+def _parse_quantity(dimension: str, example: str, bound: str, value: object) -> float:
+    return _check_sign(quantity(value, dimension, NAME, example), value, dimension, bound)
 
 
 def _three(dimension: str, example: str, value: object) -> tuple[float, ...]:
@@ -79,14 +79,16 @@ def _three(dimension: str, example: str, value: object) -> tuple[float, ...]:
 def _two_sizes(dimension: str, example: str, value: object) -> tuple[float, ...]:
     out = _exactly(2, "two", vector(value, dimension, NAME, example), value, example)
     if min(out) <= 0:
-        raise UsageError(f'{NAME} = {shown(value)} must be positive; write for example {NAME} = "{example}"')
+        raise UsageError(
+            f'{NAME} = {shorten(value)} must be positive; write for example {NAME} = "{example}"'
+        )
     return out
 
 
 def _exactly(n: int, word: str, numbers: tuple[float, ...], value: object, example: str) -> tuple[float, ...]:
     if len(numbers) != n:
         raise UsageError(
-            f"{NAME} = {shown(value)} has {_count(len(numbers), 'number')} where {word} are due; "
+            f"{NAME} = {shorten(value)} has {_count(len(numbers), 'number')} where {word} are due; "
             f'write for example {NAME} = "{example}"'
         )
     return numbers
@@ -95,7 +97,7 @@ def _exactly(n: int, word: str, numbers: tuple[float, ...], value: object, examp
 def _quantity_type(dimension: str, example: str, bound: str = "") -> Any:
     text = f"{dimension} with its unit" + (f", {bound}" if bound else "")
     schema = {"type": "string", "description": text, "examples": [example]}
-    convert = partial(_one, dimension, example, bound)
+    convert = partial(_parse_quantity, dimension, example, bound)
     return Annotated[float, BeforeValidator(partial(_as_value_error, convert)), WithJsonSchema(schema)]
 
 
@@ -108,9 +110,9 @@ def _degrees(example: str, value: object) -> float:
 def _either(dimensions: tuple[str, str], example: str, value: object) -> str:
     """A text that is right for a linear or for a rotary axis; which of the two is due depends on the axis letter."""
     try:
-        _one(dimensions[1], example, "positive", value)
+        _parse_quantity(dimensions[1], example, "positive", value)
     except UsageError:
-        _one(dimensions[0], example, "positive", value)
+        _parse_quantity(dimensions[0], example, "positive", value)
     return str(value)
 
 
@@ -157,7 +159,7 @@ def _direction(value: object) -> Any:
     plain = isinstance(value, list | tuple) and len(value) == 3
     if not plain or not all(_is_number(v) and math.isfinite(v) for v in value):  # type: ignore[attr-defined]
         raise ValueError(
-            f"{NAME} = {shown(value)} must be three plain finite numbers; write for example {NAME} = [0, 0, 1]"
+            f"{NAME} = {shorten(value)} must be three plain finite numbers; write for example {NAME} = [0, 0, 1]"
         )
     numbers = tuple(float(v) for v in value)  # type: ignore[attr-defined]
     if not any(numbers):
@@ -169,7 +171,7 @@ def pair_of(example: str, value: object) -> Any:
     """Two texts with units; the unit depends on other keys and is checked later."""
     if not (isinstance(value, list) and len(value) == 2 and all(isinstance(v, str) for v in value)):
         raise ValueError(
-            f"{NAME} = {shown(value)} must be two values with units; write for example {NAME} = {example}"
+            f"{NAME} = {shorten(value)} must be two values with units; write for example {NAME} = {example}"
         )
     return value
 
@@ -320,19 +322,21 @@ def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -
         )
     if kind == "literal_error":
         allowed = [w.strip(" '") for w in item["ctx"]["expected"].replace(" or ", ", ").split(",")]
-        return f"{key} = {shown(value)} is not allowed.{choose_from(str(value), allowed)}"
+        return f"{key} = {shorten(value)} is not allowed.{choose_from(str(value), allowed)}"
     if kind == "value_error":
         return str(item["ctx"]["error"]).replace(NAME, key)
     if kind == "greater_than_equal":
-        return f"{key} = {shown(value)} must be {item['ctx']['ge']:g} or more"
-    if kind in WANTED:
+        return f"{key} = {shorten(value)} must be {item['ctx']['ge']:g} or more"
+    if kind in EXPECTED_WORDS:
         example = _example(model, location)
         fix = f"; write for example {key} = {example}" if example else ""
-        return f"{key} = {shown(value)} must be {_wanted(model, location, WANTED[kind])}{fix}"
-    return f"{key} = {shown(value)}: {item['msg'][0].lower()}{item['msg'][1:]}"
+        return (
+            f"{key} = {shorten(value)} must be {_expected_type(model, location, EXPECTED_WORDS[kind])}{fix}"
+        )
+    return f"{key} = {shorten(value)}: {item['msg'][0].lower()}{item['msg'][1:]}"
 
 
-def _wanted(model: type[BaseModel], location: Location, otherwise: str) -> str:
+def _expected_type(model: type[BaseModel], location: Location, otherwise: str) -> str:
     """Where a key takes a text or a list or a table, say so."""
     field = _field(model, location)
     if field is None or not isinstance(field.annotation, UnionType):

@@ -18,7 +18,7 @@ __all__ = ["Document", "Location", "check_version", "key_lines", "read_toml"]
 
 
 DEEPEST = 64  # brackets in brackets, parts of a key, digits of a number
-_QUOTED = re.compile(
+_QUOTED_TEXT = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}' r"|'''.*?'{3,5}" r'|"(?:\\.|[^"\\\n])*"' r"|'[^'\n]*'", re.DOTALL
 )
 _LONG_NUMBER = re.compile(rf"=\s*[-+]?[0-9_]{{{DEEPEST + 1}}}")
@@ -97,7 +97,7 @@ def _check_depth(path: Path, text: str) -> None:
     Texts in quotes are left out first; one that is not closed is found by the reader.
     """
     open_brackets = 0
-    for number, line in enumerate(lines_of(_QUOTED.sub(_blanked, text)), 1):
+    for number, line in enumerate(lines_of(_QUOTED_TEXT.sub(_blank_text, text)), 1):
         if _LONG_KEY.search(line):
             raise DataError(f"{path}:{number}: a key of more than {DEEPEST} parts; correct the line")
         if _LONG_NUMBER.search(line):
@@ -110,7 +110,7 @@ def _check_depth(path: Path, text: str) -> None:
                 )
 
 
-def _blanked(match: re.Match[str]) -> str:
+def _blank_text(match: re.Match[str]) -> str:
     """A text in quotes as a word of its own, with its line ends."""
     return "t" + "\n" * match.group().count("\n")
 
@@ -121,7 +121,9 @@ def _syntax(path: Path, text: str, message: str) -> str:
     lines = lines_of(text)
     number = int(found[1]) if found else len(lines)
     fix = "texts need quotes, keys need ="
-    if message.startswith("Unclosed") and (opened := _opened(lines_of(_QUOTED.sub(_blanked, text)), number)):
+    if message.startswith("Unclosed") and (
+        opened := _opened(lines_of(_QUOTED_TEXT.sub(_blank_text, text)), number)
+    ):
         seen, (number, bracket) = number, opened
         until = f" before line {seen}" if seen > number else ""
         message, fix = f'the "{bracket}" is not closed{until}', f'close it with "{CLOSES[bracket]}"'
@@ -146,7 +148,7 @@ def _opened(lines: Sequence[str], most: int) -> tuple[int, str] | None:
     return waiting[-1] if waiting else None
 
 
-def file_named(text: str, folder: Path) -> Path | None:
+def find_file(text: str, folder: Path) -> Path | None:
     """The file in `folder` that a text of a TOML file names ("errors.csv"); None where there is none."""
     if len(text) > 200 or "\n" in text or "\0" in text:
         return None

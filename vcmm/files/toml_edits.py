@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.core.text import read_text
-from vcmm.files.toml import file_named, read_toml
+from vcmm.files.toml import find_file, read_toml
 from vcmm.files.toml_lines import Location, key_lines
 
 
@@ -25,7 +25,7 @@ def move_names(document: Any, old: Path, new: Path) -> None:
     if old.resolve() == new.resolve():
         return
     for holder, key, text in _texts(document):
-        there = file_named(text, old)
+        there = find_file(text, old)
         if there is not None:
             holder[key] = os.path.relpath(there, new)
 

@@ -28,12 +28,12 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length, triad, unit
-from vcmm.part.fit import Fitted
-from vcmm.part.fit import held as held_by
+from vcmm.part.fit import FittedElement
+from vcmm.part.fit import hold_axis as held_by
 from vcmm.part.part import KINDS, Feature, Shape, centre, frame
 
 AXES = ("line", "cylinder", "cone")
-Again = Callable[[str, Array, Array | None], Shape]  # name, axis, direction about which it may turn
+FitAgain = Callable[[str, Array, Array | None], Shape]  # name, axis, direction about which it may turn
 PARALLEL = 0.02  # sine below which two directions count as parallel, about 1 deg
 
 
@@ -94,7 +94,7 @@ def datum_system(
     features: Mapping[str, Feature],
     fitted: Mapping[str, Shape],
     start: Pose | None = None,
-    again: Again | None = None,
+    again: FitAgain | None = None,
 ) -> Pose:
     """part_from_measured of a datum system (ISO 5459): primary, secondary, tertiary datum.
 
@@ -106,12 +106,12 @@ def datum_system(
     away: _Pair | None = None  # the first datum from which another one can lie in a direction
     for name in _names(datums):
         pair = replace(_pair(name, features, fitted), gauge=features[name].kind == "cone")
-        if _directed(pair) and not (
+        if _has_direction(pair) and not (
             directions and pair.nominal.kind == "circle"
         ):  # a circle has its drawn direction
             own = _direction(pair, start)
             if directions:
-                pair, own = _restrained(pair, own, directions, again)
+                pair, own = _restrain(pair, own, directions, again)
             _add(directions, own)
         pairs.append(pair)
         if pair.nominal.kind not in ("plane", "point", "line"):
@@ -146,8 +146,8 @@ def _upright(start: Pose | None) -> tuple[Array, Array]:
     return start.inverse().turn(up), up
 
 
-def _restrained(
-    pair: _Pair, own: _Direction, directions: Sequence[_Direction], again: Again | None
+def _restrain(
+    pair: _Pair, own: _Direction, directions: Sequence[_Direction], again: FitAgain | None
 ) -> tuple[_Pair, _Direction]:
     """The datum with the orientation that the directions before it give, and its own direction then."""
     first, drawn = directions[0], unit(directions[0].nominal)
@@ -163,15 +163,15 @@ def _restrained(
         about = np.broadcast_to(w, axis.shape) if across > PARALLEL else None
     side = np.where(dot(pair.fitted.axis, axis) < 0.0, -1.0, 1.0)[..., None]
     anew = (
-        _turned(pair.fitted, side * axis, about)
+        _turn_shape(pair.fitted, side * axis, about)
         if again is None
         else again(pair.nominal.name, side * axis, about)
     )
     return replace(pair, fitted=anew), _Direction(side * anew.axis, own.nominal)
 
 
-def _turned(shape: Shape, axis: Array, about: Array | None) -> Shape:
-    return held_by(shape, axis, about) if isinstance(shape, Fitted) else replace(shape, axis=axis)  # type: ignore[type-var]
+def _turn_shape(shape: Shape, axis: Array, about: Array | None) -> Shape:
+    return held_by(shape, axis, about) if isinstance(shape, FittedElement) else replace(shape, axis=axis)  # type: ignore[type-var]
 
 
 def _names(names: str | Sequence[str]) -> tuple[str, ...]:
@@ -188,12 +188,12 @@ def _pair(name: str, features: Mapping[str, Feature], fitted: Mapping[str, Shape
     return _Pair(features[name], fitted[name])
 
 
-def _directed(pair: _Pair) -> bool:
+def _has_direction(pair: _Pair) -> bool:
     return KINDS[pair.nominal.kind].direction and pair.nominal.kind != "point"
 
 
 def _direction(pair: _Pair, start: Pose | None) -> _Direction:
-    if not _directed(pair):
+    if not _has_direction(pair):
         kind = pair.nominal.kind
         raise UsageError(f'"{pair.nominal.name}" is a {kind}: it has no direction; name a plane or an axis.')
     measured = pair.fitted.axis
@@ -207,7 +207,7 @@ def _connection(primary: _Pair, pairs: Sequence[_Pair]) -> list[_Direction]:
     """The way from one feature to another, taken where they pierce the primary plane, else at their
     points.
     """
-    (_, from_measured, from_drawn), (_, to_measured, to_drawn) = (_located(primary, p, None) for p in pairs)
+    (_, from_measured, from_drawn), (_, to_measured, to_drawn) = (_locate(primary, p, None) for p in pairs)
     if length(to_drawn - from_drawn) < 1e-9:
         return []
     return [_Direction(to_measured - from_measured, to_drawn - from_drawn)]
@@ -235,7 +235,7 @@ def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], s
     if others:
         second = others[0]
     elif start is not None:
-        u = frame(primary.nominal)[0] if _directed(primary) else triad(unit(first.nominal))[0]
+        u = frame(primary.nominal)[0] if _has_direction(primary) else triad(unit(first.nominal))[0]
         second = _Direction(start.inverse().turn(u), u)
     else:
         name = primary.nominal.name
@@ -261,7 +261,7 @@ def _shift(
     """Shift (..., 3): every located feature holds, by least squares, the directions that the ones before left free."""
     shift, free = np.zeros(3), np.eye(3)  # free (3, f): directions still free
     for pair in held:
-        rows, measured, drawn = _located(primary, pair, rough)
+        rows, measured, drawn = _locate(primary, pair, rough)
         wanted = drawn - np.einsum("...ij,...j->...i", rotation, measured)
         left, size, right = np.linalg.svd(rows @ free)
         count = int((size > PARALLEL).sum())
@@ -285,7 +285,7 @@ def _free_shift(rotation: Array, primary: _Pair, free: Array, start: Pose | None
     return np.asarray((start.apply_each(point) - np.einsum("...ij,...j->...i", rotation, point)) @ free)
 
 
-def _located(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Array, Array]:
+def _locate(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Array, Array]:
     """Directions held (k, 3), the measured point (..., 3) that counts, and where the drawing has it (3,).
 
     With a `rough` pose the point of a plane or axis is the one nearest to the nominal centre of the feature.
@@ -293,8 +293,8 @@ def _located(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Ar
     nominal, fitted = pair.nominal, pair.fitted
     plane = primary.nominal
     if nominal.kind in AXES and plane.kind == "plane" and abs(nominal.axis @ plane.axis) > 0.1:
-        drawn = _pierced(nominal.point, nominal.axis, plane.point, plane.axis)
-        measured = _pierced(fitted.point, fitted.axis, primary.fitted.point, primary.fitted.axis)
+        drawn = _pierce_plane(nominal.point, nominal.axis, plane.point, plane.axis)
+        measured = _pierce_plane(fitted.point, fitted.axis, primary.fitted.point, primary.fitted.axis)
         return frame(plane)[:2], measured, drawn
     rows = _rows(nominal)
     if pair.gauge:
@@ -317,7 +317,7 @@ def _rows(feature: Feature) -> Array:
     return axes if feature.kind in ("sphere", "torus") else axes[:2]
 
 
-def _pierced(point: Array, axis: Array, on_plane: Array, normal: Array) -> Array:
+def _pierce_plane(point: Array, axis: Array, on_plane: Array, normal: Array) -> Array:
     """Where a line (..., 3) meets a plane (..., 3)."""
     travel = dot(on_plane - point, normal) / dot(axis, normal)
     return np.asarray(point + travel[..., None] * axis)

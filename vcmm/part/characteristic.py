@@ -118,7 +118,7 @@ def _characteristic_problems(c: Characteristic) -> Iterable[str]:
 
 
 OF_SIZE = ("circle", "cylinder", "sphere")  # kinds of features that a material requirement may be of
-SIZED = (
+SIZE_TYPES = (
     "position",
     "coaxiality",
     "symmetry",
@@ -137,8 +137,8 @@ def _drawing_problems(c: Characteristic) -> Iterable[str]:
         yield "projected is a length other than 0, of a position."
     if c.material not in ("", "M", "L"):
         yield f'material = "{c.material}": write "M" (maximum) or "L" (least material requirement).'
-    elif c.material and c.type not in SIZED:
-        yield f"a material requirement goes with {', '.join(SIZED)}, not with {c.type}; leave it out."
+    elif c.material and c.type not in SIZE_TYPES:
+        yield f"a material requirement goes with {', '.join(SIZE_TYPES)}, not with {c.type}; leave it out."
     elif c.material and c.size_limits is None:
         yield "a material requirement needs the limits of the size of the feature; add its size characteristic with limits."
     named = [n for n in c.datums if n in c.of]

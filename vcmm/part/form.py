@@ -25,7 +25,7 @@ class Lobes:
     phase: float | None = 0.0
 
     @property
-    def known(self) -> bool:
+    def has_phase(self) -> bool:
         return bool(self.lobes) and self.phase is not None
 
     def deviation(self, feature: Feature, points: Array) -> Array:

@@ -82,7 +82,7 @@ class NominalPoints:
         """(...): number of the nominal point nearest to each of points (..., 3)."""
         return np.asarray(self.tree.query(points)[1], dtype=np.intp)  # type: ignore[attr-defined]
 
-    def moved(self, b_from_a: Pose) -> NominalPoints:
+    def to_frame(self, b_from_a: Pose) -> NominalPoints:
         """The same points in another frame."""
         return NominalPoints(b_from_a.apply(self.points), b_from_a.turn(self.normals))
 

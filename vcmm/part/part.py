@@ -25,8 +25,22 @@ from vcmm.part.mesh import Mesh, load_mesh
 from vcmm.part.nominal import NominalPoints, distance_and_normal
 
 __all__ = [
-    "KINDS", "TYPES", "Characteristic", "Feature", "Mesh", "Part", "Shape",
-    "centre", "ends", "frame", "load_mesh", "members", "moved", "normal", "signed_distance", "surface_point",
+    "KINDS",
+    "TYPES",
+    "Characteristic",
+    "Feature",
+    "Mesh",
+    "Part",
+    "Shape",
+    "centre",
+    "ends",
+    "feature_to_frame",
+    "frame",
+    "load_mesh",
+    "members",
+    "normal",
+    "signed_distance",
+    "surface_point",
 ]  # fmt: skip
 
 
@@ -187,15 +201,15 @@ def frame(feature: Feature) -> Array:
     return triad(feature.axis, feature.u) if KINDS[feature.kind].direction else np.eye(3)
 
 
-def moved(feature: Feature, b_from_a: Pose) -> Feature:
+def feature_to_frame(feature: Feature, b_from_a: Pose) -> Feature:
     """The same feature in another frame (one pose, not a batch)."""
     u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
-    nominal = feature.nominal and feature.nominal.moved(b_from_a)
+    nominal = feature.nominal and feature.nominal.to_frame(b_from_a)
     return replace(feature, point=point, axis=axis, u=u, nominal=nominal)
 
 
-def named(kind: str) -> str:
+def kind_text(kind: str) -> str:
     """A kind of feature as a sentence names it: a plane, a surface of nominal points."""
     return WORDS_OF_KIND.get(kind, f"a {kind}")
 

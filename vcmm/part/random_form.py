@@ -78,7 +78,7 @@ def _smooth(
     parts = []
     for i, length in enumerate(LENGTHS):
         here = len(range(i, count, len(LENGTHS)))
-        among, between = (np.exp(-_apart(a, d) / (2 * length**2)) for a in (d, p))
+        among, between = (np.exp(-_squared_distances(a, d) / (2 * length**2)) for a in (d, p))
         root = np.linalg.cholesky(among + JITTER * np.eye(len(d)))
         white = rng.standard_normal((here, len(d)))
         there = white @ root.T
@@ -86,7 +86,7 @@ def _smooth(
     return np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])
 
 
-def _apart(a: Array, b: Array) -> Array:
+def _squared_distances(a: Array, b: Array) -> Array:
     return np.asarray(((a[:, None, :] - b[None, :, :]) ** 2).sum(axis=2))
 
 

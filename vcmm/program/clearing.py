@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from vcmm.program.drilling import counted
+from vcmm.program.drilling import whole_count
 
 Vec = tuple[float, float]
 
@@ -25,7 +25,7 @@ class PathPiece(NamedTuple):
 
 def rings(half: float, step: float) -> list[float]:
     """Distances from the middle line of the rings that clear a half width: equal, at most `step` apart, the last one `half`."""
-    count = max(1, counted(math.ceil(half / step - 1e-9))) if step > 0 else 1
+    count = max(1, whole_count(math.ceil(half / step - 1e-9))) if step > 0 else 1
     return [half * (k + 1) / count for k in range(count)] if half > 0 else [0.0]
 
 
@@ -48,7 +48,7 @@ def rectangle(
             PathPiece((p.end[0], -p.end[1]), p.centre and (p.centre[0], -p.centre[1]), not p.clockwise)
             for p in out
         ]
-    return [turned(p, angle) for p in out]
+    return [turn_piece(p, angle) for p in out]
 
 
 def _ring(half: Vec, corner: float) -> Iterator[PathPiece]:
@@ -85,7 +85,7 @@ def rows(first: Vec, size: Vec, count: int) -> list[Vec]:
     return out
 
 
-def turned(piece: PathPiece, angle: float) -> PathPiece:
+def turn_piece(piece: PathPiece, angle: float) -> PathPiece:
     """Turned about the origin, rad."""
     if not angle:
         return piece
@@ -97,7 +97,7 @@ def turned(piece: PathPiece, angle: float) -> PathPiece:
     )
 
 
-def moved(pieces: Sequence[PathPiece], by: Vec) -> list[PathPiece]:
+def shift_pieces(pieces: Sequence[PathPiece], by: Vec) -> list[PathPiece]:
     """Shifted in the plane."""
     return [
         p._replace(

@@ -86,7 +86,7 @@ HAAS_LATHE = replace(FANUC_LATHE, name="haas-lathe", everything_home=True, part_
 _FAMILY = (FANUC, LINUXCNC, FANUC_LATHE, FANUC_LATHE_B, HAAS, HAAS_LATHE, MAZAK, MACH3, GRBL)
 G_CODE: dict[str, Dialect] = {d.name: d for d in _FAMILY}
 FRONT_ENDS: dict[str, FrontEnd] = {}
-TRACED: dict[str, FrontEnd] = {}  # the same with Program.traces and Program.steps
+TRACE_READERS: dict[str, FrontEnd] = {}  # the same with Program.traces and Program.steps
 EXTENSIONS: dict[str, str] = {"ngc": "linuxcnc"}
 G_CODE_READER = "vcmm.program.iso.program"
 
@@ -100,7 +100,7 @@ def register(
     """
     FRONT_ENDS[name] = front_end
     if traced is not None:
-        TRACED[name] = traced
+        TRACE_READERS[name] = traced
     EXTENSIONS.update(dict.fromkeys(extensions, name))
 
 

@@ -86,7 +86,7 @@ def depths_of(
 ) -> list[float]:
     """Depths of the infeeds, mm: each `less` shorter than the one before, but not below `least`."""
     if step > 0:
-        counted((surface - final) / (min(step, least or step) if less else step))
+        whole_count((surface - final) / (min(step, least or step) if less else step))
     out, infeed = [surface], step
     while out[-1] - final > 1e-9:
         out.append(max(out[-1] - infeed, final) if infeed > 0 else final)
@@ -94,7 +94,7 @@ def depths_of(
     return out[1:]
 
 
-def counted(number: float) -> int:
+def whole_count(number: float) -> int:
     """How many holes, infeeds or repetitions, as a whole number. Raises BlockFault beyond `MOST`."""
     if not number <= MOST:
         raise BlockFault(0, f"{number:.6g} repetitions are more than {MOST}; check the numbers of this block")

@@ -15,8 +15,8 @@ from typing import Any
 from vcmm.program.faults import BlockFault
 from vcmm.program.tokens import Token
 
-Computed = Callable[[Any], "float | None"]  # of what the control knows
-Value = float | Computed
+Evaluation = Callable[[Any], "float | None"]  # of what the control knows
+Value = float | Evaluation
 DEEPEST_BRACKETS, MOST_OPERATORS = 60, 200  # no control takes more in a block; each costs frames of the stack
 TIGHT = 99  # binds tighter than any operator
 
@@ -74,7 +74,7 @@ def power(x: float, y: float) -> float:
     return math.nan if isinstance(x**y, complex) else float(x**y)
 
 
-def prefixed(function: Callable[[float], float], value: Value) -> Value:
+def apply_sign(function: Callable[[float], float], value: Value) -> Value:
     """A sign or negation before a value."""
     if callable(value):
         inner = value
@@ -82,7 +82,7 @@ def prefixed(function: Callable[[float], float], value: Value) -> Value:
     return float(function(value))
 
 
-def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: int) -> Computed:
+def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: int) -> Evaluation:
     """Two values and the operator between them."""
 
     def result(known: Any) -> float:
@@ -105,7 +105,7 @@ def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: i
     return result
 
 
-def called(grammar: Grammar, name: str, arguments: Sequence[Value], column: int) -> Computed:
+def call_function(grammar: Grammar, name: str, arguments: Sequence[Value], column: int) -> Evaluation:
     """A function and its arguments, of which there are as many as it takes."""
     _, function = grammar.functions[name]
 
@@ -130,7 +130,7 @@ def to_degrees(function: Callable[..., float]) -> Callable[..., float]:
     return lambda *x: math.degrees(function(*x))
 
 
-def rounded(x: float) -> float:
+def round_half_up(x: float) -> float:
     """To the nearest whole number, halves away from zero."""
     return math.copysign(math.floor(abs(x) + 0.5), x)
 
@@ -148,18 +148,18 @@ class Cursor:
         self.tokens, self.at, self.end = tokens, 0, end
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         return self.at >= len(self.tokens)
 
     @property
     def column(self) -> int:
         """Column of the next token."""
-        if not self.done:
+        if not self.is_done:
             return self.tokens[self.at].column
         return self.end or self.reached_by(self.tokens[-1])
 
     @property
-    def reached(self) -> int:
+    def read_to(self) -> int:
         """One past the last character read."""
         return self.reached_by(self.tokens[max(self.at - 1, 0)])
 
@@ -172,7 +172,7 @@ class Cursor:
 
     def next(self) -> Token:
         """The next token. Raises BlockFault where there is none."""
-        if self.done:
+        if self.is_done:
             raise self.fault("the block ends where more is due; complete it")
         self.at += 1
         return self.tokens[self.at - 1]
@@ -191,7 +191,7 @@ class Cursor:
     def expect(self, text: str, why: str) -> None:
         if not self.accept(text):
             raise self.fault(
-                f'"{text}" is missing {why}{f", {self.upper()} stands there" if not self.done else ""}'
+                f'"{text}" is missing {why}{f", {self.upper()} stands there" if not self.is_done else ""}'
             )
 
     def fault(self, text: str, column: int | None = None) -> BlockFault:
@@ -217,10 +217,10 @@ class ExpressionReader(Cursor):
                     f"more than {MOST_OPERATORS} operators in one block; divide the expression", column
                 )
             right = self.expression(levels[operator])
-            left = self.kept(self.joined(operator, left, right, column))
+            left = self.keep(self.join(operator, left, right, column))
         return left
 
-    def joined(self, operator: str, left: Value, right: Value, column: int) -> Computed:
+    def join(self, operator: str, left: Value, right: Value, column: int) -> Evaluation:
         """Two values and the operator between them."""
         return binary(self.grammar, operator, left, right, column)
 
@@ -240,19 +240,19 @@ class ExpressionReader(Cursor):
         if prefix in self.grammar.prefixes:
             self.at += 1
             tightness, function = self.grammar.prefixes[prefix]
-            return prefixed(function, self.expression(tightness))
+            return apply_sign(function, self.expression(tightness))
         if self.upper() == self.grammar.brackets[0]:
-            return self.bracketed()
+            return self.read_brackets()
         return self.atom()
 
-    def bracketed(self) -> Value:
+    def read_brackets(self) -> Value:
         """An expression in brackets."""
         self.at += 1
         inside = self.expression()
         self.expect(self.grammar.brackets[1], "after the expression")
         return inside
 
-    def kept(self, value: Computed) -> Value:
+    def keep(self, value: Evaluation) -> Value:
         """What is kept of an expression: a function, for those who work out later what they read."""
         return value
 

@@ -81,7 +81,7 @@ def _exact(x: float) -> float:
     return float(round(x)) if abs(x - round(x)) < 1e-15 else x
 
 
-def stretched(factors: Point) -> AffineMap:
+def stretch(factors: Point) -> AffineMap:
     """Factors along the axes: -1 mirrors, others scale."""
     x, y, z = factors
     return AffineMap(((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vcmm.core.errors import DataError, VcmmError
-from vcmm.program.dialects import FRONT_ENDS, G_CODE_READER, TRACED, check_name, late
+from vcmm.program.dialects import FRONT_ENDS, G_CODE_READER, TRACE_READERS, check_name, late
 from vcmm.program.faults import ProgramFault
 from vcmm.program.levels import demand
 from vcmm.program.moves import MoveFlow, Program, Remark
@@ -38,7 +38,7 @@ def read_program(
     whose = "asked for" if dialect else "that of the set-up"
     try:
         read = interpret(text, dialect, setup, str(path), trace, flow=flow)
-        return _doubted(read, f"this was read as {said}, {whose}", said, ranking)
+        return _doubt(read, f"this was read as {said}, {whose}", said, ranking)
     except DataError as error:
         raise _with_hint(error, f"{path} was read as {said}, {whose}", said, ranking) from None
 
@@ -51,7 +51,7 @@ def _with_hint(error: DataError, how: str, said: str, ranking: list[Candidate]) 
     return DataError([*error.problems, f"{how}; it looks like {ranking[0]}: perhaps --dialect {likely}"])
 
 
-def _doubted(read: Program, how: str, said: str, ranking: list[Candidate]) -> Program:
+def _doubt(read: Program, how: str, said: str, ranking: list[Candidate]) -> Program:
     """With a remark where all signs are those of another kind of control than the one that was said."""
     if not ranking or ranking[0].score < CLEAR or kin(ranking[0].dialect) == kin(said):
         return read
@@ -147,7 +147,9 @@ def _read(text: str, dialect: str, setup: Setup, *, name: str, trace: bool, flow
         return program
     if setup.unit is not None:
         check_unit(dialect, name)
-    program = (TRACED if trace and dialect in TRACED else FRONT_ENDS)[dialect](text, name, setup)
+    program = (TRACE_READERS if trace and dialect in TRACE_READERS else FRONT_ENDS)[dialect](
+        text, name, setup
+    )
     lost = None if setup.axes is None else without_axis(program.moves, setup.axes)
     if lost is not None and setup.axes is not None:
         move, axis = lost

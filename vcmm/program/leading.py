@@ -30,7 +30,7 @@ class Leader(Protocol):
     sweeps: bool
     rotary: Point
 
-    def released(self, letter: str) -> None: ...
+    def release(self, letter: str) -> None: ...
 
 
 def unit(direction: Point) -> Point | None:
@@ -65,19 +65,19 @@ def let_go(r: Leader, start: Point, end: Point, rotary: Point | None) -> None:
     """Axes that a block moves are no longer where the control has led them."""
     for k, letter in enumerate("XYZ"):
         if abs(end[k] - start[k]) > STILL:
-            r.released(letter)
+            r.release(letter)
     for k, letter in enumerate("ABC"):
         if rotary is not None and abs(rotary[k] - r.rotary[k]) > STILL:
-            r.released(letter)
+            r.release(letter)
 
 
-def named(r: Leader, letters: str) -> None:
+def name_axes(r: Leader, letters: str) -> None:
     """The axes that a block names; in a frame that is turned one word moves all three linear axes."""
     if not r.held:
         return
     turned = r.world.matrix is not UNITY and any(k in "XYZ" for k in letters)
     for letter in letters + ("XYZ" if turned else ""):
-        r.released(letter)
+        r.release(letter)
 
 
 def held_after(move: Move, held: str) -> str:

@@ -30,7 +30,7 @@ class SetupEntry(NamedTuple):
         return f"{where}{name}{self.key} = {self.example}"
 
 
-class Assumed(NamedTuple):
+class Assumption(NamedTuple):
     """What was taken for granted: line of the program, what it is, the value taken.
 
     blank: how the set-up file gives it, None where it cannot. matters: whether the path of the tool depends on it.
@@ -121,7 +121,7 @@ def unknown_tool(r: Telling, number: int, called: str, column: int | None = None
     r.assume(what, "a tool without length", otherwise, blank=entry, column=column)
 
 
-def demand(assumed: Iterable[Assumed], name: str, job: str) -> None:
+def demand(assumed: Iterable[Assumption], name: str, job: str) -> None:
     """Refuses to go on with a path that depends on what was assumed. Raises DataError, one sentence for each missing number.
 
     name: of the program, for messages; job: who asks, as in "cut".
@@ -131,7 +131,7 @@ def demand(assumed: Iterable[Assumed], name: str, job: str) -> None:
         raise DataError([f"{name}:{a.line}:1: {job} needs {a.what}: {_how(a)}" for a in missing])
 
 
-def _how(a: Assumed) -> str:
+def _how(a: Assumption) -> str:
     if a.blank is not None:
         return f"write {a.blank} in the set-up file (vcmm nc --write-setup writes it with blanks)"
     return f"a survey takes {a.value}, which is not enough here; put it into the program, or add the file that has it"

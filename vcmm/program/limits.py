@@ -93,7 +93,7 @@ def axis_limits(machine: Machine) -> Limits:
                 raise UsageError(f"dynamics.{key} of axis {letter} must be positive")
         absent = [i for i, key in enumerate(KEYS) if key not in axis.dynamics]
         if absent:
-            figures = ", ".join(f"{KEYS[i]} {_shown(typical[i], i, axis.rotary)}" for i in absent)
+            figures = ", ".join(f"{KEYS[i]} {_limit_text(typical[i], i, axis.rotary)}" for i in absent)
             said.append(f"axis {letter}: {figures} (typical of kind {machine.kind}, not stated)")
         lag[column], forward[column] = _servo(letter, axis.dynamics, said)
     return Limits(
@@ -120,7 +120,7 @@ def _servo(letter: str, dynamics: Mapping[str, float], said: list[str]) -> tuple
     return 1.0 / dynamics["gain"], share
 
 
-def _shown(value: float, order: int, rotary: bool) -> str:
+def _limit_text(value: float, order: int, rotary: bool) -> str:
     power = ("/s", "/s^2", "/s^3")[order]
     if rotary:
         return f"{value:g} rad{power}"

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
-from vcmm.program.levels import Assumed, UnusedWord
+from vcmm.program.levels import Assumption, UnusedWord
 
 Point = tuple[float, float, float]
 PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
@@ -127,7 +127,7 @@ class Program:
     offsets: Mapping[str, Source] = field(default_factory=dict)  # work offsets that it names, and where first
     traces: tuple[Any, ...] = ()  # vcmm.program.trace.Trace of each move, on request
     steps: tuple[Any, ...] = ()  # vcmm.program.trace.Step of each executed block, with the traces
-    assumed: tuple[Assumed, ...] = ()  # what the program lacks and the survey took for granted
+    assumed: tuple[Assumption, ...] = ()  # what the program lacks and the survey took for granted
     touches: tuple[
         Any, ...
     ] = ()  # vcmm.program.touching.ProbeContact of each probing move that met a surface, in order

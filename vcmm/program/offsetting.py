@@ -12,7 +12,7 @@ from typing import NamedTuple
 from vcmm.program.moves import PLANES, Move, Point
 
 Vec = tuple[float, float]
-ROUNDED = (
+CORNER_TOLERANCE = (
     1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
 )
 FAR = 10.0  # times the width of such a corner: a meeting further away is none
@@ -116,7 +116,7 @@ def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Ve
     piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
     one, two = beside(a, a.end, h), beside(b, b.start, h)
     middle = 0.5 * (one[0] + two[0]), 0.5 * (one[1] + two[1])
-    rounded = _beside_both(a, b, h, turn) < ROUNDED
+    rounded = _beside_both(a, b, h, turn) < CORNER_TOLERANCE
     try:
         point = _meeting(a, b, h)
     except NoMeeting:

@@ -186,7 +186,7 @@ def touch(r: Recorder, end: Point, tool: Tool, expected: Point | None = None, st
             r.assume(
                 "where the surfaces lie that are probed", "where the program expects them", matters=False
             )
-    return _answered(r, met, end, stops)
+    return _answer_probe(r, met, end, stops)
 
 
 def leave(r: Recorder, end: Point, tool: Tool) -> bool:
@@ -195,7 +195,7 @@ def leave(r: Recorder, end: Point, tool: Tool) -> bool:
     _check_tool(r, tool)
     radius = ball_radius(tool)
     met = left_contact(r.setup.surfaces, r.tip(), r.world.apply(end), radius, (0.0, 0.0, radius))
-    return _answered(r, met, end, True)
+    return _answer_probe(r, met, end, True)
 
 
 def _check_tool(r: Recorder, tool: Tool) -> None:
@@ -207,7 +207,7 @@ def _check_tool(r: Recorder, tool: Tool) -> None:
         )
 
 
-def _answered(r: Recorder, met: tuple[Point, Point, Point] | None, end: Point, stops: bool) -> bool:
+def _answer_probe(r: Recorder, met: tuple[Point, Point, Point] | None, end: Point, stops: bool) -> bool:
     """The move to where the probe answers, which may read further, and what is kept of it."""
     found = end
     if met is not None:

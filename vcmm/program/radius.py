@@ -158,7 +158,7 @@ class _Walker:
         here = _minus(self.standing(moves[0]), shift)
         flat = [k for k, m in enumerate(moves) if planar(m)]
         pieces = [piece_of(moves[k]) for k in flat]
-        engaged = bool(pieces) and self.engaged(moves[flat[0]], pieces[0], h)
+        engaged = bool(pieces) and self.is_engaged(moves[flat[0]], pieces[0], h)
         if engaged:
             here = _minus(self.path[-1].end, shift)
         elif pieces:
@@ -204,7 +204,7 @@ class _Walker:
             if not move.rewritable:
                 self.refuse(move, "a move in machine coordinates while radius compensation is on", fix)
 
-    def engaged(self, move: Move, piece: ContourPiece, h: float) -> bool:
+    def is_engaged(self, move: Move, piece: ContourPiece, h: float) -> bool:
         """True where the path already ends beside the start of the contour: an approach written for the centre itself."""
         if not self.path or _near(self.path[-1].end, move.start):
             return False

@@ -8,7 +8,7 @@ from pathlib import Path
 from vcmm.core.errors import DataError
 from vcmm.core.text import raw_bytes
 from vcmm.program.dialects import names
-from vcmm.program.recognition import HERE, Candidate, candidates, told, unsure
+from vcmm.program.recognition import HERE, Candidate, candidates, ranking_text, unsure
 
 MOST_DIGITS = 100  # of one number of a program
 _LONG_NUMBER = re.compile(rb"[0-9]{%d,}" % (MOST_DIGITS + 1))
@@ -68,7 +68,7 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
             f"{place}:1:1: this seems to be written for {best.dialect} ({', '.join(best.signs[:2])}), a dialect that is not here"
             f"{second}; have it posted for one of {', '.join(names())}, or name one with --dialect"
         )
-    return (here[0].dialect, told(here)) if here else ("fanuc", told(ranking))
+    return (here[0].dialect, ranking_text(here)) if here else ("fanuc", ranking_text(ranking))
 
 
 def likely(path: Path) -> str:

@@ -120,7 +120,7 @@ def candidates(text: str, path: Path | None) -> list[Candidate]:
     views = _views(text[:READ].upper())
     found: dict[str, list[tuple[float, str]]] = {}
     for sign in SIGNS:
-        if _compiled(sign.pattern).search(views[sign.where]):
+        if _compile(sign.pattern).search(views[sign.where]):
             _add(found, sign.dialects, sign.weight, sign.what)
     suffix = path.suffix.lstrip(".").lower() if path else ""
     if suffix in ENDINGS:
@@ -136,7 +136,7 @@ def candidates(text: str, path: Path | None) -> list[Candidate]:
 
 
 @cache
-def _compiled(pattern: str) -> re.Pattern[str]:
+def _compile(pattern: str) -> re.Pattern[str]:
     return re.compile(pattern, re.MULTILINE)
 
 
@@ -166,7 +166,7 @@ def _axes(code: str, found: dict[str, list[tuple[float, str]]]) -> None:
                 found[dialect].append((-8.0, "Y words"))
 
 
-def told(ranking: list[Candidate]) -> str:
+def ranking_text(ranking: list[Candidate]) -> str:
     """Why the first was taken, and the runner-up; says when it is not sure."""
     best = ranking[0]
     if best.score <= 1:

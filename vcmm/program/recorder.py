@@ -14,7 +14,7 @@ from typing import ClassVar, NoReturn
 from vcmm.program.faults import ProgramFault
 from vcmm.program.frames import AffineMap, in_plane, rotation, translation
 from vcmm.program.leading import held_after, leading, let_go, unit
-from vcmm.program.levels import Assumed, SetupEntry, UnusedWord
+from vcmm.program.levels import Assumption, SetupEntry, UnusedWord
 from vcmm.program.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.program.offsetting import sweep_of
 from vcmm.program.radius import RadiusCompensation, Style, centre_path
@@ -63,7 +63,7 @@ class Recorder(ModalState):
     finishes: list[Finish] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
-    assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
+    assumed: dict[str, Assumption] = field(default_factory=dict)  # by what it is
     unused: dict[tuple[int, str], UnusedWord] = field(default_factory=dict)
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
@@ -111,7 +111,7 @@ class Recorder(ModalState):
         if self.setup.strict:  # nothing is assumed here: what both levels know is a remark
             self.remark(f"{what}: {value}")
             return
-        self.assumed.setdefault(what, Assumed(self.line, what, value, blank, matters))
+        self.assumed.setdefault(what, Assumption(self.line, what, value, blank, matters))
 
     # -- positions --
     def refresh(self) -> None:
@@ -207,9 +207,9 @@ class Recorder(ModalState):
         if not self.surface or not self.sense:
             return self.sense * self.speed
         turns = self.turns((start[0] + end[0]) / 2 - self.world.apply(ORIGIN)[0])
-        return self.sense * (turns if math.isfinite(turns) else self.unlimited())
+        return self.sense * (turns if math.isfinite(turns) else self.speed_at_centre())
 
-    def unlimited(self) -> float:
+    def speed_at_centre(self) -> float:
         """Turns per minute with constant surface speed at the centre, where nothing limits them."""
         self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
 
@@ -249,9 +249,9 @@ class Recorder(ModalState):
     def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min of a straight cut; degrees per minute where rotary axes alone move, which is what F means then."""
         distance = math.dist(start, end)
-        return self.rate(distance or self.turned(rotary), self.spindle(start, end))
+        return self.rate(distance or self.turn_angle(rotary), self.spindle(start, end))
 
-    def turned(self, rotary: Point) -> float:
+    def turn_angle(self, rotary: Point) -> float:
         """Degrees from the rotary position to another one."""
         return math.degrees(math.dist(self.rotary, rotary))
 

@@ -48,7 +48,9 @@ class RepeatedStates:
     whole: Hashable = None
     asked: str = ""  # what only the machine knows and blocks have asked since that pass
 
-    def again(self, place: Hashable, values: Callable[[], object], whole: Callable[[], object]) -> bool:
+    def is_repetition(
+        self, place: Hashable, values: Callable[[], object], whole: Callable[[], object]
+    ) -> bool:
         """One pass backwards. place: block and position; values: variables, as something that compares; whole: all that blocks ask.
 
         Returns True where the control stands as it stood at the pass that was kept.

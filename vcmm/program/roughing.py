@@ -71,10 +71,10 @@ def passes(moves: Sequence[Move], begin: Flat, rough: Rough, order: str, column:
         yield Cut(_flat(a, *out), False)
         yield Cut(_flat(a, out[0], start[b]), True)
     yield Cut(first, entry)
-    yield from followed(moves[1:], rough.x, rough.z)
+    yield from follow_contour(moves[1:], rough.x, rough.z)
 
 
-def followed(moves: Sequence[Move], x: float, z: float) -> Iterator[Cut]:
+def follow_contour(moves: Sequence[Move], x: float, z: float) -> Iterator[Cut]:
     """The contour moved by (x, z)."""
     for m in moves:
         end = (m.end[0] + x, m.end[2] + z)

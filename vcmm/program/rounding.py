@@ -69,7 +69,7 @@ def round_corners(
                 "keep the plane across it",
             )
         _check_way(out[following], rounded, file)
-        a, b, extra = _worked(out[rounded.after], out[following], rounded, file)
+        a, b, extra = _work_corner(out[rounded.after], out[following], rounded, file)
         out[rounded.after], out[following] = a, b
         if extra is not None:
             out.insert(following, extra)
@@ -92,15 +92,15 @@ def _check_way(second: Move, rounded: RoundedCorner, file: str) -> None:
         )
 
 
-def _worked(first: Move, second: Move, rounded: RoundedCorner, file: str) -> tuple[Move, Move, Move | None]:
+def _work_corner(
+    first: Move, second: Move, rounded: RoundedCorner, file: str
+) -> tuple[Move, Move, Move | None]:
     a, b = piece_of(first), piece_of(second)
     turn = turn_between(a, b)
     if abs(turn) < 1e-9 or rounded.size == 0.0:
         return first, second, None  # smooth already
     ends = (
-        _rounded(a, b, turn, rounded.size)
-        if rounded.kind == "round"
-        else _chamfered(a, b, turn, rounded, file)
+        _round(a, b, turn, rounded.size) if rounded.kind == "round" else _chamfer(a, b, turn, rounded, file)
     )
     if ends is None or not _fits(a, a.start, ends[0]) or not _fits(b, ends[1], b.end):
         refuse(
@@ -123,7 +123,7 @@ def _worked(first: Move, second: Move, rounded: RoundedCorner, file: str) -> tup
     return first._replace(end=start), second._replace(start=end), made
 
 
-def _rounded(a: ContourPiece, b: ContourPiece, turn: float, radius: float) -> tuple[Vec, Vec, Vec] | None:
+def _round(a: ContourPiece, b: ContourPiece, turn: float, radius: float) -> tuple[Vec, Vec, Vec] | None:
     h = math.copysign(radius, turn)
     if math.pi - abs(turn) < 1e-9:
         return None
@@ -145,7 +145,7 @@ def _foot(piece: ContourPiece, centre: Vec) -> Vec:
     return along(piece.centre, unit(minus(centre, piece.centre)), math.dist(piece.start, piece.centre))
 
 
-def _chamfered(
+def _chamfer(
     a: ContourPiece, b: ContourPiece, turn: float, rounded: RoundedCorner, file: str
 ) -> tuple[Vec, Vec, Vec]:
     if a.centre is not None or b.centre is not None:

@@ -75,7 +75,7 @@ class ModalState:
         """Whether X counts diameters now."""
         return self.diameter == "always" or (self.diameter == "absolute" and self.absolute)
 
-    def released(self, letter: str) -> None:
+    def release(self, letter: str) -> None:
         """A word says where a rotary axis goes."""
         self.held = self.held.replace(letter, "")
 

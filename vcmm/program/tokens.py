@@ -41,10 +41,10 @@ class Token(NamedTuple):
 
 def tokenize(text: str) -> Iterator[Token]:
     """All tokens of a text, in order; together they are the text."""
-    return matched(_TOKEN, text)
+    return match_tokens(_TOKEN, text)
 
 
-def matched(pattern: re.Pattern[str], text: str) -> Iterator[Token]:
+def match_tokens(pattern: re.Pattern[str], text: str) -> Iterator[Token]:
     """The tokens of a pattern whose groups name their kinds ("end": the end of a line), with line and column.
 
     A stray CR within a token counts as a line, as it does in editors, but ends no comment.

@@ -57,7 +57,7 @@ class Trace(NamedTuple):
     guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
 
     @property
-    def programmed(self) -> tuple[Point, Point]:
+    def programmed_ends(self) -> tuple[Point, Point]:
         """Start and end in programmed coordinates, mm, before rotation and shifts."""
         return self.transformation.undo(self.contour.start), self.transformation.undo(self.contour.end)
 

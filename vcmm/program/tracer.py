@@ -79,7 +79,7 @@ class Tracer:
         self, r: Recorder, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
     ) -> None:
         """Traces of the moves from `made` on that no inner block has noted."""
-        before, after, world = self._once(before), self._once(r.modal()), r.world
+        before, after, world = self._intern(before), self._intern(r.modal()), r.world
         for i in range(made, len(r.moves)):
             if i in self.traces:
                 continue
@@ -90,7 +90,7 @@ class Tracer:
                 cycle=marker, call=place.call, contour=move, compensation=r.sides[i],
             )  # fmt: skip
 
-    def _once(self, state: Modal) -> Modal:
+    def _intern(self, state: Modal) -> Modal:
         """The same object for the same state as last time: most blocks change nothing, and a program has 10^5 of them."""
         if state != self.state:
             self.state = state
@@ -103,14 +103,14 @@ class Tracer:
             trace._replace(
                 runs=self.runs.get((trace.file, trace.line), 1),
                 guard=guards.get(i, (0.0, 0.0)),
-                contour=_shown(r.moves[i]),
+                contour=_as_line(r.moves[i]),
             )
             for i, trace in sorted(self.traces.items())
         ]
         return tuple(traces), tuple(self.steps)
 
 
-def _shown(move: Move) -> Move:
+def _as_line(move: Move) -> Move:
     """An approach as the line to its first point."""
     return move._replace(kind="line", seconds=0.0) if move.kind == "approach" else move
 

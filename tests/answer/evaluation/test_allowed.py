@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.build import SCATTER, scenario
-from vcmm.answer.evaluation.allowed import FULL, at_share, doubtful, shares_allowed, split
+from vcmm.answer.evaluation.allowed import FULL, at_share, doubtful, possible_shares, split
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.pairs import Machines, machine_part
 
@@ -18,11 +18,11 @@ def model(bound: bool):
 
 
 def test_what_is_known_is_taken_as_it_is() -> None:
-    assert shares_allowed(model(False).influences) == (FULL,)
+    assert possible_shares(model(False).influences) == (FULL,)
 
 
 def test_a_bound_goes_down_to_nothing() -> None:
-    shares = shares_allowed(model(True).influences)
+    shares = possible_shares(model(True).influences)
     assert shares == ((1.0, 0.0), (1.0, 0.5), FULL)
     assert at_share([np.array([1.0]), np.array([10.0]), np.array([100.0])], (0.5, 0.25)) == pytest.approx(
         31.0

@@ -63,7 +63,7 @@ def test_an_oval_is_seen_by_each_criterion_as_they_are():
 @pytest.mark.thorough
 def test_tiers_agree(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (200, 200))
-    monkeypatch.setattr(inversion, "COUNTED", (60, 60))
+    monkeypatch.setattr(inversion, "COUNT_TRIALS", (60, 60))
     monkeypatch.setattr(inversion, "ADDED_BY_CONTACT", 100)
     quick = Settings(trials=1000, certify=20)
     some = (*SIZES, LOCAL[0], LOCAL[2], FORM[0], FORM[1], *TILT[1:])
@@ -87,7 +87,7 @@ def test_tiers_agree(monkeypatch):
 
 def test_the_note_about_a_place_that_is_one_of_several_reaches_the_reader(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (200, 200))
-    monkeypatch.setattr(inversion, "COUNTED", (60, 60))
+    monkeypatch.setattr(inversion, "COUNT_TRIALS", (60, 60))
     task = scenario(characteristics=(Characteristic("GX", "size", of=("bore",), criterion="GX"),)).task()
     turn = np.arctan2(*(task.touches.points[task.touches.rows["bore"]].T[[1, 0]]))
     form = np.zeros(len(task.form))

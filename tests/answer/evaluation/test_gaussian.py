@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.answer.evaluation.gaussian import blocks, log_evidence, posterior, unchained, whitener
+from vcmm.answer.evaluation.gaussian import blocks, innovations, log_evidence, posterior, whitener
 from vcmm.core.errors import ModelLimit
 
 NONE = np.zeros((4, 0))
@@ -35,7 +35,7 @@ def test_whitening_gives_the_dense_mahalanobis_distance():
 def test_autoregressive_filter_whitens():
     # rho = 0.6: (1 - 0.6 x 1) / sqrt(1 - 0.36) = 0.4 / 0.8 = 0.5; the first stays 1
     before = np.array([-1, 0, 1])
-    assert np.allclose(unchained(np.ones(3), before, 0.6), [1.0, 0.5, 0.5])
+    assert np.allclose(innovations(np.ones(3), before, 0.6), [1.0, 0.5, 0.5])
 
 
 def test_evidence_by_hand():

@@ -11,7 +11,7 @@ from scipy.stats import rice
 from tests.build import BORE, FORM, scenario
 from vcmm.answer.evaluation import inversion
 from vcmm.answer.evaluation.indication import at_indication
-from vcmm.answer.evaluation.inversion import HIDDEN, Inverted
+from vcmm.answer.evaluation.inversion import HIDDEN_FORM, TrueValueByBelt
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.inference.given import GivenValue
 from vcmm.answer.inference.job import evaluate_values
@@ -57,7 +57,7 @@ def with_rest(found, rest, y):
 
 def test_u_of_a_part_that_is_far_off(squared):
     """Far from zero the tilt across does not matter: U = 1.95996 x 1.4171 um, not that of a perfect part (1.244 x)."""
-    assert isinstance(squared.truth, Inverted)
+    assert isinstance(squared.truth, TrueValueByBelt)
     assert squared.expanded == pytest.approx(1.95996 * TILT, rel=0.05)
     assert squared.u == pytest.approx(TILT, rel=0.05)
     perfect = squared.summary.interval(0.95)
@@ -132,7 +132,7 @@ def test_too_few_points_claim_nothing():
     # 8 angles do not tell 4 lobes from none: the interval is not shown, so nothing is decided
     found = evaluate(job((BORE,), (Levels((5.0, 15.0), 8),), (FORM,)).task(), QUICK).characteristics[0]
     assert not found.coverage_shown
-    assert found.decision.reason == HIDDEN
+    assert found.decision.reason == HIDDEN_FORM
     assert found.true_value.interval[1] == np.inf
     assert (found.decision.text, found.decision.p_conform) == ("undecided", None)
     between = next(b for b in found.budget if b.input.startswith("form[bore]"))
@@ -154,7 +154,7 @@ def test_belts_reach_as_far_as_what_was_indicated():
 
 def test_contact_criteria_are_inverted_too(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (3000, 3000))  # fewer bound it on no side
-    monkeypatch.setattr(inversion, "COUNTED", (100, 100))
+    monkeypatch.setattr(inversion, "COUNT_TRIALS", (100, 100))
     square_x = replace(SQUARE, criterion="X", datum_criterion="T")
     one = job((BORE, TOP), (Levels((5.0, 15.0), 8), Grid((3, 3), 2.0)), (square_x,))
     found = evaluate(one.task(), Settings(trials=1000, certify=0)).characteristics[0]
@@ -230,12 +230,15 @@ def test_parts_are_evaluated_for_what_is_asked_of_them_alone():
     whole, alone = (inversion.inversion_of(task, QUICK, (0, 1)) for _ in range(2))
     alone.expect([(0, 0.0, 0.0), (1, 0.2, None)])
     far = alone.reach(1, 0.2)
-    assert whole.drawn(1).numbers == (0, 1)
-    assert alone.drawn(0).numbers == (0,)
-    one, all_of_them = alone.drawn(1, far), whole.drawn(1, far)
+    assert whole.draw_parts(1).numbers == (0, 1)
+    assert alone.draw_parts(0).numbers == (0,)
+    one, all_of_them = alone.draw_parts(1, far), whole.draw_parts(1, far)
     assert one.numbers == (1,)
     assert set(one.drawing.noise) == {"top"}
-    for mine, other in ((one.other[0], all_of_them.other[0]), (one.anew[0], all_of_them.anew[0])):
+    for mine, other in (
+        (one.other_families[0], all_of_them.other_families[0]),
+        (one.anew[0], all_of_them.anew[0]),
+    ):
         for name in ("true", "indicated", "rest"):
             assert np.array_equal(getattr(mine, name)[:, 0], getattr(other, name)[:, 1]), name
-    assert alone.drawn(0, far) is not one  # asked for after all: drawn by itself
+    assert alone.draw_parts(0, far) is not one  # asked for after all: drawn by itself

@@ -11,7 +11,7 @@ import vcmm
 from tests.build import scenario
 from vcmm.answer.evaluation import sampling
 from vcmm.answer.evaluation.summary import Accumulator
-from vcmm.answer.evaluation.tallies import packed, unpacked
+from vcmm.answer.evaluation.tallies import pack, unpack
 from vcmm.core.blocks import Folder, ShardDone, Shards, Share, Sharing, blocks_of
 from vcmm.core.errors import DataError
 
@@ -55,7 +55,7 @@ class Counting:
 def test_a_tally_survives_json_to_the_last_bit():
     one = Accumulator(0.1, 1 / 3)
     one.add(np.array([0.1, 0.3, -7.0, 1e6]))  # the last far beyond the histogram
-    again = unpacked(json.loads(json.dumps(packed(one))))
+    again = unpack(json.loads(json.dumps(pack(one))))
     assert (again.centre, again.scale, again.trials, again.minimum, again.maximum, again.sums) == (
         one.centre, one.scale, one.trials, one.minimum, one.maximum, one.sums,
     )  # fmt: skip

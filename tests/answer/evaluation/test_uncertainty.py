@@ -290,7 +290,7 @@ def test_attained_coverage_decides_whether_a_bias_may_stay():
         assert found.bias == pytest.approx(bias, rel=1e-3)
         assert found.coverage_shown
         assert found.expanded == pytest.approx(expanded, rel=2e-3)
-        assert found.truth.attained(0.95, "symmetric", bias) == pytest.approx(attained, abs=1e-4)
+        assert found.truth.coverage(0.95, "symmetric", bias) == pytest.approx(attained, abs=1e-4)
 
 
 def test_adaptive_monte_carlo_and_shortest_interval():

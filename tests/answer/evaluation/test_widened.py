@@ -9,7 +9,7 @@ import pytest
 
 from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.summary import summarise
-from vcmm.answer.evaluation.widened import together, widened
+from vcmm.answer.evaluation.widened import together, widen
 from vcmm.core.laws import Normal
 
 
@@ -19,7 +19,7 @@ def phi(x: float) -> float:
 
 def test_two_normal_hills_by_hand() -> None:
     """x of N(3, 1), 2 to either side: P(Y <= 4) = [Phi(4 - 3 + 2) + Phi(4 - 3 - 2)] / 2 = [Phi(3) + Phi(-1)] / 2."""
-    law = widened(Linear(3.0, [(Normal(1.0), np.ones(1))]), np.array([2.0, 2.0]))
+    law = widen(Linear(3.0, [(Normal(1.0), np.ones(1))]), np.array([2.0, 2.0]))
     by_hand = (phi(3.0) + phi(-1.0)) / 2
     assert by_hand == pytest.approx(0.578653, abs=1e-6)
     assert law.cdf(4.0) == pytest.approx(by_hand, abs=1e-4)
@@ -33,12 +33,12 @@ def test_two_normal_hills_by_hand() -> None:
 
 def test_a_form_alone_and_nothing_else() -> None:
     """Nothing uncertain but a form of 5 to either side: all but nothing lies between -5 and 5."""
-    law = widened(Linear(0.0, []), np.full(4, 5.0))
+    law = widen(Linear(0.0, []), np.full(4, 5.0))
     assert law.interval(0.95) == pytest.approx((-5.0, 5.0), abs=1e-9)
 
 
 def test_drawn_law_mirrored_and_added_up() -> None:
     """A law of trials leans to one side; its mirror image to the other. 3 and 4 of either sign are 7 or 1."""
-    law = widened(summarise(np.random.default_rng(1).exponential(1.0, 20_000)), np.zeros(1))
-    assert law.reflected(0.0).quantile(0.025) == pytest.approx(-law.quantile(0.975), abs=1e-6)
+    law = widen(summarise(np.random.default_rng(1).exponential(1.0, 20_000)), np.zeros(1))
+    assert law.reflect(0.0).quantile(0.025) == pytest.approx(-law.quantile(0.975), abs=1e-6)
     assert set(np.round(together([np.full(64, 3.0), np.full(64, 4.0)]), 9)) == {1.0, 7.0}

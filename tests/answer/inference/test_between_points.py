@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vcmm.answer.evaluation.linear import prepared
+from vcmm.answer.evaluation.linear import prepare_model
 from vcmm.answer.inference.between_points import forms_of
 from vcmm.face.cli import run
 from vcmm.files.own.scenario import load_scenario
@@ -205,7 +205,7 @@ def test_reach_of_an_oval_by_own_least_squares(tmp_path) -> None:
     """Thirty points on 120 deg: what two lobes move the diameter by, per unit of their root mean square."""
     task = tmp_path / "task.toml"
     task.write_text(MACHINE + RING.format(n=30, form="").replace('"even", n = 30', '"even", n = 30, start = "0 deg", sweep = "120 deg"'))  # fmt: skip
-    model = prepared(load_scenario(task).task())
+    model = prepare_model(load_scenario(task).task())
     touched = model.task.touches.points
     t = np.arctan2(touched[:, 1], touched[:, 0])
     across = 2.0 * np.linalg.pinv(np.stack([t**0, np.cos(t), np.sin(t)], 1))[0]

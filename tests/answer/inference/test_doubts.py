@@ -21,7 +21,7 @@ from vcmm.face.cli import run
 @pytest.fixture(autouse=True)
 def fewer_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(inversion, "PARTS", (6000, 6000))
-    monkeypatch.setattr(inversion, "COUNTED", (800, 800))
+    monkeypatch.setattr(inversion, "COUNT_TRIALS", (800, 800))
 
 
 def evaluated(

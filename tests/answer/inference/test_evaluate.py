@@ -51,7 +51,7 @@ trials = 2000
 @pytest.fixture(autouse=True)
 def fewer_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(inversion, "PARTS", (6000, 6000))
-    monkeypatch.setattr(inversion, "COUNTED", (800, 800))
+    monkeypatch.setattr(inversion, "COUNT_TRIALS", (800, 800))
 
 
 def corrected(folder: Path) -> Path:
@@ -202,7 +202,7 @@ def test_roundness_held_by_independent_counting(tmp_path: Path) -> None:
     path.write_text(ROUND)
     loaded = load_scenario(path)
     belts = inversion.inversion_of(loaded.task(), loaded.settings, (0,))
-    inverse, rng = belts.counted(0, 0.02, None).inverse, np.random.default_rng(8)
+    inverse, rng = belts.inverse(0, 0.02, None).inverse, np.random.default_rng(8)
     turn = np.arange(24) * 2 * np.pi / 24
     columns = np.column_stack([np.ones(24), np.cos(turn), np.sin(turn)])
     left = np.eye(24) - columns @ np.linalg.pinv(columns)

@@ -137,11 +137,11 @@ def test_a_larger_bore_is_a_larger_bore(scenario: Scenario, tmp_path: Path) -> N
 
 def test_a_copied_row_is_told() -> None:
     """Three rows, the third a copy of the first: one more row, named by its place; without a copy nothing."""
-    from vcmm.answer.inference.checked import repeated
+    from vcmm.answer.inference.checked import repetition_remarks
     from vcmm.answer.inference.given import GivenPoints
 
     points = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.000001], [1.0, 2.0, 3.0]])
     where = ("p.csv:2", "p.csv:3", "p.csv:4")
-    (said,) = repeated(GivenPoints("", points, where))
+    (said,) = repetition_remarks(GivenPoints("", points, where))
     assert said.startswith("p.csv:2: 1 more row holds a point")
-    assert repeated(GivenPoints("", points[:2], where[:2])) == ()
+    assert repetition_remarks(GivenPoints("", points[:2], where[:2])) == ()

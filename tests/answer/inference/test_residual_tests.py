@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.answer.inference import outside
-from vcmm.answer.evaluation.linear import prepared
+from vcmm.answer.evaluation.linear import prepare_model
 from vcmm.answer.inference.doubts import _outward
 from vcmm.answer.inference.memory import RHOS, likelihood_ratio, whitening
 from vcmm.answer.inference.points import task_and_rows
@@ -35,7 +35,7 @@ def alarms(
         task, rows = task_and_rows(loaded, given)
         touched = measured_points(task, task.machine.indication_error(task.touches.run))
         fitted = fit_features(task, touched)
-        tests = tests or ResidualTests(prepared(task), 1)
+        tests = tests or ResidualTests(prepare_model(task), 1)
         residuals = {"ring": _outward(task, "ring", touched, fitted)}
         outliers = tests.outliers(residuals)
         memory = tests.memory(residuals, {"ring": np.argsort(rows, kind="stable")})

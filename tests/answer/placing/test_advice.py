@@ -18,7 +18,7 @@ def placed(gain: float | None, confirmed: bool | None = True) -> Made:
     made = worded()
     made.gain = gain
     made.confirmation = (
-        None if confirmed is None else Made(confirmed=confirmed, present=2.0, gain=2.0 * (gain or 0.0))
+        None if confirmed is None else Made(is_confirmed=confirmed, present=2.0, gain=2.0 * (gain or 0.0))
     )
     made.objective.scenario = Made(machine=Made(inputs=()), inputs=())
     made.map = Made(names=("x", "turn_z"), x=np.linspace(0.0, 130.0, 5), y=np.linspace(0.0, 3.0, 4))
@@ -42,7 +42,7 @@ def test_move_or_leave(gain: float | None, confirmed: bool | None, says: str) ->
 def test_a_confirmed_gain_is_that_of_the_independent_trials() -> None:
     """Searched 0.3 %, confirmed 0.01 of 2: 0.5 %."""
     made = placed(0.003)
-    made.confirmation = Made(confirmed=True, present=2.0, gain=0.01)
+    made.confirmation = Made(is_confirmed=True, present=2.0, gain=0.01)
     assert advice(made)[0].startswith("0.5%: leave")  # type: ignore[arg-type]
 
 

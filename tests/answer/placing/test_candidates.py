@@ -11,7 +11,7 @@ import pytest
 from tests.answer.placing.test_design import PLANE, candidates, on_plane
 from tests.build import SCATTER, scenario
 from tests.plate import edited
-from vcmm.answer.placing.candidates import _compressed, _seconds, nearest, problem_of, spots
+from vcmm.answer.placing.candidates import _compress, _seconds, nearest, problem_of, spots
 from vcmm.answer.placing.design import Design, Target
 from vcmm.answer.placing.motions import outputs
 from vcmm.core.errors import ModelLimit
@@ -48,12 +48,12 @@ def test_nearest_within_a_micrometre():
 def test_fewer_columns_of_the_same_covariance():
     rng = np.random.default_rng(2)
     wide = rng.normal(size=(6, 2)) @ rng.normal(size=(2, 9))  # rank 2
-    slim = _compressed(wide)
+    slim = _compress(wide)
     assert slim.shape == (6, 2)
     assert slim @ slim.T == pytest.approx(wide @ wide.T)
     # the size does not matter, only the share of the largest: 1e-6 of it counts, 1e-11 of it does not
-    assert _compressed(np.diag([1e-3, 1e-9])).shape == (2, 2)
-    assert _compressed(np.diag([1e-3, 1e-14])).shape == (2, 1)
+    assert _compress(np.diag([1e-3, 1e-9])).shape == (2, 2)
+    assert _compress(np.diag([1e-3, 1e-14])).shape == (2, 1)
 
 
 def test_time_of_a_touch_by_hand():

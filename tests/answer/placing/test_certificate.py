@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.answer.placing.cases import plate, with_field
-from vcmm.answer.placing.certificate import _even, _floor, _hidden, _spacing, certify, scan, scan_after
+from vcmm.answer.placing.certificate import _even, _floor, _hidden_gain, _spacing, certify, scan, scan_after
 from vcmm.answer.placing.fixture_boxes import boxes
 from vcmm.answer.placing.objective import Uncertain
 from vcmm.answer.placing.rows import Rows
@@ -108,8 +108,8 @@ def test_what_the_slopes_leave_by_hand():
     rising = SimpleNamespace(values=lambda p: 2.0 + 3.0 * p[:, 0])
     box = SimpleNamespace(poses=lambda u: (np.tile(u, (1, 6)), np.ones(len(u), dtype=bool)))
     unit, values = np.array([[0.5], [0.25]]), np.array([3.5, 2.75])
-    assert _hidden(rising, box, unit, values, 2.75, 0.1) == pytest.approx(0.3 / 2.75)  # type: ignore[arg-type]
-    assert _hidden(rising, box, unit, values, 2.0, 0.1) == 0.0  # type: ignore[arg-type]
+    assert _hidden_gain(rising, box, unit, values, 2.75, 0.1) == pytest.approx(0.3 / 2.75)  # type: ignore[arg-type]
+    assert _hidden_gain(rising, box, unit, values, 2.0, 0.1) == 0.0  # type: ignore[arg-type]
 
 
 def test_an_even_scan_leaves_no_large_gap():

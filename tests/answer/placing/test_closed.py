@@ -16,7 +16,7 @@ from vcmm.answer.placing.rows import Rows
 from vcmm.answer.placing.travels import Travels
 from vcmm.core.effect import basis, projected_basis
 from vcmm.core.inputs import Input
-from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, sensed, tip_motion
+from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, sensitivity, tip_motion
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
 from vcmm.files.own.library import example
@@ -89,7 +89,7 @@ def test_rows_are_those_of_the_plan(tmp_path):
         part = run.take(slice(j * rows.n, (j + 1) * rows.n))
         for axis, q in wanted.position.items():
             assert np.allclose(part.position[axis], q, atol=1e-9)
-        for column in {*rows.needed, "nx", "ny", "nz", "tip_x_mm", "part_y_mm", "time_s"}:
+        for column in {*rows.needed_columns, "nx", "ny", "nz", "tip_x_mm", "part_y_mm", "time_s"}:
             assert np.allclose(part.column(column), wanted.column(column), atol=1e-9), column
         assert all((part.labels[k] == v).all() for k, v in wanted.labels.items())
 
@@ -118,7 +118,7 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
             six[:, :3] *= link in ("tip", "tool")
             six[:, 3:] *= place == "travel"
         moved = tip_motion(chain, axes, run, [Motion(link, place, six)])[:, :3]
-        seen = sensed(link_frames(chain, axes, run), axes, run, (link, place), direction)
+        seen = sensitivity(link_frames(chain, axes, run), axes, run, (link, place), direction)
         assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (
             link,
             place,

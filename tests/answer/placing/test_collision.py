@@ -102,6 +102,6 @@ def test_a_swept_body_by_hand():
     swept = rod.swept(np.array([[1.0, 0, 0]]), np.array([[5.0, 0, 0]]))
     assert swept.centre[0].tolist() == [3.0, 0.0, 5.0]
     assert swept.edges[0, 3].tolist() == [2.0, 0.0, 0.0]
-    turned = rod.moved(np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([0.0, 0.0, 7.0]))
+    turned = rod.to_frame(np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([0.0, 0.0, 7.0]))
     assert turned.centre[0].tolist() == [5.0, 0.0, 7.0]
     assert turned.edges[0, 0].tolist() == [5.0, 0.0, 0.0]

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from tests.build import DIAMETER, scenario
-from vcmm.answer.placing.confirmation import Confirmation, _judged, _value, fresh_seed
+from vcmm.answer.placing.confirmation import Confirmation, _count_risk, _value, fresh_seed
 from vcmm.task.measuring.fixture import Goal
 
 
 def test_a_gain_must_exceed_twice_its_standard_error():
     one = Confirmation(seed=1, trials=10, present=3.0, best=2.0, gain=1.0, u_gain=0.49)
-    assert one.confirmed
-    assert not replace(one, u_gain=0.51).confirmed
+    assert one.is_confirmed
+    assert not replace(one, u_gain=0.51).is_confirmed
     assert fresh_seed(1) != fresh_seed(2)
 
 
@@ -40,13 +40,13 @@ def test_decisions_by_hand():
     """Limits +-10 um, guard band 2 um, parts at 0, 5 and 15 um, indicated at 0, 13 and 11 um: right, good rejected, undecided."""
     error, standard = np.array([0.0, 0.008, -0.004]), np.array([0.0, 1.0, 3.0])
     known = {"error": error, "u": 0.001, "expanded": 0.002, "standard": standard}
-    assert _judged(objective({"risk": 1.0}), 0, "risk", **known) == pytest.approx(2 / 3)
+    assert _count_risk(objective({"risk": 1.0}), 0, "risk", **known) == pytest.approx(2 / 3)
     costs = objective({"cost": 1.0}, costs={"accept_bad": 100.0, "reject_good": 30.0, "undecided": 6.0})
-    assert _judged(costs, 0, "cost", **known) == pytest.approx((30.0 + 6.0) / 3)
+    assert _count_risk(costs, 0, "cost", **known) == pytest.approx((30.0 + 6.0) / 3)
 
 
 def test_a_corrected_bias_does_not_count():
     """All errors alike: once they are taken off, every part is judged by its true value."""
     known = {"error": np.full(3, 0.009), "u": 0.001, "expanded": 0.002, "standard": np.array([0.0, 1.0, 3.0])}
-    assert _judged(objective({"risk": 1.0}, bias=False), 0, "risk", **known) == 0.0
-    assert _judged(objective({"risk": 1.0}), 0, "risk", **known) > 0.0
+    assert _count_risk(objective({"risk": 1.0}, bias=False), 0, "risk", **known) == 0.0
+    assert _count_risk(objective({"risk": 1.0}), 0, "risk", **known) > 0.0

@@ -20,7 +20,7 @@ def test_boxes_reach_the_travels_and_no_further(tmp_path):
     box = boxes(default_fixture(), six_of(scenario.pose), Travels(rows))[0]
     six, ok = box.poses(np.array([[0.0, 0.0, 0.5], [1.0, 1.0, 0.5], [0.0, 1.0, 0.9]]))
     assert ok.all()
-    at = rows.wanted(six)
+    at = rows.axis_positions(six)
     assert at[0, :, 0].min() == pytest.approx(0.0, abs=1e-9)
     assert at[1, :, 0].max() == pytest.approx(600.0, abs=1e-9)
     assert at[2, :, 1].max() == pytest.approx(500.0, abs=1e-9)

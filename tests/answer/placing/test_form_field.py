@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.answer.placing.design import Design, Target, TouchCandidates
-from vcmm.answer.placing.form_field import _lobed, _polynomials, _spherical, form_factor, surface_grid
+from vcmm.answer.placing.form_field import _lobe_columns, _polynomials, _spherical, form_factor, surface_grid
 from vcmm.answer.placing.motions import motions_of
 from vcmm.part.fit import gauss
 from vcmm.part.form import Lobes
@@ -112,7 +112,7 @@ def test_variance_over_the_surface_is_what_was_asked_for():
 
 def test_lobes_fall_as_one_over_k():
     """On a circle the amplitude of lobe k is 1 / k of the constant's scale: the power of lobes 2 and 4 is as 4 to 1."""
-    columns = _lobed(CIRCLE, surface_grid(CIRCLE, 64))
+    columns = _lobe_columns(CIRCLE, surface_grid(CIRCLE, 64))
     power = (columns**2).mean(axis=0)
     # columns: constant, then cosine and sine of 1, 2, 3, ...
     assert power[3] == pytest.approx(0.5 / 4)  # cos 2: (1/2)^2 / 2
@@ -157,4 +157,6 @@ def test_a_leaning_wall_is_out_by_opposite_amounts_at_its_ends():
     # the first column beyond the circle's own 31 (1 and 15 pairs): Legendre degree 1 alone, weight 1/2 (k = 0) x sqrt(3) / 2
     wall = Feature("wall", "cylinder", np.array([0.0, 0.0, 5.0]), np.array([0.0, 0.0, 1.0]), np.array([10.0]), True, (30.0,))  # fmt: skip
     foot, middle, head = np.array([10.0, 0.0, 5.0]), np.array([10.0, 0.0, 20.0]), np.array([10.0, 0.0, 35.0])
-    assert _lobed(wall, np.array([foot, middle, head]))[:, 31] == pytest.approx([-0.4330127, 0.0, 0.4330127])
+    assert _lobe_columns(wall, np.array([foot, middle, head]))[:, 31] == pytest.approx(
+        [-0.4330127, 0.0, 0.4330127]
+    )

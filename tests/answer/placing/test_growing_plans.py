@@ -7,7 +7,7 @@ import pytest
 
 from tests.answer.placing.test_design import PLANE, candidates, on_plane
 from vcmm.answer.placing.design import Design, Target
-from vcmm.answer.placing.growing_plans import _farthest, _thinned, _touching, standard_points
+from vcmm.answer.placing.growing_plans import _farthest, _thin, _touching, standard_points
 from vcmm.part.part import Feature
 
 AXIS = np.array([0.0, 0.0, 1.0])
@@ -49,9 +49,9 @@ def test_the_farthest_candidate():
 
 
 def test_thinning_keeps_ends_and_more_of_the_small():
-    kept = _thinned(list(range(1, 201)), 20)  # type: ignore[arg-type]
+    kept = _thin(list(range(1, 201)), 20)  # type: ignore[arg-type]
     assert kept[0] == 1
     assert kept[-1] == 200
     assert len(kept) <= 20
     assert sum(n <= 14 for n in kept) >= len(kept) // 2 - 1  # geometric: half of them below sqrt(200)
-    assert _thinned([1, 2], 20) == [1, 2]  # type: ignore[list-item]
+    assert _thin([1, 2], 20) == [1, 2]  # type: ignore[list-item]

@@ -24,7 +24,7 @@ def test_rows_of_a_bore_by_hand():
 def test_the_element_moves_about_its_centre():
     """A turn of 1 mrad about u: the foot of the bore, 10 mm below the centre, moves by 10 um, the axis by 1e-3."""
     u, _, w = frame(BORE)
-    moved = motions_of(BORE).moved(np.array([[0.0, 0.0, 1e-3, 0.0, 0.02]]))
+    moved = motions_of(BORE).move(np.array([[0.0, 0.0, 1e-3, 0.0, 0.02]]))
     assert moved.point[0] == pytest.approx(np.cross(1e-3 * u, -10.0 * w), abs=1e-12)
     assert moved.axis[0] == pytest.approx((w + np.cross(1e-3 * u, w)) / np.sqrt(1 + 1e-6), abs=1e-12)
     assert moved.sizes[0, 0] == pytest.approx(15.02)

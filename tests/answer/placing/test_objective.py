@@ -24,7 +24,7 @@ def test_risk_and_cost_objectives(tmp_path):
     scenario, weights = with_field(plate(tmp_path), 3), {"bore diameter": 1.0}
     six = six_of(scenario.pose)
     risk = Uncertain.of(scenario, Goal({"risk": 1.0}, weights))
-    judged = risk.judged(0, risk.spread(six[None]))
+    judged = risk.wrong_decisions(0, risk.spread(six[None]))
     assert risk.values(six[None])[0] == pytest.approx(judged.total[0])
     counted = _batches(risk, six, 7, 30)  # 150 000 trials of a probability of 0.4 %: 4 % by chance
     assert counted.mean() == pytest.approx(judged.total[0], rel=0.12)

@@ -18,7 +18,7 @@ def test_gain_is_confirmed_out_of_sample(placed):
     sure = placed.confirmation
     assert sure is not None
     assert placed.present is not None
-    assert sure.confirmed
+    assert sure.is_confirmed
     assert sure.seed == fresh_seed(placed.seed) != placed.seed
     closed = placed.present.value - placed.best.value
     assert sure.gain == pytest.approx(closed, abs=4 * sure.u_gain + 0.02 * closed)

@@ -169,7 +169,7 @@ def test_contradictory_clamps_are_refused():
 def test_shifts_and_turns_about_a_vertical_stylus_use_what_is_kept():
     check = Feasibility.of(job(both=False))
     check.amounts(np.array([HERE, HERE + [5, 5, 0, 0, 0, 1.0], HERE + [1, 2, 3, 0, 0, 2.0]]))
-    assert len(check._kept) == 1
+    assert len(check._rooms) == 1
 
 
 def test_pocket_floor_is_reached_and_its_wall_is_not_crossed():

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from vcmm.answer.placing.near_best import Map
-from vcmm.answer.placing.result import map_json, named, place_json, pose_json
+from vcmm.answer.placing.result import freedom_key, map_json, place_json, pose_json
 
 
 def test_poses_and_maps_as_json():
     six = np.array([1.0, 2.0, 3.0, 0.0, np.pi / 2, -np.pi])
     assert pose_json(six)["turn_deg"] == pytest.approx([0.0, 90.0, -180.0])
     assert pose_json(six)["shift_mm"] == [1.0, 2.0, 3.0]
-    assert (named("x"), named("turn_z")) == ("x_mm", "turn_z_rad")
+    assert (freedom_key("x"), freedom_key("turn_z")) == ("x_mm", "turn_z_rad")
     chart = Map(("x", "turn_z"), np.array([1.0, 2.0]), np.array([0.5]), np.array([[4.0, np.nan]]))
     assert map_json(chart) == {
         "over": ["x_mm", "turn_z_rad"],

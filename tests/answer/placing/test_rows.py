@@ -47,5 +47,5 @@ def test_some_of_the_touches():
 
 def test_a_shift_is_asked_of_the_axes():
     rows = Rows.of(scenario())
-    first, second = rows.wanted(np.array([SIX[0], [3.0, 0, 0, 0, 0, 0]]))
+    first, second = rows.axis_positions(np.array([SIX[0], [3.0, 0, 0, 0, 0, 0]]))
     assert second - first == pytest.approx(np.tile([3.0, 0.0, 0.0], (24, 1)))

@@ -56,7 +56,7 @@ def test_an_optimum_at_the_end_of_the_travel(tmp_path):
     slope = SimpleNamespace(unit="mm", values=lambda p: 1 + 1e-3 * (p[:, 0] + p[:, 1]))
     scenario = plate(tmp_path)
     found = search(slope, found_boxes(scenario), evaluations=1500)
-    at = Rows.of(scenario).wanted(found.pose[None])[0]
+    at = Rows.of(scenario).axis_positions(found.pose[None])[0]
     assert at[:, 0].min() == pytest.approx(0.0, abs=1e-6)
     assert at[:, 1].min() == pytest.approx(0.0, abs=1e-6)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.answer.placing.solid import WORTH, Cuboid, Frustum, MeshSolid, Rod
+from vcmm.answer.placing.solid import VTK_FROM, Cuboid, Frustum, MeshSolid, Rod
 from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.part.mesh import Mesh
 
@@ -96,7 +96,7 @@ def both(mesh: Mesh, p: Array) -> tuple[Array, Array]:
 
 def test_a_large_closed_mesh_is_asked_otherwise_and_says_the_same():
     mesh, p = ball(16), np.random.default_rng(4).uniform(-15, 15, (400, 3))
-    assert len(p) * len(mesh.faces) > WORTH
+    assert len(p) * len(mesh.faces) > VTK_FROM
     assert MeshSolid(mesh)._closed
     found, wanted = both(mesh, p)
     assert np.allclose(found, wanted, atol=1e-12)

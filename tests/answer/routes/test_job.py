@@ -84,11 +84,11 @@ def test_a_machine_that_is_not_the_one_of_the_file(
 def test_a_drawn_machine_is_kept_and_its_scatter_is_not(tmp_path: Path) -> None:
     scenario = load_scenario(example("plate"))
     task, machine = scenario.task(), HiddenMachine(3)
-    first, again = machine.measured(task, 1, 0, 4), machine.measured(task, 1, 0, 4)
+    first, again = machine.measure(task, 1, 0, 4), machine.measure(task, 1, 0, 4)
     assert np.array_equal(first, again)
     assert np.ptp(first[:, 0]) > 1e-5
-    noise = np.std(machine.measured(task, 1, 0, 20)[:, 0], ddof=1)
-    drawn = np.std([HiddenMachine(s).measured(task, 1, 0, 1)[0, 0] for s in range(8)], ddof=1)
+    noise = np.std(machine.measure(task, 1, 0, 20)[:, 0], ddof=1)
+    drawn = np.std([HiddenMachine(s).measure(task, 1, 0, 1)[0, 0] for s in range(8)], ddof=1)
     assert drawn > noise  # from machine to machine more varies than from day to day
 
 

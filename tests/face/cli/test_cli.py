@@ -263,7 +263,7 @@ def test_doctor_compiles_nothing_that_it_cannot_keep(capsys, monkeypatch):
 
 def test_doctor_with_something_missing(capsys, monkeypatch):
     monkeypatch.setattr("vcmm.face.cli.doctor._rendering", lambda: ["off-screen OpenGL", "not tried", "ok"])
-    monkeypatch.setattr("vcmm.face.cli.doctor.REQUIRED", ("numpy", "no-such-package"))
+    monkeypatch.setattr("vcmm.face.cli.doctor.REQUIRED_PACKAGES", ("numpy", "no-such-package"))
     assert run(["doctor"]) == 3
     assert "missing: pip install no-such-package" in capsys.readouterr().out
 

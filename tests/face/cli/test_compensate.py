@@ -166,7 +166,7 @@ def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
     import vcmm as package
     from vcmm.files.own.library import example
     from vcmm.shop.machining import patches
-    from vcmm.shop.machining.result import expected
+    from vcmm.shop.machining.result import expected_deviation
 
     monkeypatch.setattr(patches, "MOST_ACROSS", 11)  # of the map, for the rms of the surface
     scenario = package.load_cut(example("test_piece"))
@@ -177,7 +177,7 @@ def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
     before = package.cut(scenario, trials=1000)
     after = package.cut(replace(scenario, program=tmp_path / "new.nc"), trials=1000)
     size = {
-        c.name: (abs(expected(c)), abs(expected(d)))
+        c.name: (abs(expected_deviation(c)), abs(expected_deviation(d)))
         for c, d in zip(before.characteristics, after.characteristics)
     }
     for name in (

@@ -153,7 +153,7 @@ def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         assert f"± {one['U']:.2f} µm" in repr(own)
     scenario = vcmm.load_scenario(file)
     bench = Bench(scenario.with_(settings=scenario.settings.asked(trials=TRIALS)))
-    assert bench.settled({})["characteristics"] == json.loads(json.dumps(found))
+    assert bench.settle({})["characteristics"] == json.loads(json.dumps(found))
 
 
 def test_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

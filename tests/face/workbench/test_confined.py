@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from vcmm.core.errors import VcmmError
-from vcmm.face.workbench.bench import Bench, diagnosed
+from vcmm.face.workbench.bench import Bench, diagnose_files
 from vcmm.face.workbench.server import WorkbenchServer
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
@@ -99,7 +99,7 @@ def answers(secret: Path, exists: bool) -> dict[str, str]:
         with tempfile.TemporaryDirectory(dir=secret.parent) as folder:
             OPENED.clear()
             try:
-                diagnosed(files, Path(folder))
+                diagnose_files(files, Path(folder))
                 out[name] = ""
             except VcmmError as error:
                 out[name] = str(error).replace(folder, "")
@@ -121,7 +121,7 @@ def test_nothing_outside_is_read_or_said_to_exist(secret: Path) -> None:
 def test_the_same_files_inside_are_read(tmp_path: Path) -> None:
     head = 'vcmm = "recording/1"\nkind = "probe"\nmachine = "m.txt"\ndata = "a.csv"\n'
     files = {"r.toml": head.encode(), "m.txt": MACHINE.encode(), "a.csv": ROWS.encode()}
-    assert diagnosed(files, tmp_path)["verdict"]
+    assert diagnose_files(files, tmp_path)["verdict"]
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import pytest
 from tests.plate import PLATE
 from vcmm.core.errors import Environment, UsageError
 from vcmm.face.workbench.bench import MOST_PAGES, Bench, GivenUp
-from vcmm.face.workbench.knobs import knobs_of, turned
+from vcmm.face.workbench.knobs import knobs_of, with_knobs
 from vcmm.face.workbench.live import preview
 from vcmm.face.workbench.server import WorkbenchServer
 from vcmm.files.own.library import example
@@ -61,14 +61,14 @@ def test_knobs_stand_where_the_scenario_does(scenario: Scenario) -> None:
         "touches",
         "spread",
     ]
-    same = turned(scenario, {k.name: k.start for k in knobs_of(scenario)})
+    same = with_knobs(scenario, {k.name: k.start for k in knobs_of(scenario)})
     assert np.allclose(same.pose.rotation, scenario.pose.rotation, atol=1e-15)
     assert preview(same)["characteristics"] == preview(scenario)["characteristics"]
 
 
 def test_knobs_turn_what_they_say(scenario: Scenario) -> None:
     start = {k.name: k.start for k in knobs_of(scenario)}
-    moved = turned(
+    moved = with_knobs(
         scenario,
         {"x": start["x"] + 7.0, "turn": start["turn"] + 90.0, "room": 2.0, "styli": 2.0, "touches": 3},
     )
@@ -84,7 +84,7 @@ def test_knobs_turn_what_they_say(scenario: Scenario) -> None:
 @pytest.mark.parametrize(("knobs", "says"), [({"speed": 1.0}, "no knob"), ({"x": 1e9}, "the knob goes from"), ({"x": "3"}, "finite number"), ({"x": float("nan")}, "finite")])  # fmt: skip
 def test_knobs_that_cannot_be_turned(scenario: Scenario, knobs: dict[str, Any], says: str) -> None:
     with pytest.raises(UsageError, match=says):
-        turned(scenario, knobs)
+        with_knobs(scenario, knobs)
 
 
 def test_a_preview_is_what_the_evaluation_says(scenario: Scenario) -> None:
@@ -104,7 +104,7 @@ def test_more_touches_less_scatter(scenario: Scenario) -> None:
     """Four touches at every place halve the share of the scatter: u^2 falls by three quarters of it."""
 
     def parts(knobs: dict[str, float]) -> dict[str, float]:
-        found = preview(turned(scenario, knobs))["characteristics"][0]
+        found = preview(with_knobs(scenario, knobs))["characteristics"][0]
         return {b["input"]: b["share"] * found["u"] ** 2 for b in found["budget"]}
 
     one, four, wide = parts({"touches": 1}), parts({"touches": 4}), parts({"spread": 2.0})
@@ -119,16 +119,16 @@ def test_a_newer_question_ends_an_older_one(scenario: Scenario) -> None:
     outcome: list[object] = []
 
     def slow() -> None:
-        wanted = bench._wanted
+        wanted = bench._check_newest
 
         def told(question: int) -> None:
             started.set()
             newer.wait(20)
             wanted(question)
 
-        bench._wanted = told  # type: ignore[method-assign]
+        bench._check_newest = told  # type: ignore[method-assign]
         try:
-            outcome.append(bench.settled({}))
+            outcome.append(bench.settle({}))
         except GivenUp as why:
             outcome.append(why)
 
@@ -146,10 +146,10 @@ def test_one_page_does_not_end_the_question_of_another(scenario: Scenario) -> No
     bench = Bench(scenario)
     first = bench._ask("a")
     bench._ask("b")
-    bench._wanted(first)
+    bench._check_newest(first)
     bench._ask("a")
     with pytest.raises(GivenUp):
-        bench._wanted(first)
+        bench._check_newest(first)
 
 
 def test_pages_long_closed_are_forgotten(scenario: Scenario) -> None:
@@ -157,7 +157,7 @@ def test_pages_long_closed_are_forgotten(scenario: Scenario) -> None:
     for number in range(3 * MOST_PAGES):
         bench._ask(str(number))
     assert len(bench._newest) == MOST_PAGES
-    bench._wanted((str(3 * MOST_PAGES - 1), 1))
+    bench._check_newest((str(3 * MOST_PAGES - 1), 1))
 
 
 def test_a_warmer_room_is_that_of_the_file(tmp_path: Path) -> None:
@@ -173,7 +173,7 @@ def test_a_warmer_room_is_that_of_the_file(tmp_path: Path) -> None:
     written = load_scenario(tmp_path / "warm.toml")
     assert isinstance(ring, Scenario)
     assert isinstance(written, Scenario)
-    by_knob, by_file = (preview(s)["characteristics"][0] for s in (turned(ring, {"room": 8.0}), written))
+    by_knob, by_file = (preview(s)["characteristics"][0] for s in (with_knobs(ring, {"room": 8.0}), written))
     assert by_knob["value"] == pytest.approx(by_file["value"], abs=1e-9)
     assert by_knob["U"] == pytest.approx(by_file["U"], rel=1e-9)
     assert by_knob["value"] == pytest.approx(50.0 + 4.6e-3, abs=1e-6)

@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import data_file
 from tests.recordings.convert import telescope_mount
 from vcmm.core.errors import DataError
-from vcmm.files.foreign.pointing_lists import direction_of, lifted, read_altaz, read_tpoint
+from vcmm.files.foreign.pointing_lists import direction_of, read_altaz, read_tpoint, refract
 from vcmm.files.own.recording import load_recording
 
 MACHINE = """vcmm = "machine/1"
@@ -102,7 +102,7 @@ def test_a_table_without_its_columns(tmp_path):
 
 
 def test_air_lifts_less_the_higher_a_star_stands():
-    up = lifted(np.array([[0.0, 0.0, 1.0]]), np.radians(80.0), 10.0, 1010.0)
+    up = refract(np.array([[0.0, 0.0, 1.0]]), np.radians(80.0), 10.0, 1010.0)
     assert np.degrees(np.arccos(up[0, 2])) * 60 == pytest.approx(
         1.02 / np.tan(np.radians(80 + 10.3 / 85.11)), rel=1e-3
     )

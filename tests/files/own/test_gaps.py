@@ -77,7 +77,7 @@ def test_rows_beyond_the_end_of_a_log_are_set_aside(tmp_path):
     found, _ = load_recording(written(tmp_path, None, log), gaps=True)
     assert found.m == 99
     assert "1 of 100 rows lie beyond it" in found.notes[0]
-    assert np.isfinite(found.run.lagged("frame", 60.0)).all()
+    assert np.isfinite(found.run.lag("frame", 60.0)).all()
 
 
 def test_a_blank_entry_of_a_log_is_no_entry(tmp_path):

@@ -302,7 +302,7 @@ def test_logs_are_joined_by_time(tmp_path):
     assert rec.run.column("temp_air_C") == pytest.approx([20.0, 20.75, 21.0])
     assert rec.run.column("pressure_hPa") == pytest.approx([1000.0, 1003.0, 1004.0])
     assert rec.run.series["air"].time.tolist() == [0.0, 40.0, 80.0]
-    assert rec.run.lagged("air", 10.0)[0] == 20.0
+    assert rec.run.lag("air", 10.0)[0] == 20.0
 
 
 def test_temperatures_of_the_rows_are_a_log_too(tmp_path):
@@ -312,7 +312,7 @@ def test_temperatures_of_the_rows_are_a_log_too(tmp_path):
     )
     data = data.removesuffix("\n") + ",22\n"
     rec = read(tmp_path, PROBE, data)
-    assert rec.run.lagged("bed", 30.0)[1] == pytest.approx(21.0 - (1 - np.exp(-1)))
+    assert rec.run.lag("bed", 30.0)[1] == pytest.approx(21.0 - (1 - np.exp(-1)))
 
 
 @pytest.mark.parametrize(

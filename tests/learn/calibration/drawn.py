@@ -15,7 +15,7 @@ from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments.artefact import grid_of_balls, plate
 from vcmm.task.instruments.laser import six_d
-from vcmm.task.instruments.laying import simulated
+from vcmm.task.instruments.laying import simulate_reading
 from vcmm.task.instruments.tracker import lengths_to
 from vcmm.task.response.recording import Recording
 
@@ -115,4 +115,4 @@ def found_by(design: str, seed: int) -> tuple[Machine, list[Recording], Calibrat
 
 
 def recorded(machine: Machine, design: Sequence[Recording], rng: np.random.Generator) -> list[Recording]:
-    return [simulated(r, machine, rng) for r in design]
+    return [simulate_reading(r, machine, rng) for r in design]

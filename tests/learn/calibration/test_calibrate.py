@@ -32,8 +32,8 @@ from vcmm.task.instruments import find
 from vcmm.task.instruments.artefact import plate
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laser import diagonal, line
-from vcmm.task.instruments.laying import simulated
-from vcmm.task.instruments.tracker import lengths_to, moved
+from vcmm.task.instruments.laying import simulate_reading
+from vcmm.task.instruments.tracker import lengths_to, move_stations
 
 MIDDLE = {"X": 300.0, "Y": 250.0, "Z": -200.0}
 TIP = np.array([0.0, 0.0, -100.0])
@@ -104,7 +104,7 @@ def test_scale_and_squareness_of_a_plate_by_hand():
     machine = bare().with_effect(ComponentPolynomial("EXX", np.array([0.0, 10e-3])), Squareness("C0Y", 20e-6))
     corners = np.array([[x, y, -300.0] for y in (50, 450) for x in np.linspace(100, 500, 9)])
     one = plate(bare(), corners, "1", TIP, 1e-6)
-    read = simulated(one, machine, np.random.default_rng(0))
+    read = simulate_reading(one, machine, np.random.default_rng(0))
     at = corners + read.value.reshape(18, 3)
     diagonals = [np.linalg.norm(at[17] - at[0]), np.linalg.norm(at[9] - at[8])]
     # diagonal reading: +-: sqrt(2)/2 * (-4 um +- 8 um) to first order
@@ -123,7 +123,7 @@ def test_u_of_the_instrument_stays_in_the_slope():
     # a laser with u(scale) = 2 um/m: over 600 mm the end of EXX is known to 2e-6 * 300 = 0.6 um from the middle, whatever
     # the number of readings; the band of 13 targets x 2 x 3 readings of 0.05 um alone is below 0.05 um
     machine = bare().with_effect(ComponentPolynomial("EXX", np.array([0.0, 5e-3])))
-    read = simulated(
+    read = simulate_reading(
         line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, TIP, "X", 0.05e-3, 3),
         machine,
         np.random.default_rng(1),
@@ -140,7 +140,9 @@ def test_one_laser_in_two_recordings_has_one_scale():
     machine = bare().with_effect(ComponentPolynomial("EXX", np.array([0.0, 5e-3])))
     rng = np.random.default_rng(1)
     meant = line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, TIP, "X", 0.05e-3, 2)
-    lines = [simulated(replace(meant, name=name), machine, rng) for name in ("before noon", "after noon")]
+    lines = [
+        simulate_reading(replace(meant, name=name), machine, rng) for name in ("before noon", "after noon")
+    ]
 
     def found(*serials: str):
         made = [
@@ -182,7 +184,7 @@ def test_outliers_carry_little_weight():
 def test_stations_50_mm_off_are_found():
     _, design, near = found_by("tracer", 11)
     away = [
-        moved(r, bare(), r.run.vector("from_x_mm", "from_y_mm", "from_z_mm") + [30.0, -30.0, 26.0])
+        move_stations(r, bare(), r.run.vector("from_x_mm", "from_y_mm", "from_z_mm") + [30.0, -30.0, 26.0])
         for r in design
     ]
     far = calibrate(away, bare())

@@ -17,7 +17,7 @@ from vcmm.files.own.certificate import stated_certificate
 from vcmm.files.own.library import example
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.tables.certified import COVERED
+from vcmm.show.tables.certified import COVERAGE_COLUMNS
 from vcmm.show.tables.table import ResultTable, text
 from vcmm.task.certified import machines as family
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
@@ -98,7 +98,7 @@ def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) ->
     result = evaluate(scenario.task(), replace(scenario.settings, trials=20_000, certify=20))
     certificate = stated_certificate(example("certificate"))
     assert certificate is not None
-    table = ResultTable("", COVERED, covered_at_limit(scenario.machine, certificate, result))
+    table = ResultTable("", COVERAGE_COLUMNS, covered_at_limit(scenario.machine, certificate, result))
     shown = (Path(__file__).parents[3] / "docs" / "certificate.md").read_text(encoding="utf-8")
     assert text(table) in shown
 
@@ -126,8 +126,8 @@ def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     alone = geometry_at_limit(machine, c, drawn)
     again = (np.abs(alone.modes @ per_mode(bare, lengths_run).T) / c.E0.at(lengths)).max(axis=1)  # type: ignore[union-attr]
     assert again == pytest.approx(np.ones(len(again)))
-    assert len(drawn.mirrored.scatter) == 2 * len(drawn.scatter)
-    assert drawn.mirrored.modes.sum(axis=0) == pytest.approx(np.zeros(drawn.modes.shape[1]), abs=1e-12)
+    assert len(drawn.mirror.scatter) == 2 * len(drawn.scatter)
+    assert drawn.mirror.modes.sum(axis=0) == pytest.approx(np.zeros(drawn.modes.shape[1]), abs=1e-12)
 
 
 def test_a_scenario_is_held_to_the_certificate_it_states(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.learn.calibration.evidence import EXTREMES, JointPosterior, PriorSite, Reduced
+from vcmm.learn.calibration.evidence import EXTREMES, JointPosterior, NormalEquations, PriorSite
 from vcmm.learn.calibration.model import error_model
 from vcmm.learn.calibration.prior import line_factor, unit_factor, widest_pairs
 
@@ -24,7 +24,7 @@ def test_a_small_curve_with_a_free_line_costs_no_digits() -> None:
         for c in model.curves
     ]  # fmt: skip
     sites = [PriorSite(f, np.zeros(len(f))) for f in factors]
-    joint = JointPosterior(Reduced(x.T @ x, x.T @ y, model), sites)
+    joint = JointPosterior(NormalEquations(x.T @ x, x.T @ y, model), sites)
     a, b = joint.without(2)
     beside = [x[:, model.slices[c.component]] @ c.free @ f for c, f in zip(model.curves, factors)]
     del beside[2]

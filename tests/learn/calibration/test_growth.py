@@ -19,7 +19,7 @@ from vcmm.learn.calibration.machine_file import machine_texts
 from vcmm.learn.calibration.result import Calibration
 from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.laying import simulated
+from vcmm.task.instruments.laying import simulate_reading
 
 ONLY = ("EXX", "EYX")
 
@@ -31,7 +31,7 @@ def bare() -> Machine:
 def lines(names: tuple[str, ...], truth: Machine, rng: np.random.Generator) -> list:
     targets = np.linspace(0, 600, 13)
     made = [line(bare(), "X", targets, {}, np.zeros(3), component=n[1], u=0.1e-3) for n in names]
-    return [simulated(one, truth, rng) for one in made]
+    return [simulate_reading(one, truth, rng) for one in made]
 
 
 def stored(found: Calibration, folder: Path) -> Machine:

@@ -14,7 +14,7 @@ from vcmm.core.errors import UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
-from vcmm.learn.calibration.held_out import compare_interpolations, held_rows, predicted
+from vcmm.learn.calibration.held_out import compare_interpolations, held_rows, predict_rows
 from vcmm.learn.calibration.interpolation import (
     INTERPOLATIONS,
     as_kind,
@@ -146,7 +146,7 @@ def test_the_prediction_is_that_of_the_joint_normal_law(line):
         covariance=before - lever @ part.errors[~held] @ before,
         noise=(SimpleNamespace(u=1.0),),
     )
-    found = predicted(SimpleNamespace(posterior=post), 0, part, held)
+    found = predict_rows(SimpleNamespace(posterior=post), 0, part, held)
     assert part.value[held] - found.error == pytest.approx(mean, abs=1e-6)
     assert found.u == pytest.approx(np.sqrt(np.diag(spread)), rel=1e-4)
 

@@ -20,7 +20,7 @@ from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments import find
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.laying import simulated
+from vcmm.task.instruments.laying import simulate_reading
 
 MIDDLE = {"X": 300.0, "Y": 250.0, "Z": -200.0}
 TIP = np.array([0.0, 0.0, -100.0])
@@ -157,13 +157,15 @@ def test_arcsec_taken_for_urad_is_named():
     machine = bare().with_effect(ComponentPolynomial("EBX", np.array([0.0, 20e-6, 60e-6])))
     rng = np.random.default_rng(0)
     upper, lower = (
-        simulated(
+        simulate_reading(
             replace(line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, np.array([0, 0, z]), "X", 1e-4), name=f"at {z}"),
             machine, rng,
         )
         for z in (-50.0, -350.0)
     )  # fmt: skip
-    angle = simulated(line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, TIP, "B", 0.2e-6), machine, rng)
+    angle = simulate_reading(
+        line(bare(), "X", np.linspace(0, 600, 13), MIDDLE, TIP, "B", 0.2e-6), machine, rng
+    )
     seconds = replace(angle, value=angle.value / 4.848)
     with pytest.raises(UsageError, match="arcsec taken for urad"):
         calibrate([upper, lower, seconds], bare(), only=("EXX", "EBX"))
@@ -178,7 +180,7 @@ def test_a_reversal_is_no_clock():
     one = line(bare(), "X", np.linspace(0, 600, 7), MIDDLE, TIP, "X", 1e-6)
     sense = np.repeat([1.0, -1.0], 7)
     still = replace(one, run=one.run.with_columns({"sense_X": sense}))
-    read = simulated(still, bare().with_effect(Backlash("X", 2e-3)), np.random.default_rng(0))
+    read = simulate_reading(still, bare().with_effect(Backlash("X", 2e-3)), np.random.default_rng(0))
     found = calibrate([read], bare(), only=("EXX", "BX"))
     assert found.band("BX")[1] * 1e3 == pytest.approx(2.0, abs=0.05)
     assert not any("clocks" in w for w in found.warnings)

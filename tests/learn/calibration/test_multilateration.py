@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit
-from vcmm.learn.calibration.multilateration import Lengths, located, nearest_pose
+from vcmm.learn.calibration.multilateration import Lengths, locate_points, nearest_pose
 
 GRID = np.array(
     [[x, y, z] for x in (-200.0, 0.0, 300.0) for y in (-100.0, 0.0, 250.0) for z in (-150.0, 0.0, 200.0)]
@@ -38,7 +38,7 @@ def test_a_quarter_turn_and_a_shift_by_hand():
 def test_without_noise_everything_is_found_though_stations_are_known_to_20_mm_only():
     rng = np.random.default_rng(1)
     points = GRID + 2e-3 * rng.standard_normal(GRID.shape)
-    found = located(
+    found = locate_points(
         lengths(points, CORNERS, GRID, dead=37.0, start=20.0 * rng.standard_normal(CORNERS.shape))
     )
     turn, shift = nearest_pose(found.points, points)
@@ -50,7 +50,7 @@ def test_without_noise_everything_is_found_though_stations_are_known_to_20_mm_on
 
 def test_degrees_of_freedom_and_a_covariance_by_hand():
     """27 points, 6 stations: 162 - 81 - 24 + 6 = 63. At the origin two beams run along each axis: the variance of each coordinate is 1/2."""
-    found = located(lengths(GRID, AROUND, GRID))
+    found = locate_points(lengths(GRID, AROUND, GRID))
     assert found.left == 63
     middle = int(np.flatnonzero((GRID == 0).all(axis=1))[0])
     assert found.alone[middle] == pytest.approx(0.5 * np.eye(3), abs=1e-9)
@@ -58,7 +58,7 @@ def test_degrees_of_freedom_and_a_covariance_by_hand():
 
 def test_residuals_give_the_noise_and_covariances_the_scatter():
     rng, u = np.random.default_rng(7), 0.3e-3
-    several = [located(lengths(GRID, CORNERS, GRID, rng, u)) for _ in range(24)]
+    several = [locate_points(lengths(GRID, CORNERS, GRID, rng, u)) for _ in range(24)]
     rms = np.sqrt(np.mean([f.u**2 for f in several]))
     assert rms == pytest.approx(u, rel=0.07)  # 24 x 40 degrees of freedom: 2.3 %
     points = np.array([f.points for f in several])
@@ -77,7 +77,7 @@ def test_the_same_as_a_general_least_squares():
     rng = np.random.default_rng(3)
     nominal = GRID[::2]
     data = lengths(nominal, CORNERS, nominal, rng, 1e-3, dead=5.0)
-    found = located(data)
+    found = locate_points(data)
 
     def misfit(v):
         points, rest = v[: 3 * len(nominal)].reshape(-1, 3), v[3 * len(nominal) :].reshape(-1, 4)
@@ -105,4 +105,4 @@ def test_the_same_as_a_general_least_squares():
 )  # fmt: skip
 def test_what_does_not_determine_points_is_refused(stations, points, said):
     with pytest.raises(ModelLimit, match=said):
-        located(lengths(points, stations, points))
+        locate_points(lengths(points, stations, points))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.learn.calibration.net import AxisNet, folds, trained
+from vcmm.learn.calibration.net import AxisNet, folds, train_net
 
 
 def test_one_step_of_back_propagation_by_hand():
@@ -49,7 +49,7 @@ def test_a_hidden_layer_goes_down_its_slope():
 def test_a_net_learns_a_smooth_curve_and_maps_back_to_its_range():
     x = np.linspace(0.0, 400.0, 21)[:, None]
     y = np.concatenate([10.0 * np.sin(x / 150.0), 3.0 + 0.01 * x], axis=1)
-    net = trained(x, y, "i, 2i+1, o", np.random.default_rng(0), 20_000)
+    net = train_net(x, y, "i, 2i+1, o", np.random.default_rng(0), 20_000)
     assert np.abs(net.at(x) - y).max(axis=0) == pytest.approx([0.0, 0.0], abs=0.6)
 
 

@@ -16,9 +16,9 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.field_process import fitted, support
 from vcmm.learn.calibration.multilateration import nearest_pose
-from vcmm.learn.calibration.nodes import chi_squared, node_scatter, t_tests
+from vcmm.learn.calibration.nodes import chi_squared_statistics, node_scatter, t_tests
 from vcmm.physics.structure.residual import ResidualField
-from vcmm.task.instruments.laying import joined
+from vcmm.task.instruments.laying import join_layouts
 from vcmm.task.instruments.tracker import lengths_to
 
 STATIONS = ((-300, -300, 50), (900, -300, 100), (900, 800, 0), (-300, 800, 150), (300, 250, 900))
@@ -44,7 +44,7 @@ def recording(approaches=12, fixed=0.0, changing=0.0, seed=0, places=PLACES):
         lengths_to(bare(), "t", tips, s, (0, 0, 0), nuisance=free, u=U, label=f"{k}")
         for k, s in enumerate(STATIONS)
     ]
-    whole = joined("t", parts)
+    whole = join_layouts("t", parts)
     names = np.tile([f"a{i:02d}" for i in range(approaches)], len(STATIONS) * len(places))
     same = np.tile(fixed * rng.standard_normal(tips.shape), (len(STATIONS), 1))
     moved = same + changing * rng.standard_normal(same.shape)
@@ -88,8 +88,8 @@ def test_chi_squared_by_hand():
     """
     split = np.array([[-1.0, -1, -1, -1, 1, 1, 1, 1]])
     even = np.array([[-1.5, -1.5, -0.2, -0.2, 0.2, 0.2, 1.5, 1.5]])
-    assert chi_squared(split) == pytest.approx([8.0])
-    assert chi_squared(even) == pytest.approx([0.0])
+    assert chi_squared_statistics(split) == pytest.approx([8.0])
+    assert chi_squared_statistics(even) == pytest.approx([0.0])
 
 
 def test_the_test_keeps_its_level_and_sees_two_values():

@@ -15,19 +15,19 @@ from vcmm.face.cli import run
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.limits import limits_of
-from vcmm.learn.calibration.recorded import evaluated
+from vcmm.learn.calibration.recorded import evaluate_recordings
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import find
 from vcmm.task.instruments.ball_bar import circle
 from vcmm.task.instruments.instrument import InstrumentCertificate
-from vcmm.task.instruments.laying import joined, layout, rows, simulated
+from vcmm.task.instruments.laying import join_layouts, layout, rows, simulate_reading
 from vcmm.task.response.recording import Recording
 
 CENTRE = (300.0, 250.0, -200.0)
 
 
 def figures(recording, iso, certificate=None, limits=()):
-    found, notes = evaluated([RecordedTest(recording, bare(), certificate)], iso, limits_of(limits))
+    found, notes = evaluate_recordings([RecordedTest(recording, bare(), certificate)], iso, limits_of(limits))
     return {f.name: f for f in found}, notes
 
 
@@ -36,7 +36,7 @@ def ball_bar(start: float = 0.0) -> Recording:
     between the senses; the bar 4 um long."""
     there = circle(bare(), CENTRE, 150.0, "XY", 1e-4, calibrated=True)
     back = circle(bare(), CENTRE, 150.0, "XY", 1e-4, sweep=(360.0 + start, start), calibrated=True)
-    out = joined("circle", [there, back])
+    out = join_layouts("circle", [there, back])
     way = bare().prepare(out.run).tip
     angle = np.arctan2(way[:, 1] - 250.0, way[:, 0] - 300.0)
     radial = -1.5e-3 * np.sin(2 * angle) + 3e-3 * np.cos(angle) - 2e-3 * np.sin(angle) + 4e-3
@@ -129,7 +129,7 @@ def diagonal(start, end, name="d", runs=2) -> Recording:
 
 
 def square(recording: Recording) -> Recording:
-    return simulated(recording, bare().with_effect(Squareness("C0Y", 20e-6)), np.random.default_rng(0))
+    return simulate_reading(recording, bare().with_effect(Squareness("C0Y", 20e-6)), np.random.default_rng(0))
 
 
 def test_recorded_diagonals_by_hand():
@@ -148,11 +148,14 @@ def test_recorded_diagonals_by_hand():
     found, _ = figures(face, "230-6")
     assert found["E PN0"].value_um == pytest.approx(7.682, abs=1e-3)
     assert "Ed" not in found
-    both, _ = figures(joined("both", [body, face]), "230-6")
+    both, _ = figures(join_layouts("both", [body, face]), "230-6")
     assert {"E PPP", "E PN0", "Ed", "Ef"} <= set(both)
     with pytest.raises(UsageError, match="beside a line"):
         figures(
-            replace(joined("both", [body, face]), run=replace(joined("b", [body, face]).run, labels={})),
+            replace(
+                join_layouts("both", [body, face]),
+                run=replace(join_layouts("b", [body, face]).run, labels={}),
+            ),
             "230-6",
         )
 

@@ -16,7 +16,7 @@ from vcmm.learn.calibration.job import bare_machine, calibrate
 from vcmm.learn.calibration.reversed_readings import reversed_recordings
 from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.laying import simulated
+from vcmm.task.instruments.laying import simulate_reading
 
 PLACES = np.linspace(0.0, 100.0, 11)
 REVERSAL = """vcmm = "recording/1"
@@ -71,7 +71,7 @@ def test_a_reversal_and_a_laser_in_one_call(turned, tmp_path, capsys):
     rng = np.random.default_rng(1)
     for name, u in (("X", 0.05e-3), ("Z", 0.3e-3)):
         meant = line(truth, "X", PLACES, {}, np.zeros(3), name, u)
-        read = simulated(meant, truth, rng)
+        read = simulate_reading(meant, truth, rng)
         at = read.run.q("X")[read.row]
         curve = slide(at) * read.sign if name == "Z" else 0.0
         object.__setattr__(read, "value", read.value + curve)
@@ -95,7 +95,9 @@ def test_other_reversals_beside_a_laser_are_told_to_go_alone(turned, tmp_path, c
     (tmp_path / "half.toml").write_text(text)
     lathe = bare_machine("w C' X' b Z t")
     meant = line(lathe, "X", PLACES, {"Z": 0.0, "C": 0.0}, np.zeros(3), "X", 1e-4)
-    save_recording(simulated(meant, lathe, np.random.default_rng(0)), tmp_path / "laser.toml", "unused.toml")
+    save_recording(
+        simulate_reading(meant, lathe, np.random.default_rng(0)), tmp_path / "laser.toml", "unused.toml"
+    )
     words = ["calibrate", str(tmp_path / "laser.toml"), "--structure", "w C' X' b Z t"]
     assert run([*words, str(tmp_path / "half.toml")]) == 2
     assert "Calibrate it alone with --out spindle.toml" in capsys.readouterr().err

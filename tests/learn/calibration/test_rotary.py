@@ -38,7 +38,7 @@ from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.rotary import held, held_bar, indexed, r_test
+from vcmm.task.instruments.rotary import held_bar, hold_tip, index_axis, r_test
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer
 
@@ -83,7 +83,9 @@ def test_harmonics_are_reported():
 
 def test_where_the_ball_of_an_r_test_stands():
     """About (10, -5): from the centre the ball is (200, 5), after a quarter turn of the table the other way (5, -200)."""
-    place = held(bare(TABLE), "C", np.array([0.0, np.pi / 2]), (210.0, 0.0, 50.0), (0.0, 0.0, 0.0)).position
+    place = hold_tip(
+        bare(TABLE), "C", np.array([0.0, np.pi / 2]), (210.0, 0.0, 50.0), (0.0, 0.0, 0.0)
+    ).position
     assert [place[a].round(9).tolist() for a in "XYZ"] == [[210.0, 15.0], [0.0, -205.0], [50.0, 50.0]]
 
 
@@ -100,12 +102,12 @@ def test_an_r_test_by_hand():
     turned = bare(TABLE).with_effect(RotaryCyclic("ECC", np.array([10e-6, 0.0])))
     read = -Observer(one, turned).baseline().reshape(2, 3)
     assert read[0] == pytest.approx([0, -1e-3, 0], abs=1e-12)
-    angle = indexed(bare(TABLE), "C", np.radians([0.0, 180.0]), 1e-7)
+    angle = index_axis(bare(TABLE), "C", np.radians([0.0, 180.0]), 1e-7)
     assert np.abs(Observer(angle, turned).baseline()) == pytest.approx([10e-6, 10e-6])
     bar = held_bar(bare(TABLE), "C", np.radians([0.0, 90.0]), (110, -5, 0), (10, -5, 0), U)
     assert -Observer(replace(bar, nuisance={}), machine).baseline() == pytest.approx([-20e-3, 0.0], abs=1e-9)
     with pytest.raises(ModelLimit, match="cannot bring the tip there"):
-        held(bare("w C' b X t"), "C", ANGLES, (110, -5, 0), (0, 0, 0))
+        hold_tip(bare("w C' b X t"), "C", ANGLES, (110, -5, 0), (0, 0, 0))
 
 
 def test_the_average_line_leaves_the_machine_as_it_is():

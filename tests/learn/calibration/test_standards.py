@@ -11,7 +11,7 @@ from tests.learn.calibration.drawn import bare
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.learn.calibration.acceptance import predicted, without_rounding
+from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
 from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.limits import limits_of
 from vcmm.learn.calibration.recorded_lines import recorded_positioning
@@ -65,7 +65,7 @@ def test_iso_10360_2_by_hand():
 
 
 def figures(machine, test, limits=(), trials=400):
-    return {f.name: f for f in predicted(machine, test, limits_of(limits), trials=trials)}
+    return {f.name: f for f in predict_figures(machine, test, limits_of(limits), trials=trials)}
 
 
 def test_predicted_figures_of_a_simple_machine():
@@ -153,7 +153,7 @@ def test_limits_that_are_refused(text):
 
 def test_what_no_file_states_is_not_predicted():
     # no repeatability: R is rounding and passes no limit; 0.5 um of scatter gives it back
-    found, said = without_rounding(predicted(bare(), "230-2", limits_of(["R = 2 um"]), trials=20))
+    found, said = without_rounding(predict_figures(bare(), "230-2", limits_of(["R = 2 um"]), trials=20))
     figures = {f.name: f for f in found}
     assert (figures["R X"].value_um, figures["R X"].u_um, figures["R X"].p_pass) == (None, None, None)
     assert figures["R X"].limit_um == pytest.approx(2.0)
@@ -161,6 +161,6 @@ def test_what_no_file_states_is_not_predicted():
     assert said[0].startswith("the machine file states no repeatability: R X, R+ X, R- X, R Y")
     noisy = bare().with_effect(Scatter())
     noisy = replace(noisy, inputs=(Input(Scatter.name, "", "value", Normal(0.5e-3), "touch", "test"),))
-    found, said = without_rounding(predicted(noisy, "230-2", limits_of(["R = 9 um"]), trials=20))
+    found, said = without_rounding(predict_figures(noisy, "230-2", limits_of(["R = 9 um"]), trials=20))
     assert not said
     assert {f.name: f for f in found}["R X"].p_pass == 1.0

@@ -17,14 +17,14 @@ from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.tested import check_independent, put_to_test, remainder
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.laying import simulated
+from vcmm.task.instruments.laying import simulate_reading
 
 
 def another_line(rng: np.random.Generator, machine: Machine):
     """A laser along X with another tip than that of the calibration, at other positions."""
     at = {"Y": 250.0, "Z": -200.0}
     layout = line(bare(), "X", np.linspace(20.0, 580.0, 15), at, np.array([0.0, 150.0, -280.0]), "X", 0.2e-3)
-    return simulated(replace(layout, name="another line"), machine, rng)
+    return simulate_reading(replace(layout, name="another line"), machine, rng)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_compensated_with_its_table_the_drawn_machine_stays_within_the_residual_
 def test_the_covariance_of_what_is_left_by_hand():
     """Two readings of u = 3 and 4 um and a zero: half their difference is left, with variance (9 + 16) / 4 = 2.5^2 um^2."""
     layout = line(bare(), "X", np.array([0.0, 600.0]), {"Y": 250.0, "Z": -200.0}, np.zeros(3), "X", 1e-3)
-    one = simulated(layout, bare(), np.random.default_rng(0)).take(np.array([0, 1]))
+    one = simulate_reading(layout, bare(), np.random.default_rng(0)).take(np.array([0, 1]))
     two = replace(one, value=np.array([1e-3, 5e-3]), u=np.array([3e-3, 4e-3]), noise=None)
     left, spread = remainder(two, bare())
     assert left == pytest.approx([-2e-3, 2e-3])

@@ -11,8 +11,8 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.squareness import RotaryLocation
-from vcmm.task.instruments.laying import simulated
-from vcmm.task.instruments.rotary import indexed, r_test
+from vcmm.task.instruments.laying import simulate_reading
+from vcmm.task.instruments.rotary import index_axis, r_test
 from vcmm.task.response.recording import Recording
 
 ACROSS = {"A": "YZ", "B": "XZ", "C": "XY"}
@@ -87,11 +87,11 @@ def set_ups(machine: Machine, axis: str) -> list[Recording]:
     tips = ((0, 0, -100),) * 3 if table else ((0, 0, -300), (120, 80, -150), (-150, 60, -150))
     out = [r_test(machine, axis, ANGLES, b, U, t) for b, t in zip(balls, tips)]
     out = [replace(one, name=f"R-test {i + 1}") for i, one in enumerate(out)]
-    return [*out, indexed(machine, axis, ANGLES, 0.5e-6)]
+    return [*out, index_axis(machine, axis, ANGLES, 0.5e-6)]
 
 
 def recorded(machine: Machine, meant: Sequence[Recording], rng: np.random.Generator) -> list[Recording]:
-    return [simulated(one, machine, rng) for one in meant]
+    return [simulate_reading(one, machine, rng) for one in meant]
 
 
 def errors_of(axis: str) -> list[str]:

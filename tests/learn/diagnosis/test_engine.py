@@ -10,7 +10,7 @@ import pytest
 
 from tests.learn.diagnosis import generator as make
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.improve import improved
+from vcmm.learn.diagnosis.improve import improve_machine
 from vcmm.learn.diagnosis.result import VERDICTS, diagnosis_json
 from vcmm.physics.structure.component import ComponentTable
 
@@ -53,7 +53,7 @@ def test_the_improved_machine_explains_the_recording(backlash):
     assert (found.verdict, found.answer[0].effect) == ("explained", "backlash")
     assert found.fit.after < found.fit.before
     assert sum(h.gain for h in found.fit.held_out) > 10
-    better = improved(make.machine(), tuple((a.fitted, a.inputs) for a in found.answer))
+    better = improve_machine(make.machine(), tuple((a.fitted, a.inputs) for a in found.answer))
     assert [e.id for e in better.effects] == [f"backlash[{case.where[0]}]"]
     assert [i.id for i in better.inputs] == [f"backlash[{case.where[0]}].gap"]
     again = diagnose(case, better)

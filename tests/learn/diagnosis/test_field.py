@@ -16,9 +16,9 @@ from vcmm.learn.diagnosis.closeness import nearness, of_component
 from vcmm.learn.diagnosis.constants import VERY_STRONG
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.field import Field, rival_field, weighed
+from vcmm.learn.diagnosis.field import Field, rival_field, weigh_against_field
 from vcmm.learn.diagnosis.neighbours import departure
-from vcmm.learn.diagnosis.null import Noise, clipped, draws
+from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.result import Answer, Unknown
@@ -37,7 +37,7 @@ def searched(names: tuple[str, ...], delta: float, seed: int, extra=None):
             problem, residual=problem.residual + extra(problem.run, problem.recording.direction)
         )
     white = problem.whitener()
-    null = clipped(draws(Noise(), white, 1, "null", 600), white, 3.0)
+    null = clip_residuals(draws(Noise(), white, 1, "null", 600), white, 3.0)
     found = dictionary(catalogue(problem).families, white)
     setting = Setting(found, white, white.apply(problem.residual), 3.0, 6.0, Refiner(problem, white))
     return problem, white, null, select(setting), setting
@@ -62,9 +62,9 @@ def test_z_counts_standard_deviations_of_ln_t():
     """ln t of the nulls: -1, +1, so mean 0 and standard deviation 1; ln t = 2 is 2 of them. What templates may bring is
     taken off as amplitudes: (sqrt(e^2) - (e - 1))^2 = 1, ln 1 = 0; as a share of t that is (e - 1)^2 / e^2."""
     t = np.exp([2.0, -1.0, 1.0])
-    assert kernels.departed(t)[0] == pytest.approx(2.0)
-    assert kernels.departed(t, forgiven=((np.e - 1) / np.e) ** 2)[0] == pytest.approx(0.0, abs=1e-12)
-    assert kernels.departed(t, forgiven=2.0)[0] < -10  # more than there is: nothing is left
+    assert kernels.normal_scores(t)[0] == pytest.approx(2.0)
+    assert kernels.normal_scores(t, forgiven=((np.e - 1) / np.e) ** 2)[0] == pytest.approx(0.0, abs=1e-12)
+    assert kernels.normal_scores(t, forgiven=2.0)[0] < -10  # more than there is: nothing is left
 
 
 def test_the_score_is_that_of_white_bumps():
@@ -75,7 +75,7 @@ def test_the_score_is_that_of_white_bumps():
     basis = np.linalg.qr(white.apply(rng.normal(size=(60, 2))))[0]
     bumps, rows = rng.normal(size=(60, 7)), white.apply(rng.normal(size=(60, 5)))
     kernel = kernels.Kernel(("X",), "normal", bumps, np.ones(60))
-    back = kernels.pulled(white, basis, rows)
+    back = kernels.pull_back(white, basis, rows)
     (asked,) = kernels.questions([[kernel]], back)
     x, r = back.columns([kernel]), rows - basis @ (basis.T @ rows)
     want = ((x.T @ r) ** 2).sum(axis=0) / (r**2).sum(axis=0)
@@ -175,14 +175,14 @@ def test_what_a_field_leaves_to_the_names():
     """A field as good as the names and its price: one half; 5 nats worse: 1 / (1 + e^-5) = 0.9933."""
     unknown = Unknown(("X",), "a dependence", 0.0)
     answer = Answer("clamping", {}, {}, 0.8, 1.0, (), 12.0, rival_probability=0.2)
-    (half,) = weighed((answer,), Field(0.0, unknown, (0,), np.zeros((3, 0))))
+    (half,) = weigh_against_field((answer,), Field(0.0, unknown, (0,), np.zeros((3, 0))))
     assert (half.probability, half.rival_probability) == pytest.approx((0.4, 0.1))
-    (most,) = weighed((answer,), Field(-VERY_STRONG, unknown, (0,), np.zeros((3, 0))))
+    (most,) = weigh_against_field((answer,), Field(-VERY_STRONG, unknown, (0,), np.zeros((3, 0))))
     assert most.probability == pytest.approx(0.8 * 0.99331, abs=1e-4)
-    assert weighed((answer,), None) == (answer,)
+    assert weigh_against_field((answer,), None) == (answer,)
     surest = Field(1e4, unknown, (0,), np.zeros((3, 0))).share
     assert surest == pytest.approx(1e-6 / (1 + 1e-6), rel=1e-9)  # odds of a million and no more
-    assert weighed((answer, answer), Field(0.0, unknown, (1,), np.zeros((3, 0))))[0] == answer
+    assert weigh_against_field((answer, answer), Field(0.0, unknown, (1,), np.zeros((3, 0))))[0] == answer
 
 
 @pytest.mark.thorough
@@ -219,7 +219,7 @@ def test_what_templates_may_leave_does_not_depend_on_how_the_noise_was_stated():
         problem, *_ = searched(("backlash",), 50.0, 23, stairs)
         problem = replace(problem, u=factor * problem.u, calibration=problem.calibration)
         white = problem.whitener()
-        null = clipped(draws(Noise(), white, 1, "null", 600), white, 3.0)
+        null = clip_residuals(draws(Noise(), white, 1, "null", 600), white, 3.0)
         setting = Setting(
             dictionary(catalogue(problem).families, white), white, white.apply(problem.residual), 3.0, 6.0,
             Refiner(problem, white),

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vcmm.learn.diagnosis.formula import Atom, _written
+from vcmm.learn.diagnosis.formula import Atom, _formula_text
 
 
 @pytest.mark.parametrize(("kind", "first", "second"), [("angle", "-3", "+2"), ("points", "-0.003", "+0.002")])
@@ -17,4 +17,4 @@ def test_the_numbers_of_a_formula_in_um_or_urad(kind: str, first: str, second: s
     longer = SimpleNamespace(
         fit=SimpleNamespace(mean=np.array([9.0, 4.0, -6.0])), terms=[None, None], span=lambda i: slice(1, 3)
     )
-    assert _written(atoms, longer, "Z", 0.5e-6, kind) == f"({first} b {second} a) in Z"
+    assert _formula_text(atoms, longer, "Z", 0.5e-6, kind) == f"({first} b {second} a) in Z"

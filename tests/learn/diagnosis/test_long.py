@@ -18,7 +18,7 @@ from vcmm.learn.diagnosis.order import in_order
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import diagnosis_json
 from vcmm.learn.diagnosis.screening import kept_of
-from vcmm.learn.diagnosis.thinning import chosen, loss, of_rows, stretches, thinned
+from vcmm.learn.diagnosis.thinning import choose_rows, loss, of_rows, stretches, thin_problem
 
 
 def run_of(n: int, **columns: np.ndarray) -> Run:
@@ -38,7 +38,7 @@ def test_every_pose_and_sense_keeps_its_share_and_rare_rows_stay():
     sense = np.where(np.arange(1000) % 7 == 0, -1.0, 1.0)
     since = np.full(1000, 50.0)
     since[::250] = 0.01  # four rows just after a reversal
-    out = chosen(run_of(1000, pose=pose, sense_X=sense, since_reversal_X_mm=since), 0.2)
+    out = choose_rows(run_of(1000, pose=pose, sense_X=sense, since_reversal_X_mm=since), 0.2)
     assert abs(out[pose == "a"].sum() - 120) <= 12
     assert abs(out[pose == "b"].sum() - 78) <= 12
     assert out[pose == "rare"].all()
@@ -59,10 +59,10 @@ def test_neither_words_of_labels_nor_units_nor_the_order_of_the_file_choose():
     kept = []
     for one in (case, other):
         problem = make_problem(in_order(one, machine), machine)
-        kept.append(problem.recording.value[chosen(problem.run, 0.3)])
+        kept.append(problem.recording.value[choose_rows(problem.run, 0.3)])
     assert np.array_equal(*kept)
     ways = {c: v * 25.4 for c, v in case.run.columns.items() if c.startswith("since_reversal_")}
-    assert np.array_equal(chosen(case.run, 0.3), chosen(case.run.with_columns(ways), 0.3))
+    assert np.array_equal(choose_rows(case.run, 0.3), choose_rows(case.run.with_columns(ways), 0.3))
 
 
 def test_rows_that_are_gone_leave_second_ends_and_lines_right():
@@ -83,14 +83,14 @@ def test_rows_that_are_gone_leave_second_ends_and_lines_right():
 def test_logs_and_reversals_are_those_of_all_rows():
     case = make.make((), 0.0, 3, replace(make.RICH, n=900)).recording
     whole = make_problem(in_order(case, make.machine()), make.machine())
-    some = thinned(whole, 100)
+    some = thin_problem(whole, 100)
     assert whole.nuisance.shape[1] == 39
     assert 390 <= some.m <= 480
-    assert thinned(whole, 900) is whole
+    assert thin_problem(whole, 900) is whole
     assert some.run.series["air"].time.size == whole.run.series["air"].time.size
     at = np.searchsorted(whole.run.column("time_s"), some.run.column("time_s"))
-    lagged = whole.run.lagged("air", 1800.0)[at]
-    assert np.allclose(some.run.lagged("air", 1800.0), lagged, atol=1e-12)
+    lagged = whole.run.lag("air", 1800.0)[at]
+    assert np.allclose(some.run.lag("air", 1800.0), lagged, atol=1e-12)
 
 
 def test_what_is_dropped_keeps_its_share_of_the_prior():

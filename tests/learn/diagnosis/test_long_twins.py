@@ -36,7 +36,7 @@ def test_a_twin_of_a_long_recording_is_looked_up_in_the_searched_rows(monkeypatc
         ),
         problem=None,
     )
-    monkeypatch.setattr(answers, "again", lambda option, problem: option)
+    monkeypatch.setattr(answers, "rebuild_option", lambda option, problem: option)
     term = answers._twin(named, Stub(terms=[]), 0, 0, 1)
     assert term.family is found.families[1]
     assert term.option is found.options[2]  # the rising one, of the two shapes of that place

@@ -12,7 +12,7 @@ from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.machine import load_machine
-from vcmm.learn.diagnosis.accepted import notes, written
+from vcmm.learn.diagnosis.accepted import answers_to_write, notes
 from vcmm.learn.diagnosis.machine_file import effect_toml, improved_machine
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.physics import ALL
@@ -90,7 +90,7 @@ def test_candidates_and_errors_of_the_instrument_stay_out_of_the_machine_file(tm
         _answer(StepChange("x"), 0.10, direction="x"),
         _answer(AirIndex(), 0.99),
     ]
-    assert [a.effect for a in written(answers)] == ["backlash"]
+    assert [a.effect for a in answers_to_write(answers)] == ["backlash"]
     assert [n.split(" is not written")[0] for n in notes(answers)] == ["step_change x", "air_index"]
     text = improved_machine(path, tmp_path / "out.toml", load_machine(path), answers, "r.toml")
     assert [e["effect"] for e in tomllib.loads(text)["effects"]] == ["backlash"]

@@ -13,11 +13,11 @@ from vcmm.learn.diagnosis.candidates import catalogue
 from vcmm.learn.diagnosis.estimates import _estimate
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
 from vcmm.learn.diagnosis.locate import generic_families, polynomials, short, surface
-from vcmm.learn.diagnosis.nextstep import ADDONS, minutes_of, told
+from vcmm.learn.diagnosis.nextstep import ADDONS, instruction, minutes_of
 from vcmm.learn.diagnosis.noise import audit, neighbour_correlation
-from vcmm.learn.diagnosis.null import clipped, upper_quantile
+from vcmm.learn.diagnosis.null import clip_residuals, upper_quantile
 from vcmm.learn.diagnosis.problem import make_problem, predecessors
-from vcmm.learn.diagnosis.scans import change_points, filled, spectral_lines
+from vcmm.learn.diagnosis.scans import change_points, fill_gaps, spectral_lines
 
 
 def problem(noise="t6", names=(), delta=0.0, seed=3):
@@ -26,7 +26,7 @@ def problem(noise="t6", names=(), delta=0.0, seed=3):
 
 def test_gaps_between_time_constants_are_filled():
     # 60 to 240 is a factor 4: their geometric mean 120 is added; 240 to 300 is not filled
-    assert filled([60.0, 240.0, 300.0, 0.0]) == [0.0, 60.0, pytest.approx(120.0), 240.0, 300.0]
+    assert fill_gaps([60.0, 240.0, 300.0, 0.0]) == [0.0, 60.0, pytest.approx(120.0), 240.0, 300.0]
 
 
 def test_spectral_lines_follow_the_travel():
@@ -59,7 +59,7 @@ def test_clipping_pulls_outliers_only():
     r = np.zeros(500)
     r[::2], r[1::2] = 1.0, -1.0
     r[0] = 50.0
-    assert clipped(r, w, 3.0)[0] < 5.0
+    assert clip_residuals(r, w, 3.0)[0] < 5.0
 
 
 def test_neighbour_correlation_ignores_a_drift_and_sees_ar():
@@ -114,13 +114,13 @@ def test_generic_shapes_cover_positions_time_and_labels():
 
 
 def test_the_gate_refuses_what_makes_one_kind_of_rows_clearly_worse():
-    from vcmm.learn.diagnosis.holdout import _refused
+    from vcmm.learn.diagnosis.holdout import _is_refused
 
-    assert not _refused(np.array([12.0, 8.0, -2.0]))  # within what estimation costs
-    assert _refused(np.array([12.0, 8.0, -7.0]))  # a wrong shape: seven nats lost on rows of one kind
-    assert not _refused(np.array([300.0, 80.0, -7.0]))  # no template is exact
-    assert _refused(np.array([1.0, -4.0]))
-    assert _refused(np.array([2.0, -1.0, -1.0]))
+    assert not _is_refused(np.array([12.0, 8.0, -2.0]))  # within what estimation costs
+    assert _is_refused(np.array([12.0, 8.0, -7.0]))  # a wrong shape: seven nats lost on rows of one kind
+    assert not _is_refused(np.array([300.0, 80.0, -7.0]))  # no template is exact
+    assert _is_refused(np.array([1.0, -4.0]))
+    assert _is_refused(np.array([2.0, -1.0, -1.0]))
 
 
 def test_the_interval_of_a_length_holds_its_value_and_that_of_a_step_reaches_its_rows():
@@ -140,4 +140,4 @@ def test_minutes_follow_the_recording():
     short = touched.run.with_columns({"time_s": touched.run.columns["time_s"] * 84 / (3600 * hours)})
     run = replace(touched, run=short, recording=replace(touched.recording, run=short, kind="path"))
     assert minutes_of(log, run) == pytest.approx(2.8)  # twice 84 s
-    assert told(speed, run).startswith("repeat some rows")
+    assert instruction(speed, run).startswith("repeat some rows")

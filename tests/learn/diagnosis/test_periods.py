@@ -18,16 +18,16 @@ from vcmm.learn.diagnosis.periods import (
     alias,
     alias_words,
     aliases,
+    can_show_period,
     lattice_frequency,
     of_angle,
-    supported,
     whole_fractions,
 )
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.refine import Refiner, scanned
+from vcmm.learn.diagnosis.refine import Refiner, scanned_names
 from vcmm.learn.diagnosis.scans import trials
 from vcmm.learn.diagnosis.select import Setting, Term, select
-from vcmm.learn.diagnosis.sharpen import sharpened
+from vcmm.learn.diagnosis.sharpen import sharpen
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.task.response.recording import Recording
@@ -51,20 +51,20 @@ def test_where_an_axis_stands_while_others_move_it_is_in_step_with_anything_and_
     stands = np.repeat([60.0, -120.0], 200)
     assert np.abs(np.exp(2j * np.pi * np.concatenate([np.repeat(places, 8), stands]) / 20.0).mean()) > 0.85
     assert lattice_frequency(np.concatenate([np.repeat(places, 8), stands]), 1.0) == np.inf
-    assert supported(np.concatenate([places, stands]), 20.0)
+    assert can_show_period(np.concatenate([places, stands]), 20.0)
     lattice = np.arange(-240.0, 241.0, 20.0)
     assert 1 / lattice_frequency(np.concatenate([lattice, stands]), 1.0) == pytest.approx(20.0, rel=2e-3)
 
 
 def test_no_period_shorter_than_two_steps_nor_longer_than_the_range_carries():
-    assert supported(EVERY_4, 8.0)
-    assert not supported(EVERY_4, 7.9)
-    assert not supported(EVERY_4, 0.02)
-    assert supported(EVERY_4, 130.0)
-    assert not supported(EVERY_4, 140.0)  # 200 / 140 = 1.43 periods
-    assert supported(ANYWHERE, 5.0)  # irregular places have no alias
-    assert not supported(np.repeat(np.arange(5) * 100.0, 20), 8.0)  # five targets carry no period
-    assert not supported(None, 8.0)
+    assert can_show_period(EVERY_4, 8.0)
+    assert not can_show_period(EVERY_4, 7.9)
+    assert not can_show_period(EVERY_4, 0.02)
+    assert can_show_period(EVERY_4, 130.0)
+    assert not can_show_period(EVERY_4, 140.0)  # 200 / 140 = 1.43 periods
+    assert can_show_period(ANYWHERE, 5.0)  # irregular places have no alias
+    assert not can_show_period(np.repeat(np.arange(5) * 100.0, 20), 8.0)  # five targets carry no period
+    assert not can_show_period(None, 8.0)
 
 
 def test_the_alias_has_the_same_numbers():
@@ -106,7 +106,7 @@ def test_of_a_spectrum_several_lines_are_searched():
         dictionary(waves, white), white, white.apply(problem.residual), np.inf, 3.0, Refiner(problem, white)
     )
     first = select(setting)
-    (found,) = select(sharpened(setting, first)).terms
+    (found,) = select(sharpen(setting, first)).terms
     assert first.terms[0].option.effect.period == pytest.approx(25.5, abs=0.2)
     assert found.option.effect.period == pytest.approx(24.027, abs=0.1)
 
@@ -123,7 +123,9 @@ def test_periods_of_an_axis_that_turns_are_whole_fractions_of_a_turn():
     assert {1.0, 2.0, 3.0} <= tried
     assert all(k == round(k) for k in tried)
     assert (
-        scanned(Option(ScrewPitch("C", sine=1.0, period=np.pi), np.ones((2, 1)), np.ones(1), ("sine",), 0.0))
+        scanned_names(
+            Option(ScrewPitch("C", sine=1.0, period=np.pi), np.ones((2, 1)), np.ones(1), ("sine",), 0.0)
+        )
         == []
     )
 

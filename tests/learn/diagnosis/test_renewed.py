@@ -11,12 +11,12 @@ import pytest
 from vcmm.answer.evaluation.gaussian import Posterior
 from vcmm.core.run import Run
 from vcmm.files.own.machine import load_machine
-from vcmm.learn.diagnosis.account import _renewed
+from vcmm.learn.diagnosis.account import _renew_tables
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.renewed import Renewed, renewed, with_renewed
-from vcmm.learn.diagnosis.renewed_file import naming_renewed, renewed_files
-from vcmm.learn.diagnosis.result import NOT_MODELLED, VERDICTS, Answer
+from vcmm.learn.diagnosis.renewed import RenewedTables, renew_tables, with_tables
+from vcmm.learn.diagnosis.renewed_file import name_tables, renewed_files
+from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, VERDICTS, Answer
 from vcmm.learn.diagnosis.select import Term
 from vcmm.task.response.recording import Recording
 
@@ -48,7 +48,9 @@ def machine_in(folder: Path) -> Path:
     return folder / "machine.toml"
 
 
-def found_in(folder: Path, departures: tuple[float, float, float], scatter: float = 0.5e-3) -> Renewed | None:
+def found_in(
+    folder: Path, departures: tuple[float, float, float], scatter: float = 0.5e-3
+) -> RenewedTables | None:
     """40 readings at each of the nodes 0, 100 and 200, none at 300: the table's 1 um plus a departure, +- scatter in turn."""
     machine = load_machine(machine_in(folder))
     x = np.repeat([0.0, 100.0, 200.0], 40)
@@ -71,7 +73,7 @@ def found_in(folder: Path, departures: tuple[float, float, float], scatter: floa
     columns = np.zeros((n, 1))
     term = Term(Family("stale", {}, ()), Option(None, columns, np.ones(1), ("calibration[0]",), 0.0), columns)
     selection = SimpleNamespace(terms=(term,), fit=Posterior, span=lambda i: slice(0, 1))
-    return renewed(problem, stage, selection, 0)
+    return renew_tables(problem, stage, selection, 0)
 
 
 def test_a_node_moves_by_what_was_seen_there_and_its_uncertainty_shrinks(tmp_path):
@@ -104,12 +106,12 @@ def test_the_machine_anew_has_the_tables_and_reads_back_from_its_files(tmp_path)
     new = found_in(tmp_path, (4e-3, -3e-3, 5e-3))
     original = tmp_path / "machine.toml"
     machine = load_machine(original)
-    in_memory = with_renewed(machine, new)
+    in_memory = with_tables(machine, new)
     (table,) = [e for e in in_memory.effects if e.stored]
     assert table.values * 1e3 == pytest.approx([5.0, -2.0, 6.0, 1.0], rel=0.01)  # 1 um was stored
 
     texts = renewed_files(original, machine, new, "recording.toml")
-    texts["machine.toml"] = naming_renewed(original.read_text(), "recording.toml")
+    texts["machine.toml"] = name_tables(original.read_text(), "recording.toml")
     out = tmp_path / "out"
     out.mkdir()
     for name, text in texts.items():
@@ -125,9 +127,9 @@ def test_what_cannot_be_handed_over_is_named_and_not_modelled():
     """No term of the refit says it, so nothing is written, and the reason says what to do."""
     stale = Answer("geometric_change", {"component": "all"}, {}, 0.99, 0.9, (), 50.0, alias_probability=0.99)
     given = SimpleNamespace(selection=SimpleNamespace(terms=()), problem=None)
-    every, held, said = _renewed((stale,), given, None)
+    every, held, said = _renew_tables((stale,), given, None)
     assert every == (stale,)
     assert held == ()
     assert "calibrate anew" in said[0]
-    assert NOT_MODELLED in VERDICTS
-    assert NOT_MODELLED == "named, not modelled"
+    assert STATUS_NOT_MODELLED in VERDICTS
+    assert STATUS_NOT_MODELLED == "named, not modelled"

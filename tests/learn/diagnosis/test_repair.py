@@ -20,11 +20,11 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.diagnosis.candidates import catalogue
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.improve import apart, improved
+from vcmm.learn.diagnosis.improve import improve_machine, separate_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import hypotheses
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.repair import repaired
+from vcmm.learn.diagnosis.repair import repair_machine
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.task.response.observe import baseline
@@ -40,7 +40,7 @@ def test_every_repair_predicts_the_departure_that_was_found():
     for h in hypotheses(problem):
         if h.effect == LOG:  # what is mended in the log leaves the machine as it is
             continue
-        new = repaired(machine, h)
+        new = repair_machine(machine, h)
         if new.chosen_motion(problem.run)[1]:  # um taken for mm leave the range in which errors add up
             assert h.factor > 100
             continue
@@ -124,14 +124,16 @@ def test_a_second_period_stands_beside_the_first_with_an_input_of_its_own():
     signal = -(wave + 2e-3 * np.sin(2 * np.pi * q / 20.0)) * case.direction[:, 0]
     found = diagnose_recording(replace(case, value=case.value + signal), machine, 1, 500)
     assert [a.effect for a in found.answer] == ["screw_pitch"]
-    better = improved(machine, tuple((a.fitted, a.inputs) for a in found.answer))
+    better = improve_machine(machine, tuple((a.fitted, a.inputs) for a in found.answer))
     assert known in better.effects  # untouched
     new = better.effects[-1]
     assert new.id != known.id
     assert new.period / new.harmonic == pytest.approx(7.3, rel=2e-3)
     assert np.hypot(new.sine, new.cosine) == pytest.approx(1.2e-3, rel=0.25)
     assert {i.where for i in better.inputs} == {new.where}
-    assert apart(replace(known, sine=1.0), machine).id == known.id  # the same period is the same effect
+    assert (
+        separate_effect(replace(known, sine=1.0), machine).id == known.id
+    )  # the same period is the same effect
 
 
 def saw(turns=2.0):

@@ -16,11 +16,11 @@ from vcmm.learn.diagnosis.candidates import Family, Option, catalogue
 from vcmm.learn.diagnosis.confusion import Standing, standing
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.mistakes import factor_fits
-from vcmm.learn.diagnosis.modulated import modulated
+from vcmm.learn.diagnosis.modulated import find_modulation
 from vcmm.learn.diagnosis.noise import Audit, audit
 from vcmm.learn.diagnosis.null import Noise
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.scans import refused, trials
+from vcmm.learn.diagnosis.scans import refused_changes, trials
 from vcmm.learn.diagnosis.select import Setting, Term, joint
 from vcmm.learn.diagnosis.verdict import reasons, verdict
 from vcmm.physics.catalogue.map_interpolation import MapInterpolation
@@ -93,13 +93,13 @@ def test_a_freer_name_that_explains_more_is_a_rival_even_if_it_holds_the_answer_
 def test_lobes_that_four_directions_do_not_resolve_stand_as_aliases():
     angle = np.radians([0.0, 90.0, 180.0, 270.0])
     run = Run({"X": np.zeros(4)}, np.zeros((4, 3)), {"probe_angle_rad": angle})
-    assert [c["lobes"] for c in refused(ProbeLobing, run)] == [
+    assert [c["lobes"] for c in refused_changes(ProbeLobing, run)] == [
         3,
         2,
         4,
     ]  # four places are not more than 2 x 2
     eight = Run({"X": np.zeros(8)}, np.zeros((8, 3)), {"probe_angle_rad": np.arange(8) * np.pi / 4})
-    assert [c["lobes"] for c in refused(ProbeLobing, eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
+    assert [c["lobes"] for c in refused_changes(ProbeLobing, eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
     turned = np.tile(angle, 50)
     oval = np.cos(2 * turned)[:, None]  # +1 -1 +1 -1: an oval ball, two lobes, six lobes
     y = 10 * oval[:, 0] / np.linalg.norm(oval) + np.random.default_rng(2).standard_normal(ROWS)
@@ -192,13 +192,13 @@ def scaled_case(modulation: float):
 
 def test_a_scale_that_grows_with_the_speed_is_not_the_whole_story():
     problem, white, selection = scaled_case(0.6)
-    found = modulated(problem, selection, white, 5.0)
+    found = find_modulation(problem, selection, white, 5.0)
     assert found is not None
     assert found.covariates == ("X", "speed")
     share = float(found.description.split(": ")[1].split("%")[0]) / 100
     assert share == pytest.approx(0.6, abs=0.15)  # clipping takes a little
     problem, white, selection = scaled_case(0.0)
-    assert modulated(problem, selection, white, 5.0) is None
+    assert find_modulation(problem, selection, white, 5.0) is None
 
 
 def test_a_mean_that_speed_and_place_make_together_is_no_scatter(monkeypatch):

@@ -14,7 +14,7 @@ from vcmm.learn.diagnosis.candidates import catalogue
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.machine_match import noise_warning
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.sanity import checked, copies, in_time, without_gaps
+from vcmm.learn.diagnosis.sanity import check_recording, copies, in_time, without_gaps
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.task.response.recording import Recording
 
@@ -46,18 +46,18 @@ def appended(recording, rows):
 
 
 def test_a_healthy_recording_raises_no_word(good):
-    found = checked(good, make.machine())
+    found = check_recording(good, make.machine())
     assert found.warnings == ()
     assert not found.doubtful
     assert found.recording is good
 
 
 def test_copied_rows_count_once_and_are_named_by_line(good):
-    found = checked(appended(good, np.arange(60)), make.machine())
+    found = check_recording(appended(good, np.arange(60)), make.machine())
     assert found.recording.m == 200
     assert "lines 202, 203" in found.warnings[0]
     assert "copies" in found.warnings[0]
-    whole = checked(appended(good, np.arange(200)), make.machine())  # even all of them
+    whole = check_recording(appended(good, np.arange(200)), make.machine())  # even all of them
     assert whole.recording.m == 200
 
 
@@ -86,7 +86,7 @@ def test_a_column_that_is_impossible_everywhere_goes_and_the_rows_stay(good):
     run = good.run.with_columns(
         {"pressure_hPa": np.zeros(good.m), "temp_air_C": good.run.columns["temp_air_C"]}
     )
-    found = checked(replace(good, run=run), make.machine())
+    found = check_recording(replace(good, run=run), make.machine())
     assert found.recording.m == good.m
     assert "pressure_hPa" not in found.recording.run.columns
     assert "pressure_hPa = 0 in 200 of 200 observations" in found.warnings[0]
@@ -104,17 +104,17 @@ def test_what_depends_on_a_thermometer_that_stands_still_is_no_candidate(good):
 
 def test_a_dead_sensor_is_refused(good):
     with pytest.raises(ModelLimit, match="dead sensor"):
-        checked(replace(good, value=np.full(good.m, 3 * UM)), make.machine())
+        check_recording(replace(good, value=np.full(good.m, 3 * UM)), make.machine())
 
 
 def test_a_sensor_that_hangs_and_one_at_its_stop_lose_these_rows(good):
     value = good.value.copy()
     value[50:70] = value[50]
-    found = checked(replace(good, value=value), make.machine())
+    found = check_recording(replace(good, value=value), make.machine())
     assert found.recording.m == 180
     assert "51, 52" in found.warnings[0]
     limit = np.quantile(good.value, 0.93)
-    stopped = checked(replace(good, value=np.minimum(good.value, limit)), make.machine())
+    stopped = check_recording(replace(good, value=np.minimum(good.value, limit)), make.machine())
     assert "saturated" in stopped.warnings[0]
     assert stopped.recording.m == int((good.value < limit).sum())
     assert stopped.doubtful is bool((good.value >= limit).mean() > 0.1)
@@ -122,33 +122,33 @@ def test_a_sensor_that_hangs_and_one_at_its_stop_lose_these_rows(good):
 
 def test_coarse_readings_are_no_fault(good):
     coarse = replace(good, value=np.round(good.value, 3))  # 1 um steps
-    assert checked(coarse, make.machine()).recording.m == 200
+    assert check_recording(coarse, make.machine()).recording.m == 200
 
 
 def test_impossible_conditions_are_named(good):
     warm = good.run.columns["temp_part_C"].copy()
     warm[7] = 850.0
-    found = checked(with_columns(good, temp_part_C=warm), make.machine())
+    found = check_recording(with_columns(good, temp_part_C=warm), make.machine())
     assert found.recording.m == 199
     assert "row 8" in found.warnings[0]
     assert "850" in found.warnings[0]
     with pytest.raises(ModelLimit, match="since_reversal_X_mm"):
-        checked(with_columns(good, since_reversal_X_mm=np.full(200, -1.0)), make.machine())
+        check_recording(with_columns(good, since_reversal_X_mm=np.full(200, -1.0)), make.machine())
     log = good.run.series["air"]
     broken = Series(log.time, np.where(np.arange(len(log.time)) == 5, -273.0, log.value))
     bad = replace(good, run=replace(good.run, series={**good.run.series, "air": broken}))
     with pytest.raises(ModelLimit, match="log of air"):
-        checked(bad, make.machine())
+        check_recording(bad, make.machine())
 
 
 def test_dead_thermometer_fahrenheit_and_gap(good):
-    dead = checked(with_columns(good, temp_part_C=np.full(200, 20.0)), make.machine()).warnings
+    dead = check_recording(with_columns(good, temp_part_C=np.full(200, 20.0)), make.machine()).warnings
     assert any("temp_part_C never changes" in w for w in dead)
     names = [c for c in good.run.columns if c.startswith("temp_") and c != "temp_gradient_C"]
     hot = with_columns(good, **{c: 1.8 * good.run.columns[c] + 32 for c in names})
-    assert any("degF" in w for w in checked(hot, make.machine()).warnings)
+    assert any("degF" in w for w in check_recording(hot, make.machine()).warnings)
     time = good.run.columns["time_s"] + np.where(np.arange(200) >= 120, 50000.0, 0.0)
-    found = checked(with_columns(good, time_s=time), make.machine())
+    found = check_recording(with_columns(good, time_s=time), make.machine())
     assert any("rows 120 and 121" in w for w in found.warnings)
     before = without_gaps(np.arange(200) - 1, time)
     assert before[120] == -1
@@ -157,10 +157,12 @@ def test_dead_thermometer_fahrenheit_and_gap(good):
 
 def test_reversed_speeds_and_senses_are_said(good):
     speeds = {f"speed_{a}_mm_s": -good.run.columns[f"speed_{a}_mm_s"] for a in "XYZ"}
-    found = checked(with_columns(good, **speeds), make.machine()).warnings
+    found = check_recording(with_columns(good, **speeds), make.machine()).warnings
     assert any("away from the surface" in w for w in found)
     sense = {f"sense_{a}": -np.sign(good.run.columns[f"speed_{a}_mm_s"]) for a in "XYZ"}
-    assert any("opposite signs" in w for w in checked(with_columns(good, **sense), make.machine()).warnings)
+    assert any(
+        "opposite signs" in w for w in check_recording(with_columns(good, **sense), make.machine()).warnings
+    )
 
 
 def tables():
@@ -234,29 +236,31 @@ def test_more_nuisance_than_rows_is_refused(good):
 def test_one_thermometer_in_fahrenheit_and_one_that_stands_still_are_told(good):
     names = [c for c in good.run.columns if c.startswith("temp_") and c != "temp_gradient_C"]
     one = with_columns(good, temp_air_C=1.8 * good.run.columns["temp_air_C"] + 32)  # 20 degC are 68 degF
-    said = [w for w in checked(one, make.machine()).warnings if "degF" in w]
+    said = [w for w in check_recording(one, make.machine()).warnings if "degF" in w]
     assert len(said) == 1
     assert said[0].startswith("temp_air_C: about")
     calm = {c: 20.0 + 0.2 * (good.run.columns[c] - good.run.columns[c].mean()) for c in names}
-    dead = checked(with_columns(good, **{**calm, "temp_air_C": np.full(200, 20.99)}), make.machine()).warnings
+    dead = check_recording(
+        with_columns(good, **{**calm, "temp_air_C": np.full(200, 20.99)}), make.machine()
+    ).warnings
     assert any("temp_air_C never changes" in w for w in dead)  # the others move by 0.5 K or so
     motor = with_columns(good, temp_air_C=good.run.columns["temp_air_C"] + 65.0)  # 85 is no workshop in degF
-    assert not any("degF" in w for w in checked(motor, make.machine()).warnings)
+    assert not any("degF" in w for w in check_recording(motor, make.machine()).warnings)
 
 
 def test_positions_in_inches_are_told_where_something_disagrees(good):
     run = good.run
     position = {a: q / 25.4 for a, q in run.position.items()}
     small = replace(good, run=replace(run, position=position))  # the points of the part stay in mm
-    assert any("inches" in w for w in checked(small, make.machine()).warnings)
+    assert any("inches" in w for w in check_recording(small, make.machine()).warnings)
     few = {k: v for k, v in run.columns.items() if not k.startswith("part_")}
     small = replace(good, run=replace(run, position=position, columns=few))
     assert not any(
-        "inches" in w for w in checked(small, make.machine()).warnings
+        "inches" in w for w in check_recording(small, make.machine()).warnings
     )  # a small artefact looks so
     digits = {a: np.round(q, 4) / 25.4 for a, q in run.position.items()}
     small = replace(good, run=replace(run, position=digits, columns=few))
-    assert any("inches" in w for w in checked(small, make.machine()).warnings)
+    assert any("inches" in w for w in check_recording(small, make.machine()).warnings)
 
 
 def test_a_time_is_told_in_its_unit():

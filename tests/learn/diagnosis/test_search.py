@@ -13,8 +13,8 @@ from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.outlying import worth_of_all_rows
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
-from vcmm.learn.diagnosis.search import further, named, settled
-from vcmm.learn.diagnosis.select import Setting, cleaned, select
+from vcmm.learn.diagnosis.search import further, search_names, settle_names
+from vcmm.learn.diagnosis.select import Setting, clean_outliers, select
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.play import BacklashRamp
 
@@ -48,7 +48,7 @@ def test_a_curve_that_explains_most_alone_does_not_hide_two_simple_names_that_ex
     free = np.column_stack([true / np.linalg.norm(true), RNG.standard_normal((ROWS, 7)) / np.sqrt(ROWS)])
     setting = setting_of(true + NOISE, one=one[:, None], two=two[:, None], curve=free)
     assert names_of(select(setting)) == ["curve"]
-    assert names_of(named(setting, None)[0]) == ["one", "two"]
+    assert names_of(search_names(setting, None)[0]) == ["one", "two"]
 
 
 def test_a_ramp_that_another_name_explains_is_no_part_of_a_play():
@@ -75,14 +75,16 @@ def test_two_bad_readings_are_no_step():
     rows[[-2, -5]] += 12.0
     late = (np.arange(ROWS) >= ROWS - 6).astype(float)[:, None]
     setting = setting_of(rows, step_of_six=late)
-    assert names_of(select(cleaned(setting))) == ["step_of_six"]
-    assert names_of(named(setting, None)[0]) == []
-    assert names_of(named(setting_of(NOISE + 5.0 * late[:, 0], step_of_six=late), None)[0]) == ["step_of_six"]
+    assert names_of(select(clean_outliers(setting))) == ["step_of_six"]
+    assert names_of(search_names(setting, None)[0]) == []
+    assert names_of(search_names(setting_of(NOISE + 5.0 * late[:, 0], step_of_six=late), None)[0]) == [
+        "step_of_six"
+    ]
 
 
 def test_a_mistake_of_the_table_is_a_name_that_pays_like_any_other():
     """Beside the same curve it is one name more; in place of two names, one less; alone against a weak name, as many."""
-    curve = named(setting_of(10.0 * NOISE[::-1] + NOISE, it=NOISE[::-1, None]), None)[0].terms
+    curve = search_names(setting_of(10.0 * NOISE[::-1] + NOISE, it=NOISE[::-1, None]), None)[0].terms
     assert len(curve) == 1
     assert further(curve, curve) == 1
     assert further((), (*curve, *curve)) == -1
@@ -98,13 +100,13 @@ def test_one_bad_reading_is_no_name_and_a_name_of_several_readings_stays():
     rows[0] = -12.0
     dying = np.exp(-np.arange(ROWS) / 0.5)[:, None]
     setting = replace(setting_of(rows, first_reading=dying), threshold=6.0)
-    about, none = cleaned(setting), select(setting)
+    about, none = clean_outliers(setting), select(setting)
     answer = select(about)
     assert (names_of(answer), names_of(none)) == (["first_reading"], [])
     assert worth_of_all_rows(answer, about) > worth_of_all_rows(none, setting) + 3.0
-    assert names_of(named(setting, None)[0]) == []
-    assert names_of(settled(answer, setting, setting, None)[0]) == []  # as beside a mistake of the table
+    assert names_of(search_names(setting, None)[0]) == []
+    assert names_of(settle_names(answer, setting, setting, None)[0]) == []  # as beside a mistake of the table
     four = (np.arange(ROWS) < 4).astype(float)[:, None]
     setting = replace(setting_of(NOISE - 12.0 * four[:, 0], first_readings=four), threshold=16.0)
     assert names_of(select(setting)) == []
-    assert names_of(named(setting, None)[0]) == ["first_readings"]
+    assert names_of(search_names(setting, None)[0]) == ["first_readings"]

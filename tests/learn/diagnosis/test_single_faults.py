@@ -27,7 +27,7 @@ from vcmm.learn.diagnosis.select import Setting, _simplest, joint
 from vcmm.physics.catalogue.flexure import CrossAxisFlexure
 from vcmm.physics.catalogue.probe import ProbeLobing
 from vcmm.physics.structure.squareness import RotaryLocation
-from vcmm.show.pages.diagnosis import _said
+from vcmm.show.pages.diagnosis import _answer_text
 from vcmm.task.response.pointing import nominal_direction, pointing_observations
 from vcmm.task.response.recording import Recording
 
@@ -153,7 +153,7 @@ def test_a_name_that_is_all_but_excluded_is_no_headline():
     improbable = Answer(
         "backlash", {"axis": "X"}, {}, 1e-5, 0.3, ("lost_motion",), 9.0, rival_probability=0.99
     )
-    said = _said(cast(Any, None), improbable)
+    said = _answer_text(cast(Any, None), improbable)
     assert said.startswith("Most probably lost_motion; what was fitted has the shape of backlash X")
 
 

@@ -13,15 +13,15 @@ from vcmm.core.run import Run
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.holdout import folds, worsened
+from vcmm.learn.diagnosis.holdout import folds, worsened_folds
 from vcmm.learn.diagnosis.locate import Place
-from vcmm.learn.diagnosis.noise import Audit, audit, chained
+from vcmm.learn.diagnosis.noise import Audit, audit, chain_noise
 from vcmm.learn.diagnosis.null import Noise
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.learn.diagnosis.scans import trials
 from vcmm.learn.diagnosis.select import Setting, Term, joint, select
-from vcmm.learn.diagnosis.verdict import beyond, curves, doubts, seen, told, verdict
+from vcmm.learn.diagnosis.verdict import beyond, clear_places, curves, describe_probability, doubts, verdict
 from vcmm.physics.catalogue.dynamics import StructuralVibration
 
 
@@ -59,11 +59,11 @@ def test_doubtful_names_and_folds_made_worse_speak_against_the_names() -> None:
 
 def test_a_place_is_said_where_nothing_is_named_only_if_it_is_sure_and_then_it_counts() -> None:
     sure, weak = (Place("X", "x", p, "the residual in x depends on X", 9.0) for p in (0.005, 0.04))
-    assert seen((weak,), named=False) == ((), ())
-    places, why = seen((sure, weak), named=False)
+    assert clear_places((weak,), named=False) == ((), ())
+    places, why = clear_places((sure, weak), named=False)
     assert places == (sure,)
     assert len(why) == 1
-    assert seen((sure, weak), named=True) == ((sure, weak), ())
+    assert clear_places((sure, weak), named=True) == ((sure, weak), ())
 
 
 def test_the_scatter_is_compared_whatever_was_found_about_it() -> None:
@@ -99,7 +99,7 @@ def scatter(problem, name: str, rng: np.random.Generator) -> np.ndarray:
         column = np.linalg.norm(problem.run.vector("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s"), axis=1)
         speed = problem.of_rows(column)
         return base * np.clip(0.7 + 0.3 * speed / np.median(speed), 0.7, 3.0)
-    return chained(base[:, None], problem.before, float(name[2:]))[:, 0]
+    return chain_noise(base[:, None], problem.before, float(name[2:]))[:, 0]
 
 
 @pytest.mark.parametrize("name", ["t3", "outliers", "1.3", "speed", "ar0.3", "ar0.6"])
@@ -151,7 +151,7 @@ def test_a_fold_that_the_names_make_worse_is_named(quiet):
     )
     selection = joint([Term(family, option, white.apply(columns), 64.0)], setting)
     parts = [p for p in folds(case, case.u, 0.0) if p.name == "later time"]
-    assert worsened(case, parts, selection) == ("later time",)
+    assert worsened_folds(case, parts, selection) == ("later time",)
 
 
 def test_a_ringing_is_no_candidate_where_no_row_comes_after_an_acceleration() -> None:
@@ -201,5 +201,5 @@ def test_two_free_curves_over_one_component_explain_nothing():
 
 
 def test_small_probabilities_are_not_told_to_digits():
-    assert told(0.0463) == "0.046"
-    assert told(1.7e-51) == "below 0.001"
+    assert describe_probability(0.0463) == "0.046"
+    assert describe_probability(1.7e-51) == "below 0.001"

@@ -12,9 +12,9 @@ from vcmm.core.run import Run, Series
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.result import diagnosis_json
-from vcmm.learn.diagnosis.very_long import averaged, few_enough, few_together, told
+from vcmm.learn.diagnosis.very_long import average_log, few_enough, few_together, thinning_notes
 from vcmm.show.pages.diagnosis import diagnosis_page
-from vcmm.task.response.joining import joined
+from vcmm.task.response.joining import join_recordings
 from vcmm.task.response.recording import Recording
 
 
@@ -61,22 +61,22 @@ def test_several_take_the_same_share_of_each():
     some = few_together([long, short], 400)
     assert [r.chosen_from for r in some] == [3000, 1000]
     assert [round(r.m, -1) for r in some] == [300, 100]
-    assert joined(some, make.machine()).recording.chosen_from == 4000
+    assert join_recordings(some, make.machine()).recording.chosen_from == 4000
     both = [axis_log(100), replace(axis_log(100), name="other")]
     assert few_together(both, 200) is both
-    assert joined(both, make.machine()).recording.chosen_from == 0
+    assert join_recordings(both, make.machine()).recording.chosen_from == 0
 
 
 def test_a_log_becomes_means_of_stretches():
-    log = averaged(Series(np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([1.0, 3.0, 5.0, 7.0, 12.0])), 2)
+    log = average_log(Series(np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([1.0, 3.0, 5.0, 7.0, 12.0])), 2)
     assert log.time.tolist() == [0.5, 3.0]  # (0 + 1) / 2, (2 + 3 + 4) / 3
     assert log.value.tolist() == [2.0, 8.0]
     plain = Series(np.arange(3.0), np.arange(3.0))
-    assert averaged(plain, 3) is plain
+    assert average_log(plain, 3) is plain
 
 
 def test_temperatures_are_averaged_and_what_rings_is_not(monkeypatch):
-    monkeypatch.setattr(averaged, "__defaults__", (10,))
+    monkeypatch.setattr(average_log, "__defaults__", (10,))
     series = few_enough(axis_log(), 100).run.series
     assert len(series["air"].time) == 10
     assert np.allclose(series["air"].value, 20.0 + 0.01 * series["air"].time)
@@ -84,8 +84,8 @@ def test_temperatures_are_averaged_and_what_rings_is_not(monkeypatch):
 
 
 def test_what_was_taken_is_told():
-    assert told(axis_log()) == ()
-    (said,) = told(replace(axis_log(101), chosen_from=2525))
+    assert thinning_notes(axis_log()) == ()
+    (said,) = thinning_notes(replace(axis_log(101), chosen_from=2525))
     assert "of 2525 observations 101 were taken" in said
     assert "1 s apart" in said
     assert "5.0 times as wide" in said  # sqrt(2525 / 101)
@@ -100,7 +100,7 @@ def test_the_diagnosis_of_the_taken_is_that_of_a_recording_of_these(monkeypatch)
     same = diagnose_recording(some, make.machine(), seed=1)
     assert [a.id for a in found.found] == [a.id for a in same.found] == [f"backlash[{case.where[0]}]"]
     assert found.fit == same.fit
-    monkeypatch.setattr("vcmm.show.pages.diagnosis.DRAWN", 100)
+    monkeypatch.setattr("vcmm.show.pages.diagnosis.MOST_DRAWN", 100)
     page = diagnosis_page(some, make.machine(), found)
     assert f"of {some.m} observations, evenly over the rows" in page
     told_of = diagnosis_json(found)["searched"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.part.fit.checks import check_converged, check_points, check_rank, element_of
+from vcmm.part.fit.checks import check_convergence, check_points, check_rank, element_of
 from vcmm.part.fit.elements import ELEMENTS
 
 
@@ -31,9 +31,9 @@ def test_least_numbers_of_points():
 
 
 def test_the_member_that_did_not_converge():
-    check_converged(ELEMENTS["cone"], np.array([True, True]), "cone")
+    check_convergence(ELEMENTS["cone"], np.array([True, True]), "cone")
     with pytest.raises(ModelLimit, match=r"2 of 3 fits did not converge \(the first is number 1\)"):
-        check_converged(ELEMENTS["cone"], np.array([True, False, False]), "cone")
+        check_convergence(ELEMENTS["cone"], np.array([True, False, False]), "cone")
 
 
 def test_the_direction_left_open_is_named():

@@ -12,7 +12,7 @@ from tests.part.fit.lp_twin import sequential_lp
 from tests.part.fit.test_reference import MM, RAD, assert_same, differences, read_pair
 from tests.refdata import Array, Recipe, Reference, touching
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.part.fit import Fitted, associate, gauss, profile_line, sphere_radii, two_point_radii
+from vcmm.part.fit import FittedElement, associate, gauss, profile_line, sphere_radii, two_point_radii
 from vcmm.part.fit.criteria import ROUND, SUITS
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -209,7 +209,7 @@ def test_constructed_contacts(pair: tuple[str, str], seed: int, n: int, size: fl
     )
     fixed = made.reference.axis if kind == "circle" else None
     want = made.reference
-    start = Fitted(kind, want.point, want.axis, want.sizes, np.empty(0), np.empty((0, 3)))
+    start = FittedElement(kind, want.point, want.axis, want.sizes, np.empty(0), np.empty((0, 3)))
     known = start if kind == "plane" else None  # where the material is
     found = associate(kind, criterion, want.points, known, fixed_axis=fixed)
     length, angle = differences(found.element, want)

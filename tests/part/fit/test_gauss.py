@@ -9,7 +9,7 @@ import pytest
 
 from tests.refdata import KINDS, Array, Recipe, reference, rotation
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.part.fit import MINIMUM_POINTS, Fitted, gauss
+from vcmm.part.fit import MINIMUM_POINTS, FittedElement, gauss
 from vcmm.part.fit.elements import ELEMENTS, RX, RY, TX, TY, TZ, frames, jacobian
 
 NEAR = 1e-12
@@ -221,8 +221,10 @@ def test_fixed_axis_needs_fewer_points() -> None:
         gauss("cone", ring(5.0, 3), fixed_axis=up)
 
 
-def nominal(kind: str, sizes: list[float]) -> Fitted:
-    return Fitted(kind, np.zeros(3), np.array([0.0, 0, 1]), np.array(sizes), np.empty(0), np.empty((0, 3)))
+def nominal(kind: str, sizes: list[float]) -> FittedElement:
+    return FittedElement(
+        kind, np.zeros(3), np.array([0.0, 0, 1]), np.array(sizes), np.empty(0), np.empty((0, 3))
+    )
 
 
 def test_collinear_plane_points() -> None:

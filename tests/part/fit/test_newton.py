@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.part.fit.elements import ELEMENTS, free_pose
-from vcmm.part.fit.newton import State, descend, seated, to_local
+from vcmm.part.fit.newton import State, descend, seat, to_local
 
 
 def test_a_circle_in_company_and_alone():
@@ -39,11 +39,11 @@ def test_local_coordinates_run_along_the_axis():
 
 def test_the_point_of_a_cylinder_is_the_foot_of_the_origin():
     state = State(np.array([[1.0, 2.0, 7.0]]), np.array([[0.0, 0.0, 1.0]]), np.ones((1, 1)))
-    assert seated(ELEMENTS["cylinder"], state).point[0].tolist() == [1.0, 2.0, 0.0]
-    assert seated(ELEMENTS["sphere"], state).point[0].tolist() == [1.0, 2.0, 7.0]
+    assert seat(ELEMENTS["cylinder"], state).point[0].tolist() == [1.0, 2.0, 0.0]
+    assert seat(ELEMENTS["sphere"], state).point[0].tolist() == [1.0, 2.0, 7.0]
 
 
 def test_the_radius_of_a_cone_goes_with_its_point():
     # 45 deg: 7 lower the radius is 7 smaller
     state = State(np.array([[0.0, 0.0, 7.0]]), np.array([[0.0, 0.0, 1.0]]), np.array([[10.0, np.pi / 4]]))
-    assert seated(ELEMENTS["cone"], state).sizes[0] == pytest.approx([3.0, np.pi / 4])
+    assert seat(ELEMENTS["cone"], state).sizes[0] == pytest.approx([3.0, np.pi / 4])

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import data_file
 from tests.refdata import KINDS, Array, Recipe, Reference, reference
-from vcmm.part.fit import Fitted, gauss
+from vcmm.part.fit import FittedElement, gauss
 
 MM, RAD = 1e-9, 1e-10
 CERTIFIED = [f"line{i}" for i in (1, 2, 3)] + [
@@ -20,7 +20,7 @@ CERTIFIED = [f"line{i}" for i in (1, 2, 3)] + [
 ]
 
 
-def differences(fit: Fitted, want: Reference) -> tuple[float, float]:
+def differences(fit: FittedElement, want: Reference) -> tuple[float, float]:
     """Worst length (mm) and angle (rad); where a point lies along an axis or in a plane is not compared."""
     away, sizes, angle = fit.point - want.point, fit.sizes - want.sizes, 0.0
     if fit.kind not in ("point", "sphere"):
@@ -38,7 +38,7 @@ def differences(fit: Fitted, want: Reference) -> tuple[float, float]:
     return max(float(np.linalg.norm(away)), float(np.max(np.abs(sizes), initial=0.0))), angle
 
 
-def assert_same(fit: Fitted, want: Reference, mm: float = MM, rad: float = RAD) -> None:
+def assert_same(fit: FittedElement, want: Reference, mm: float = MM, rad: float = RAD) -> None:
     length, angle = differences(fit, want)
     assert length < mm
     assert angle < rad
@@ -88,7 +88,7 @@ def test_certified_sets_from_a_rough_nominal_start(name: str) -> None:
     want = read_pair(data_file(f"data/fitting/certified_ls/{name}.ds"), name[:-1])
     rng = np.random.default_rng(7)
     axis = want.axis + 0.02 * rng.standard_normal(3)
-    start = Fitted(
+    start = FittedElement(
         want.kind,
         want.point + 0.3 * rng.standard_normal(3),
         axis / np.linalg.norm(axis),

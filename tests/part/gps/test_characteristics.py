@@ -8,13 +8,13 @@ import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Pose
-from vcmm.part.fit.elements import Fitted
+from vcmm.part.fit.elements import FittedElement
 from vcmm.part.gps.characteristics import (
     evaluate,
     is_linear,
+    is_one_sided,
     needs,
     nominal,
-    one_sided,
     tolerance,
     unit,
 )
@@ -62,19 +62,21 @@ FEATURES = {
 }
 
 
-def fit(name: str, point: Any = None, axis: Any = None, sizes: Any = None, residuals: Any = (0.0,)) -> Fitted:
+def fit(
+    name: str, point: Any = None, axis: Any = None, sizes: Any = None, residuals: Any = (0.0,)
+) -> FittedElement:
     f = FEATURES[name]
     point = np.asarray(f.point if point is None else point, dtype=float)
     axis = np.asarray(f.axis if axis is None else axis, dtype=float)
     axis = axis / np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-300)
     sizes = np.asarray(f.sizes if sizes is None else sizes, dtype=float)
     residuals = np.asarray(residuals, dtype=float)
-    return Fitted(
+    return FittedElement(
         f.kind, point, axis, sizes, residuals, np.broadcast_to([0.0, 1.0, 0.0], (*residuals.shape, 3))
     )
 
 
-def value(type_: str, *fits: tuple[str, Fitted], pose: Pose | None = None, **fields: Any) -> Any:
+def value(type_: str, *fits: tuple[str, FittedElement], pose: Pose | None = None, **fields: Any) -> Any:
     fitted = {name: fit(name) for name in FEATURES} | dict(fits)
     return evaluate(Characteristic("c", type_, **fields), FEATURES, fitted, pose)
 
@@ -173,7 +175,7 @@ def test_straightness_counts_along_the_surface_normal_of_the_line() -> None:
     # distances from a line are never negative; their direction says on which side of the line the point is.
     # the surface normal of a line along x is u = y: +0.003, -0.002, and 0.009 square to it does not count
     line = fit("edge", residuals=[0.003, 0.002, 0.009])
-    line = Fitted(
+    line = FittedElement(
         "line", line.point, line.axis, NONE, line.residuals, np.array([[0, 1.0, 0], [0, -1, 0], [0, 0, 1]])
     )
     assert value("straightness", ("edge", line), of="edge") == pytest.approx(0.005)
@@ -323,7 +325,7 @@ def test_symmetry_of_an_axis_and_of_a_slot() -> None:
 def test_values_do_not_depend_on_where_the_part_lies() -> None:
     machine_from_part = Pose.from_turns((300.0, 250.0, -200.0), (0.3, -0.2, 2.0))
     f = fit("bore", point=(0.01, 0.02, 0), axis=(1e-3, 0, 1))
-    there = Fitted(
+    there = FittedElement(
         "cylinder",
         machine_from_part.apply(f.point),
         machine_from_part.turn(f.axis),
@@ -413,7 +415,7 @@ def test_what_a_report_needs_to_know() -> None:
     assert tolerance(square, 0.0) == (0.0, 0.01)
     assert tolerance(Characteristic("c", "size", of=("bore",)), 30.0) is None
     assert (is_linear(size), is_linear(angle), is_linear(square)) == (True, True, False)
-    assert (one_sided(size), one_sided(square)) == (False, True)
+    assert (is_one_sided(size), is_one_sided(square)) == (False, True)
     concentric = Characteristic("d", "distance", between=("bore", "cone"))
     assert is_linear(concentric)
     assert not is_linear(concentric, FEATURES)

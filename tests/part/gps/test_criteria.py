@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.part.fit import Fitted, gauss
+from vcmm.part.fit import FittedElement, gauss
 from vcmm.part.gps.characteristics import evaluate, is_linear, nominal
-from vcmm.part.gps.criteria import chosen, notes, wanted, with_criteria
+from vcmm.part.gps.criteria import choose_criteria, criteria_needed, notes, with_criteria
 from vcmm.part.part import Characteristic, Feature
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -39,7 +39,7 @@ def value(type_: str, points: dict[str, Any], **fields: Any) -> float:
     fitted = {}
     for name, p in points.items():
         f = FEATURES[name]
-        start = Fitted(f.kind, f.point, f.axis, f.sizes, np.empty(0), np.empty((0, 3)))
+        start = FittedElement(f.kind, f.point, f.axis, f.sizes, np.empty(0), np.empty((0, 3)))
         fitted[name] = gauss(f.kind, p, start, fixed_axis=f.axis if f.kind == "circle" else None)
     return float(evaluate(c, FEATURES, with_criteria([c], FEATURES, points.__getitem__, fitted)))
 
@@ -127,17 +127,17 @@ def test_a_datum_in_contact() -> None:
 
 
 def test_words_and_what_they_mean() -> None:
-    assert chosen(Characteristic("c", "size", of="rim")).of == ("G",)
-    assert chosen(Characteristic("c", "size", of="rim", criterion="GX")).of == ("X",)
-    assert chosen(Characteristic("c", "size", of="rim", criterion="LP SX")).rank == "SX"
+    assert choose_criteria(Characteristic("c", "size", of="rim")).of == ("G",)
+    assert choose_criteria(Characteristic("c", "size", of="rim", criterion="GX")).of == ("X",)
+    assert choose_criteria(Characteristic("c", "size", of="rim", criterion="LP SX")).rank == "SX"
     pair = Characteristic("c", "distance", between=("top", "rim"), criterion="T X")
-    assert chosen(pair).of == ("T", "X")
+    assert choose_criteria(pair).of == ("T", "X")
     two = Characteristic(
         "c", "position", of="rim", datums=("top", "side"), criterion="X", datum_criterion="T"
     )
-    assert chosen(two).datums == ("T", "T")
+    assert choose_criteria(two).datums == ("T", "T")
     # the secondary datum is fitted once more, with its orientation constrained by the primary (ISO 5459)
-    assert wanted([pair, two], {}) == {"top": ("T",), "rim": ("X",), "side": ("T", "points")}
+    assert criteria_needed([pair, two], {}) == {"top": ("T",), "rim": ("X",), "side": ("T", "points")}
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,11 @@ import pytest
 from scipy.optimize import least_squares, minimize
 from scipy.spatial.transform import Rotation
 
-from vcmm.part.fit import gauss, held, normal_matrix
+from vcmm.part.fit import gauss, hold_axis, normal_matrix
 from vcmm.part.fit.constrained import at_angle
 from vcmm.part.gps.characteristics import evaluate
 from vcmm.part.gps.criteria import with_criteria
-from vcmm.part.gps.datums import constrained
+from vcmm.part.gps.datums import constrained_features
 from vcmm.part.part import Characteristic, Feature, normal, surface_point
 from vcmm.task.measuring.task import nominal_element
 
@@ -209,7 +209,7 @@ def value(names: tuple[str, ...], points: dict[str, np.ndarray], by_matrix: bool
         n: gauss(f.kind, points[n], nominal_element(f), fixed_axis=f.axis if f.kind == "circle" else None)
         for n, f in used.items()
     }
-    kept = constrained([c], used)
+    kept = constrained_features([c], used)
     if by_matrix:
         fitted |= {n: replace(fitted[n], moments=normal_matrix(fitted[n], points[n])) for n in kept}
         kept = frozenset()
@@ -255,7 +255,7 @@ def found(c: Characteristic, features: list[Feature], points: dict[str, np.ndarr
     named = {f.name: f for f in features}
     inside = {n: replace(f, inside=f.kind == "cylinder") for n, f in named.items()}
     fitted = {n: gauss(f.kind, points[n], nominal_element(f)) for n, f in named.items()}
-    full = with_criteria([c], inside, lambda n: points[n], fitted, pointed=constrained([c], named))
+    full = with_criteria([c], inside, lambda n: points[n], fitted, pointed=constrained_features([c], named))
     return float(evaluate(c, inside, full))
 
 
@@ -347,7 +347,7 @@ def test_an_axis_that_turns_about_one_direction_by_contact(criterion: str) -> No
     )
     base = gauss("cylinder", points)
     axis = at_angle(base.axis, Z, 0.0, 1.0)
-    element = held(base, axis, Z, points, criterion)
+    element = hold_axis(base, axis, Z, points, criterion)
     assert element.axis[2] == pytest.approx(0.0, abs=1e-12)
     if criterion == "C":
         assert 1e3 * np.ptp(element.residuals) / 2 == pytest.approx(best.x[4], abs=1e-3)
@@ -368,6 +368,6 @@ def test_a_bore_that_stands_as_drawn_but_for_rounding_does_not_slip_along_its_ax
     points = np.concatenate([around_it + [0, 0, z] for z in (3.0, 10.0, 17.0)])
     start = replace(nominal_element(feature("b", "cylinder", (0, 0, 0), Z, (15.0,), (20,))), axis=axis)
     base = replace(start, moments=normal_matrix(start, points))
-    there = held(base, np.array([1e-4, 0.0, 1.0]))
+    there = hold_axis(base, np.array([1e-4, 0.0, 1.0]))
     assert there.point == pytest.approx([-1e-3, 0.0, 0.0], abs=2e-3 * slip / 1e-4 + 1e-9)
     assert there.sizes == pytest.approx([15.0], abs=1e-6)

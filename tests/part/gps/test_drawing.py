@@ -9,9 +9,9 @@ import pytest
 
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.pose import Pose
-from vcmm.part.fit import Fitted, gauss
+from vcmm.part.fit import FittedElement, gauss
 from vcmm.part.gps.characteristics import evaluate, needs, nominal
-from vcmm.part.gps.criteria import chosen, with_criteria
+from vcmm.part.gps.criteria import choose_criteria, with_criteria
 from vcmm.part.part import Characteristic, Feature
 from vcmm.task.measuring.task import nominal_element
 
@@ -48,7 +48,7 @@ def value(
 ) -> float:
     """The characteristic of measured points in the drawing frame."""
     named = {f.name: f for f in features}
-    fitted: dict[str, Fitted] = {}
+    fitted: dict[str, FittedElement] = {}
     for name, p in points.items():
         fixed = named[name].axis if named[name].kind == "circle" else None
         fitted[name] = gauss(named[name].kind, p, nominal_element(named[name]), fixed_axis=fixed)
@@ -61,7 +61,7 @@ def found(features: list[Feature], places: dict[str, Any], c: Characteristic) ->
     """The same where features are found perfect at other places: name -> (point, axis, sizes)."""
     named = {f.name: f for f in features}
     fitted = {
-        n: Fitted(
+        n: FittedElement(
             named[n].kind,
             np.array(p, float),
             np.array(a, float) / np.linalg.norm(a),
@@ -345,6 +345,8 @@ def test_the_size_that_pays_may_be_named_as_a_size() -> None:
     limits = {"material": "M", "size_limits": (10.0, 10.1), "datums": ("top",), "zone": 0.1}
     for word, letter in (("GX", "X"), ("GN", "N"), ("GG", "G"), ("X", "X")):
         c = Characteristic("c", "position", of=("bore",), criterion=word, **limits)  # type: ignore[arg-type]
-        assert chosen(c).of == (letter,)
+        assert choose_criteria(c).of == (letter,)
     with pytest.raises(UsageError, match=r"is a criterion of sizes; position takes .* \(for GX: X\)"):
-        chosen(Characteristic("c", "position", of=("bore",), criterion="GX", datums=("top",), zone=0.1))
+        choose_criteria(
+            Characteristic("c", "position", of=("bore",), criterion="GX", datums=("top",), zone=0.1)
+        )

@@ -8,14 +8,14 @@ import pytest
 from tests.build import BORE, LEFT, RIGHT
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Pose
-from vcmm.part.fit import Fitted
+from vcmm.part.fit import FittedElement
 from vcmm.part.gps.elements import anchor, axis_ends, from_axis, nominal_element, place
 
 FEATURES = {f.name: f for f in (BORE, LEFT, RIGHT)}
 
 
-def fitted(kind: str, point, axis, sizes=()) -> Fitted:
-    return Fitted(
+def fitted(kind: str, point, axis, sizes=()) -> FittedElement:
+    return FittedElement(
         kind,
         np.array(point, float),
         np.array(axis, float),

@@ -12,7 +12,7 @@ from vcmm.part.characteristic import Filter
 from vcmm.part.fit import gauss
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.criteria import with_criteria
-from vcmm.part.gps.filters import ALPHA, check_density, filtered, minimum_zone, transmission, words
+from vcmm.part.gps.filters import ALPHA, apply_filter, check_density, minimum_zone, transmission, words
 from vcmm.part.part import Characteristic, Feature, surface_point
 
 RING = Feature("ring", "circle", np.zeros(3), np.array([0.0, 0, 1]), np.array([15.0]), inside=True)
@@ -50,7 +50,7 @@ def test_half_passes_at_the_cut_off_of_a_closed_profile(kind: str, jitter: float
     by_hand = {50: 0.5} if kind == "spline" else {50: 0.5, 25: 0.8409, 100: 0.0625}
     for waves, expected in by_hand.items():
         wave = np.cos(waves * turn)
-        passed = filtered(Filter(kind, upr=50), RING, points, wave)
+        passed = apply_filter(Filter(kind, upr=50), RING, points, wave)
         assert share(passed, wave) == pytest.approx(expected, abs=2e-3 if jitter else 1e-4)
 
 
@@ -61,7 +61,7 @@ def test_the_spline_falls_more_steeply() -> None:
     assert 1 / (1 + ratio**4) == pytest.approx(0.0644, abs=1e-4)
     turn, points = ring(720)
     wave = np.cos(100 * turn)
-    assert share(filtered(f, RING, points, wave), wave) == pytest.approx(1 / (1 + ratio**4), abs=1e-9)
+    assert share(apply_filter(f, RING, points, wave), wave) == pytest.approx(1 / (1 + ratio**4), abs=1e-9)
     assert (
         transmission(f, np.array([25.0]), 720)[0]
         > transmission(Filter("gaussian", upr=50), np.array([25.0]), 720)[0]
@@ -73,13 +73,13 @@ def test_half_passes_at_the_cut_off_of_an_open_profile(kind: str) -> None:
     """A wave of 2 mm at a cut-off of 2 mm, away from the ends; a straight line passes whole in the middle, any order of points."""
     at, points = edge(801)
     wave, inner = np.cos(2 * np.pi * at / 2.0), slice(200, 601)
-    passed = filtered(Filter(kind, cutoff=2.0), EDGE, points, wave)
+    passed = apply_filter(Filter(kind, cutoff=2.0), EDGE, points, wave)
     assert share(passed[inner], wave[inner]) == pytest.approx(0.5, abs=2e-3)
-    sloped = filtered(Filter(kind, cutoff=2.0), EDGE, points, 0.1 * at)
+    sloped = apply_filter(Filter(kind, cutoff=2.0), EDGE, points, 0.1 * at)
     assert sloped[inner] == pytest.approx(0.1 * at[inner], abs=1e-9)
-    assert filtered(Filter(kind, cutoff=2.0), EDGE, points, np.ones(801)) == pytest.approx(np.ones(801))
+    assert apply_filter(Filter(kind, cutoff=2.0), EDGE, points, np.ones(801)) == pytest.approx(np.ones(801))
     order = np.random.default_rng(2).permutation(801)
-    assert filtered(Filter(kind, cutoff=2.0), EDGE, points[order], wave[order]) == pytest.approx(
+    assert apply_filter(Filter(kind, cutoff=2.0), EDGE, points[order], wave[order]) == pytest.approx(
         passed[order]
     )
 
@@ -87,7 +87,7 @@ def test_half_passes_at_the_cut_off_of_an_open_profile(kind: str) -> None:
 def test_an_uneven_open_profile() -> None:
     at = np.sort(np.random.default_rng(3).uniform(0, 40.0, 2000))
     wave = np.cos(2 * np.pi * at / 4.0)
-    passed = filtered(Filter("gaussian", cutoff=4.0), EDGE, surface_point(EDGE, at), wave)
+    passed = apply_filter(Filter("gaussian", cutoff=4.0), EDGE, surface_point(EDGE, at), wave)
     assert share(passed[500:1500], wave[500:1500]) == pytest.approx(0.5, abs=0.02)
 
 
@@ -149,7 +149,7 @@ def test_minimum_zone_of_filtered_profiles() -> None:
     rng = np.random.default_rng(6)
     turn, points = ring(720)
     rough = 1e-3 * sum(rng.normal() * np.cos(k * turn + rng.uniform(0, 6)) for k in (2, 3, 5, 90))
-    passed = filtered(Filter("gaussian", upr=50), RING, points, rough)
+    passed = apply_filter(Filter("gaussian", upr=50), RING, points, rough)
     zone = minimum_zone(RING, points, passed)
     design = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     assert float(zone) == pytest.approx(smallest_range(design, passed), abs=2e-7)

@@ -9,11 +9,11 @@ import pytest
 
 from tests.build import scenario
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.inference.job import Evaluated, EvaluatedPart
+from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.part.mesh import Mesh
 from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.show.pages.sheet import in_words
-from vcmm.show.tables.inferred import shown, values_csv
+from vcmm.show.tables.inferred import part_table, values_csv
 from vcmm.task.measuring.explicit import on_surface
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.settings import Settings
@@ -68,8 +68,8 @@ def test_no_forms_are_drawn_on_a_mesh_so_nothing_is_claimed():
     assert (c.coverage_shown, c.decision.text) == (False, "undecided")
     assert "no forms are drawn on a mesh" in c.why_not_shown
     # and the words say so: how the indicated value scatters is no interval of the true one
-    told = EvaluatedPart("", (Evaluated(c, c.value),), found, ())
-    table = shown(told)
+    told = EvaluatedPart("", (EvaluatedCharacteristic(c, c.value),), found, ())
+    table = part_table(told)
     assert "interval from nominal" in {str(column.head) for column in table.columns}
     assert "true value" not in table.title
     assert values_csv([told]).splitlines()[1].split(",")[4:6] == ["", ""]

@@ -15,7 +15,7 @@ def test_words_and_their_columns():
     assert [(w.letter, w.first, w.last, w.text) for w in block.words] == [
         ("G", 5, 7, "1"), ("X", 8, 13, "-1.5"), ("Y", 14, 19, "[#1]"), ("F", 27, 30, ".2"),
     ]  # fmt: skip
-    assert [w.pointed for w in block.words] == [False, True, True, True]
+    assert [w.has_point for w in block.words] == [False, True, True, True]
 
 
 def test_assignments_flow_and_signs():

@@ -47,7 +47,7 @@ def test_feeds_and_speeds_in_inches():
     assert c.rate(1.0, 0.0) == pytest.approx(254.0)
     c.surface = True
     assert c.feeding(25.4) == pytest.approx(190.98593171)
-    assert c.feeding(0.0) == c.unlimited() == 0.0
+    assert c.feeding(0.0) == c.speed_at_centre() == 0.0
     # a rotary axis alone is fed in degrees per minute, whatever the unit
     assert c.line_feed((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)) == pytest.approx(10.0)
     c.column, c.feed_mode = 7, "G95"

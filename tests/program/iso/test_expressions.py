@@ -15,7 +15,7 @@ class Known:
     def number(self, index: int) -> float | None:
         return {1: 2.0, 2: -3.5, 5: None}.get(index, 0.0)
 
-    def named(self, name: str) -> float:
+    def variable(self, name: str) -> float:
         return {"a": 4.0}[name]
 
     def exists(self, name: str) -> bool:

@@ -8,11 +8,11 @@ from vcmm.program.okuma.lines import OkumaLines
 
 
 def lathe(text: str) -> list[str]:
-    return [line.strip() for line in OkumaLines(text, True).translated().split("\n")]
+    return [line.strip() for line in OkumaLines(text, True).translate().split("\n")]
 
 
 def mill(text: str) -> list[str]:
-    return [line.strip() for line in OkumaLines(text, False).translated().split("\n")]
+    return [line.strip() for line in OkumaLines(text, False).translate().split("\n")]
 
 
 def test_names_become_numbers():
@@ -64,7 +64,7 @@ def test_lines_that_go_on():
 )  # fmt: skip
 def test_what_has_no_like_is_told(text: str, what: str):
     lines = OkumaLines(f"\n{text}", True)
-    assert lines.translated().strip() == ""
+    assert lines.translate().strip() == ""
     assert [(line, told) for line, told, _, _ in lines.told] == [(2, what)]
 
 

@@ -11,7 +11,7 @@ from vcmm.shop.cutting.envelope import UNCUT, surface_left
 from vcmm.shop.cutting.nose import Capsules, _near, capsules, entry, removed_by
 from vcmm.shop.cutting.sweeps import join
 from vcmm.shop.cutting.tools import insert
-from vcmm.shop.cutting.turning import curved, straight, tip_of_centre
+from vcmm.shop.cutting.turning import arc_sweep, straight, tip_of_centre
 
 NOSE = (insert(0.8),)
 
@@ -38,7 +38,7 @@ def test_swept_noses_agree_with_the_kernels_of_ball_mills():
 
 def test_arcs_are_found_to_their_chord_and_nothing_cut_is_uncut():
     centre = tip_of_centre(np.array([[0.0, 0.0, 0.0]]), 0.8)[:, [0, 2]]
-    quarter = curved([[-0.8, 15.8]], [[15.0, 0.0]], centre, np.array([np.pi / 2]), NOSE)
+    quarter = arc_sweep([[-0.8, 15.8]], [[15.0, 0.0]], centre, np.array([np.pi / 2]), NOSE)
     a = np.linspace(0.05, 1.5, 20)
     n = np.stack([np.sin(a), np.zeros(20), np.cos(a)], axis=1)
     found = removed_by(15.0 * n, n, capsules(quarter, 1e-5), 0.5, 2.0, 0.1, 2)

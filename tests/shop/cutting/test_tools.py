@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vcmm.shop.cutting.tools import ball, bull, cone, drill, flat, grown, implicit, nose_height, profile
+from vcmm.shop.cutting.tools import ball, bull, cone, drill, flat, implicit, nose_height, offset_tool, profile
 
 TOOLS = {
     "flat": flat(5.0),
@@ -30,9 +30,9 @@ def test_profiles_agree_with_the_implicit_function() -> None:
 
 def test_a_worn_cutter_keeps_its_kind() -> None:
     """R 5 with a corner of 1.5 grown by 0.1: R 5.1, corner 1.6, the bottom keeps its radius of 3.5; a flat stays sharp."""
-    worn = grown(bull(5.0, 1.5), 0.1)
+    worn = offset_tool(bull(5.0, 1.5), 0.1)
     assert (worn.radius, worn.corner, worn.radius - worn.corner) == pytest.approx((5.1, 1.6, 3.5))
-    assert grown(flat(5.0), 0.1).corner == 0.0
+    assert offset_tool(flat(5.0), 0.1).corner == 0.0
 
 
 def test_height_of_the_nose_by_hand() -> None:

@@ -11,7 +11,7 @@ from vcmm.core.errors import UsageError
 from vcmm.shop.cutting.envelope import surface_left
 from vcmm.shop.cutting.sweeps import join
 from vcmm.shop.cutting.tools import insert
-from vcmm.shop.cutting.turning import curved, meridian, straight, tip_of_centre
+from vcmm.shop.cutting.turning import arc_sweep, meridian, straight, tip_of_centre
 
 NOSE = (insert(0.8),)
 
@@ -43,7 +43,7 @@ def test_feed_marks_by_hand() -> None:
 def test_sphere_by_an_arc_by_hand() -> None:
     """Nose centre on a quarter circle of R + r = 15.8 about the origin: a sphere of R 15, everywhere exact."""
     centre = tip_of_centre(np.array([[0.0, 0.0, 0.0]]), 0.8)[:, [0, 2]]
-    quarter = curved([[-0.8, 15.8]], [[15.0, 0.0]], centre, np.array([np.pi / 2]), NOSE)
+    quarter = arc_sweep([[-0.8, 15.8]], [[15.0, 0.0]], centre, np.array([np.pi / 2]), NOSE)
     a = np.linspace(0.05, 1.5, 20)
     n = np.stack([np.sin(a), np.zeros(20), np.cos(a)], axis=1)
     assert np.abs(surface_left(15.0 * n, n, quarter).s).max() < 1e-12

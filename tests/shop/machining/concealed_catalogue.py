@@ -70,12 +70,12 @@ def in_part(
                 )
             )
         )
-        shows = world.contacts.surface(world.moved) - world.contacts.surface(world.tool.known)
+        shows = world.contacts.surface(world.tool_errors) - world.contacts.surface(world.tool.known)
     except VcmmError:
         return None  # a column that a cut has not, a rotary axis, a number that is none for this part
     if not np.isfinite(shows).all() or np.abs(shows).max() < 1e-6:
         return None
-    row, _ = world.contacts.deepest(world.moved)
+    row, _ = world.contacts.deepest(world.tool_errors)
     line = world.tool.run.columns["line"][row]
     rapid = np.floor(line / 8.0)  # stretches between retracts, coarsely
     return shows, task.touches.run.labels["feature"], line, rapid

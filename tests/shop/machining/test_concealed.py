@@ -53,7 +53,7 @@ def departures(scenario, growth, program) -> np.ndarray:
     """Of the finished part from the drawing along its normals, mm, on the machine as it really is."""
     machine = replace(scenario.machine, effects=(*scenario.machine.effects, growth))
     _, world, _ = finished_part(set_up(replace(scenario, machine=machine, program=program)))
-    return world.contacts.surface(world.moved)
+    return world.contacts.surface(world.tool_errors)
 
 
 @pytest.mark.thorough

@@ -51,7 +51,7 @@ def test_a_wall_whose_path_is_corrected_by_less_than_the_play_follows_the_slide(
     text = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + WALLS
     scenario = vcmm.load_cut(shop.write(tmp_path, PLAY, text, program()))
     _, world, _ = finished_part(set_up(scenario))
-    surface = world.contacts.surface(world.moved)
+    surface = world.contacts.surface(world.tool_errors)
     touches = world.measuring.task.touches
     x = np.linspace(-80.0, 80.0, 160001)
     y = np.concatenate([np.linspace(-5.0, 0.0, 5001), np.interp(x, *np.array(WAY).T)])

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vcmm.answer.evaluation.truth import Predicted
-from vcmm.shop.machining.result import Patch, batch, expected, extremes, group_of, grouped
+from vcmm.answer.evaluation.truth import PredictedPart
+from vcmm.shop.machining.result import Patch, batch, expected_deviation, extremes, group_of, shares_by_group
 from vcmm.show.tables.cut import surface_text
 
 
@@ -36,16 +36,16 @@ def test_shares_and_what_scatters():
     budget = [line("scale_factor[X].k", 4.0, 0.64), line("scatter.value", 3.0, 0.36, "touch")]
     c = SimpleNamespace(u=5.0, budget=budget)
     assert batch(c) == pytest.approx((4.0, 3.0))
-    assert grouped(c)["machine"] == pytest.approx(1.0)
-    assert sum(grouped(SimpleNamespace(u=1e-9, budget=budget)).values()) == 0.0
+    assert shares_by_group(c)["machine"] == pytest.approx(1.0)
+    assert sum(shares_by_group(SimpleNamespace(u=1e-9, budget=budget)).values()) == 0.0
 
 
 def test_of_an_extreme_value_the_mean_is_expected():
     c = SimpleNamespace(extreme=True, mean=5.0, value=3.0, nominal=1.0, truth=None)
-    assert expected(c) == 4.0  # of what a machine would read
-    assert expected(SimpleNamespace(**{**vars(c), "extreme": False})) == 2.0
-    part = Predicted(law=None, estimate=5.0)  # of the finished part the value is what is expected
-    assert expected(SimpleNamespace(**{**vars(c), "value": 5.0, "truth": part})) == 4.0
+    assert expected_deviation(c) == 4.0  # of what a machine would read
+    assert expected_deviation(SimpleNamespace(**{**vars(c), "extreme": False})) == 2.0
+    part = PredictedPart(law=None, estimate=5.0)  # of the finished part the value is what is expected
+    assert expected_deviation(SimpleNamespace(**{**vars(c), "value": 5.0, "truth": part})) == 4.0
 
 
 def test_extremes_of_a_surface():

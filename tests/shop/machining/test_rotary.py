@@ -12,7 +12,7 @@ from vcmm.shop.machining.rotary import (
     point_of_part,
     tip_and_axis,
     tool_offset_to,
-    turned,
+    turn_to_workpiece,
     turned_back,
 )
 
@@ -58,6 +58,6 @@ def test_the_offset_that_leads_to_a_point():
 def test_frames_turn_there_and_back():
     frame = np.array([[[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]])
     v = np.array([[1.0, 2.0, 3.0]])
-    assert turned(frame, v)[0] == pytest.approx([2.0, 3.0, 1.0])
-    assert turned_back(frame, turned(frame, v)) == pytest.approx(v)
-    assert turned(None, v) is v
+    assert turn_to_workpiece(frame, v)[0] == pytest.approx([2.0, 3.0, 1.0])
+    assert turned_back(frame, turn_to_workpiece(frame, v)) == pytest.approx(v)
+    assert turn_to_workpiece(None, v) is v

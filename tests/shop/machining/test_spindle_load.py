@@ -77,13 +77,13 @@ def test_a_wall_that_gives_way_is_left_thicker_towards_its_top(tmp_path):
     given = '[[effects]]\neffect = "workpiece_bending"\ndirection = "y"\ncompliance = "0.1 um/N"\nfoot = "-20 mm"\nheight = "20 mm"\n'
     rigid = SCENARIO.replace('tools = { 1 = { compliance = "0.1 um/N" } }\n', "")
     task, world, _ = finished_part(prepared(tmp_path, rigid.replace("[job]", given + "[job]")))
-    row, _ = world.contacts.deepest(world.moved)
+    row, _ = world.contacts.deepest(world.tool_errors)
     run = world.tool.run.take(row)
     wall = task.touches.rows["wall"]
     share = (1.0 + task.touches.points[wall, 2] / 20.0) ** 3
     due = -1e-4 * run.columns["force_y_N"][wall] * share
     assert np.abs(due).max() > 5e-3
-    assert world.moved[row][wall] @ [0.0, -1.0, 0.0] == pytest.approx(due, rel=1e-6)
+    assert world.tool_errors[row][wall] @ [0.0, -1.0, 0.0] == pytest.approx(due, rel=1e-6)
 
 
 def test_the_third_part_in_a_row_has_the_load_of_those_before(tmp_path):

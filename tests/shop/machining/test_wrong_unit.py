@@ -12,7 +12,7 @@ from tests.shop.machining import rotary_shop as rs
 from tests.shop.machining.lathe import PLAIN, plain
 from vcmm.core.errors import VcmmError
 from vcmm.shop.machining.job import cut
-from vcmm.shop.machining.wrong_unit import exchanged
+from vcmm.shop.machining.wrong_unit import exchange_unit
 
 INCHES = shop.PROGRAM.replace("G21", "G20")
 
@@ -76,4 +76,4 @@ def test_the_unit_of_a_program_on_a_turned_pallet_is_named(tmp_path, angle, face
     ],
 )  # fmt: skip
 def test_exchange_of_the_unit(text, dialect, other):
-    assert exchanged(text, dialect) == other
+    assert exchange_unit(text, dialect) == other

@@ -17,7 +17,7 @@ from vcmm.shop.machining.job import cut, finished_part
 from vcmm.shop.machining.maps import net
 from vcmm.shop.machining.patches import patch
 from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.zero_setting import SETTING, ZeroRows, joined, setting_rows, ways_of_setting
+from vcmm.shop.machining.zero_setting import SETTING, ZeroRows, join_runs, setting_rows, ways_of_setting
 from vcmm.task.response.influence import Influence
 from vcmm.task.response.trials import Draws
 
@@ -204,7 +204,7 @@ def test_rows_of_setting_are_at_rest():
     assert (columns["nz"], columns["temp_part_C"], columns["setting"]) == (1.0, 23.0, 1.0)
     assert columns["part_y_mm"] == 250.0
     assert (rows.labels["tool"][0], rows.labels["touch"][0]) == ("7", SETTING)
-    assert joined(run.with_columns({n: np.zeros(1) for n in columns}), rows).n == 2
+    assert join_runs(run.with_columns({n: np.zeros(1) for n in columns}), rows).n == 2
 
 
 def test_ways_of_setting_differ_by_tool_not_by_point():

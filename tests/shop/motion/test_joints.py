@@ -27,7 +27,7 @@ from vcmm.shop.motion.timing import plan_motion
 def test_the_control_stops(moves):
     timing = plan_motion(moves, mill())
     assert len(timing.first) == 2
-    at = timing.state(timing.ended[:1])
+    at = timing.state(timing.stretch_ends[:1])
     assert np.abs(at.speed).max() < 1e-9
     assert at.position[0, :3] == pytest.approx([50, 0, 0], abs=1e-9)
 
@@ -36,7 +36,7 @@ def test_axes_that_were_moved_unseen_start_again_from_rest():
     moves = [line((0, 0, 0), (50, 0, 0)), line((60, 0, 0), (90, 0, 0))]
     timing = plan_motion(moves, mill())
     assert len(timing.first) == 2
-    assert timing.begun[1] > timing.ended[0]
+    assert timing.begun[1] > timing.stretch_ends[0]
     assert timing.state(timing.begun[1:]).position[0, 0] == pytest.approx(60.0)
 
 

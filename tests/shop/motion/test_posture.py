@@ -10,7 +10,7 @@ import pytest
 from tests.shop.motion.test_tool_centre import HEAD, MIXED, TABLES, about, by_hand, machine, moves
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.program.moves import Posture
-from vcmm.shop.motion.posture import first_axis, pointed, positions, primary_axis, swept
+from vcmm.shop.motion.posture import first_axis, positions, primary_axis, rotary_position, swept
 from vcmm.shop.motion.tool_centre import in_machine_axes
 
 TRUNNION = "w C' A' X' Y' b Z t"  # table C on a trunnion A
@@ -142,9 +142,9 @@ def test_all_positions_of_a_direction_are_seen():
 
 
 def test_of_two_equally_near_positions_the_positive_one():
-    found = pointed(machine(TRUNNION), np.array([math.sqrt(0.5), 0, math.sqrt(0.5)]), np.zeros(3))
+    found = rotary_position(machine(TRUNNION), np.array([math.sqrt(0.5), 0, math.sqrt(0.5)]), np.zeros(3))
     assert np.degrees(found) == pytest.approx([45, 0, 90], abs=1e-6)
-    other = pointed(
+    other = rotary_position(
         machine(TRUNNION), np.array([math.sqrt(0.5), 0, math.sqrt(0.5)]), np.zeros(3), Posture(sign=-1)
     )
     assert np.degrees(other) == pytest.approx([-45, 0, -90], abs=1e-6)
@@ -232,4 +232,4 @@ def test_an_endless_axis_takes_the_nearest_turn():
     object.__setattr__(mill.axes["C"], "is_endless", True)
     near = np.radians([-30.0, 0.0, 725.0])
     axis = tables(np.radians([-40.0, 0.0, 0.0]), "CA")
-    assert np.degrees(pointed(mill, axis, near)) == pytest.approx([-40, 0, 720], abs=1e-6)
+    assert np.degrees(rotary_position(mill, axis, near)) == pytest.approx([-40, 0, 720], abs=1e-6)

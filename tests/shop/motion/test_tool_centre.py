@@ -13,8 +13,8 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.program.interpret import interpret
 from vcmm.program.setup import Setup, Tool
-from vcmm.shop.motion.posture import pointed
-from vcmm.shop.motion.tool_centre import CHORD, in_machine_axes, leads, oriented
+from vcmm.shop.motion.posture import rotary_position
+from vcmm.shop.motion.tool_centre import CHORD, in_machine_axes, leads, orient_moves
 from vcmm.shop.motion.tool_pose import tip_and_axis, tip_as_at_zero
 from vcmm.show.tables.program import move_json
 
@@ -111,13 +111,13 @@ def test_a_direction_is_found_again_at_the_nearest_position(structure):
     for b, c in ((0.3, 1.0), (-0.7, 2.5), (1.2, -0.4)):
         angle = np.array([[0.0, b, c]])
         axis = tip_and_axis(mill, zero, angle, zero)[1][0]
-        found = pointed(mill, axis, angle[0] + [0.0, 0.05, 0.05])
+        found = rotary_position(mill, axis, angle[0] + [0.0, 0.05, 0.05])
         assert found == pytest.approx(angle[0], abs=1e-9)
 
 
 def test_a_singular_direction_leaves_the_axis_that_does_not_matter():
     """The tool along C: any C does. It stays at 1 rad."""
-    found = pointed(machine(TABLES), np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.2, 1.0]))
+    found = rotary_position(machine(TABLES), np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.2, 1.0]))
     assert found == pytest.approx([0.0, 0.0, 1.0], abs=1e-7)
 
 
@@ -211,7 +211,7 @@ def test_other_programs_are_left_as_they_are():
 def test_moves_of_a_program_carry_their_angles_and_tool_axes():
     """G43.5 along (sin 30, 0, cos 30): on a head C carrying B the axes end at B 30, C 0; the move itself stays one line."""
     program = moves("G43.5 H1 G0 X0 Y0 Z5.\nG1 X10. Y0 Z0 I0.5 J0 K0.8660254 F500\n")
-    done, _ = oriented(program, machine(HEAD))
+    done, _ = orient_moves(program, machine(HEAD))
     assert len(done) == len(program)
     last = done[-1]
     assert (last.start, last.end) == (program[-1].start, program[-1].end)
@@ -229,7 +229,7 @@ def test_moves_of_a_program_carry_their_angles_and_tool_axes():
 
 def test_a_table_that_stands_turned_has_its_tool_axis_in_the_workpiece():
     """No tool centre point control: B of the table at 90 deg, the tool lies along X of the workpiece."""
-    done, _ = oriented(moves("G43 H1 G0 X0 Y0 Z50. B90.\nG1 Z40. F500\n"), machine(TABLES))
+    done, _ = orient_moves(moves("G43 H1 G0 X0 Y0 Z50. B90.\nG1 Z40. F500\n"), machine(TABLES))
     assert done[-1].tool_axis_end == pytest.approx(
         tuple(about("B", math.pi / 2) @ [0.0, 0.0, 1.0]), abs=1e-12
     )
@@ -257,7 +257,7 @@ def test_polar_interpolation_on_a_lathe_keeps_the_angles_of_the_program():
     lathe = Machine("turn", "machine-tool", parse_structure(structure), axes, ())
     text = "G21 G98 T0101\nG0 X120. C0 Z2.\nG12.1\nG1 X40. F200\nC20.\nG13.1\nM30\n"
     moves = interpret(text, "fanuc-lathe", Setup(strict=False)).moves
-    found, said = oriented(moves, lathe)
+    found, said = orient_moves(moves, lathe)
     assert found == moves
     assert not said
     assert moves[-1].rotary_end[2] == pytest.approx(math.pi / 4)

@@ -18,7 +18,7 @@ from vcmm.core.errors import DataError
 from vcmm.face.cli import run
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.console.evidence import ComparedNumber, differences, unpacked
+from vcmm.show.console.evidence import ComparedNumber, differences, unpack_evidence
 
 
 @pytest.fixture
@@ -173,7 +173,7 @@ def test_a_flipped_bit_is_no_bug(pack: Path, capsys: pytest.CaptureFixture[str])
     for at in range(0, len(whole), 97):
         copy.write_bytes(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :])
         with contextlib.suppress(DataError), tempfile.TemporaryDirectory() as folder:
-            unpacked(copy, Path(folder))
+            unpack_evidence(copy, Path(folder))
 
 
 @pytest.mark.parametrize("value", ["null", "3", '["a"]', '[{"file": 3, "sha256": "x"}]', "[" * 100_000])

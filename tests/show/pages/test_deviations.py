@@ -10,7 +10,7 @@ import pytest
 from tests.build import BORE, scenario
 from vcmm.part.nominal import NominalPoints
 from vcmm.part.part import Feature
-from vcmm.show.pages.deviations import deviation_items, deviations_block, enlarged
+from vcmm.show.pages.deviations import deviation_items, deviations_block, magnification
 from vcmm.show.pages.view import feature_mesh
 from vcmm.show.report import Lines, Points
 
@@ -46,7 +46,7 @@ def test_needles_stand_on_the_touches_along_their_normals():
 def test_the_longest_needle_is_a_twelfth_of_the_part_or_less():
     """120 mm / 12 / 6 um = 1667: 1000."""
     points = np.array([[0.0, 0, 0], [120, 0, 0]])
-    assert enlarged(points, np.array([2e-3, -6e-3])) == 1000.0
+    assert magnification(points, np.array([2e-3, -6e-3])) == 1000.0
 
 
 def test_a_surface_through_nominal_points():

@@ -12,7 +12,7 @@ import vcmm
 from vcmm.compensation.field import field_of, known_errors_of
 from vcmm.compensation.proof import errors_on, walk
 from vcmm.program.interpret import read_for
-from vcmm.shop.motion.tool_centre import oriented
+from vcmm.shop.motion.tool_centre import orient_moves
 from vcmm.show.pages.followed import _of_cut
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -35,7 +35,7 @@ def test_a_led_tip_errs_in_the_picture_as_where_compensation_asks(tmp_path):
     shown = dict(zip(np.asarray(path.line).tolist(), path.error.tolist()))  # the last piece of every block
 
     read = read_for("cut", program.read_text(), scenario.dialect, scenario.setup, name="part.nc")
-    moves, _ = oriented(read.moves, scenario.machine)
+    moves, _ = orient_moves(read.moves, scenario.machine)
     known = known_errors_of(scenario.machine).whole()
     w = walk(moves)
     e = errors_on(field_of(known, scenario.setup, moves, set_here=True, constants=scenario.constants), w)

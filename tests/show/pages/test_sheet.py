@@ -18,7 +18,7 @@ from vcmm.answer.inference.given import GivenValue
 from vcmm.answer.inference.job import evaluate_values
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.pages.sheet import BLANK, effective_dof, rounded, sheet_page
+from vcmm.show.pages.sheet import BLANK, effective_dof, round_to_uncertainty, sheet_page
 
 
 def line(u: float, dof: float) -> BudgetLine:
@@ -35,8 +35,8 @@ def test_effective_degrees_of_freedom() -> None:
 
 
 def test_rounding_to_two_digits_of_the_uncertainty() -> None:
-    assert rounded(30.0104712, 0.00086) == ("30.01047", "0.00086")
-    assert rounded(1.23456, 0.123) == ("1.23", "0.12")
+    assert round_to_uncertainty(30.0104712, 0.00086) == ("30.01047", "0.00086")
+    assert round_to_uncertainty(1.23456, 0.123) == ("1.23", "0.12")
 
 
 def test_what_stands_on_the_sheet(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_what_stands_on_the_sheet(tmp_path: Path) -> None:
         assert words in html
     assert hashlib.sha256(file.read_bytes()).hexdigest() in html
     low, high = part.characteristics[0].result.interval
-    assert " mm ± ".join(rounded((low + high) / 2, (high - low) / 2)) in html
+    assert " mm ± ".join(round_to_uncertainty((low + high) / 2, (high - low) / 2)) in html
     assert html.count('class="sheet"') == 1
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from tests.show.tables.test_evaluated import LINE, result
 from vcmm.answer.evaluation.uncertainty import warnings_of
-from vcmm.part.gps.decision import undecided
-from vcmm.show.charts.distribution import filled
+from vcmm.part.gps.decision import no_decision
+from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.uncertainty import budget_table, characteristic_blocks
 
 
@@ -19,7 +19,7 @@ def test_a_fine_histogram_in_few_bars():
     """1000 counts in each of 161 cells, of which the last is beyond all but 0.05 %: 80 bars of two cells."""
     counts = np.zeros(400, dtype=int)
     counts[100:261] = 1000
-    edges, coarse = filled(np.arange(401.0), counts)
+    edges, coarse = coarsen(np.arange(401.0), counts)
     assert np.diff(edges).tolist() == [2.0] * 80
     assert coarse.tolist() == [2000] * 80
     assert edges[0] == 100.0
@@ -46,7 +46,7 @@ def test_without_a_decision_there_are_no_zones():
 
 def test_where_nothing_is_decided_the_picture_says_why_and_claims_no_zone_without_an_end():
     """value 30.0001, U 0.4 um within +-10 um: the picture may speak of a zone only where U is stated."""
-    why = undecided("probability 95 %", "the points bound nothing")
+    why = no_decision("probability 95 %", "the points bound nothing")
     known = result(tolerance=(29.99, 30.01), decision=why)
     assert "undecided: the points bound nothing" in "".join(characteristic_blocks(known))
     assert "lies in the conformance zone" in "".join(characteristic_blocks(known))

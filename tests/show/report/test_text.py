@@ -9,7 +9,7 @@ import pytest
 from tests.show.report.drawn import NAN
 from vcmm.core.errors import UsageError
 from vcmm.show import report
-from vcmm.show.report.text import aligned, plain, shorten, text_width
+from vcmm.show.report.text import align_decimals, plain, shorten, text_width
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_plain_and_aligned() -> None:
     assert plain(100.0004) == "100.0004"
     assert plain(-0.0) == "0"
     # the largest, 0.62, shows three digits: three decimals for all; 0.0001 would read 0.000
-    assert aligned([0.62, 0.09, 0.0001, NAN, 0.0]) == ["0.620", "0.090", "0.0001", "–", "0.000"]
+    assert align_decimals([0.62, 0.09, 0.0001, NAN, 0.0]) == ["0.620", "0.090", "0.0001", "–", "0.000"]
 
 
 def test_shorten_fits() -> None:

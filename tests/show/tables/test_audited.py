@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from vcmm.answer.inference.audit import Audited
+from vcmm.answer.inference.audit import AuditResult
 from vcmm.show.tables.audited import audit_json, verdict
 
-ROW = Audited("f", "mm", "stated knowledge", 0.95, 0.925, 200, 0.001, True, 0.93, 0.97)
+ROW = AuditResult("f", "mm", "stated knowledge", 0.95, 0.925, 200, 0.001, True, 0.93, 0.97)
 
 
 def test_a_count_has_an_error() -> None:

@@ -56,4 +56,4 @@ def test_next_steps_places_and_what_is_seen():
     )
     assert in_terminal(diagnosed.next_steps(d)).rows == [["a, b", "turn it", "4.2"]]
     assert in_terminal(diagnosed.places(d)).rows == [["X", "z", "0.012", "low end"]]
-    assert in_terminal(diagnosed.seen(d)).rows == [["lag", "–", "2 urad"]]
+    assert in_terminal(diagnosed.detectable_table(d)).rows == [["lag", "–", "2 urad"]]

@@ -105,7 +105,7 @@ def test_the_budget_file_ends_with_the_combined_row():
 
 
 def test_how_it_was_computed():
-    table = evaluated.computed(
+    table = evaluated.computation_table(
         found(result(), result(trials=20_000, coverage_shown=True, linear_error=math.nan))
     )
     assert in_terminal(table).rows == [
@@ -133,7 +133,7 @@ def test_without_an_end_of_the_interval_no_expanded_uncertainty_is_stated():
     assert math.isnan(row["k"])
     assert row["u_mm"] == endless.u
     assert endless.expanded == 2e-4
-    assert evaluated.combined(endless).what.startswith("no U: the true value is not bounded; p = 0.95")
+    assert evaluated.budget_total(endless).what.startswith("no U: the true value is not bounded; p = 0.95")
     assert result().stated == (result().expanded, result().k)
 
 
@@ -147,7 +147,7 @@ def test_shares_of_a_position_add_to_more_than_the_whole():
     assert said.startswith(
         "shares of u² that do not add to 100%: bore 169.3%; each line is the variance with that input alone"
     )
-    assert "inputs together -0.6933 of u^2" in evaluated.combined(place).what
+    assert "inputs together -0.6933 of u^2" in evaluated.budget_total(place).what
     assert (
         evaluated.not_added_up([replace(place, u=9e-7), result()]) == []
     )  # of next to nothing, and of a linear one

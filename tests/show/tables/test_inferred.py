@@ -11,7 +11,7 @@ import pytest
 import vcmm
 from vcmm.files.own.library import example
 from vcmm.show.pages.sheet import in_words
-from vcmm.show.tables.inferred import batch, shown, values_csv, warnings_of_parts, wholes
+from vcmm.show.tables.inferred import batch, part_table, values_csv, warnings_of_parts, wholes
 
 
 def part(name: str, *warnings: str) -> Any:
@@ -47,7 +47,7 @@ def test_a_bias_that_is_left_in_stands_in_the_interval_of_the_true_value(
     found = vcmm.evaluate(
         vcmm.load_scenario(tmp_path / "ring.toml"), values=tmp_path / "values.csv", trials=4000
     )
-    table, several, row = shown(found[0]), batch(found), values_csv(found).splitlines()[1].split(",")
+    table, several, row = part_table(found[0]), batch(found), values_csv(found).splitlines()[1].split(",")
     heads = {str(c.head) for c in table.columns}
     assert "true value from nominal" in heads
     assert table.title.endswith("the 95% interval of the true value")

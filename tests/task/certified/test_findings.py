@@ -15,8 +15,8 @@ from vcmm.core.machine import Machine
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
 from vcmm.task.certified.each_limit import machines_at_each_limit
-from vcmm.task.certified.findings import Findings, Found
-from vcmm.task.certified.known import certified
+from vcmm.task.certified.findings import Finding, Findings
+from vcmm.task.certified.known import certified_knowledge
 from vcmm.task.certified.lines import length_run, seven_lines
 from vcmm.task.certified.machines import error_tables, half_sphere, per_mode, tip_harmonics
 
@@ -31,8 +31,8 @@ LIMITS: Mapping[str, str] = {
 
 
 def test_a_figure_may_have_been_two_standard_uncertainties_larger() -> None:
-    assert Found(1.2e-3, 0.15e-3).highest == pytest.approx(1.5e-3, rel=1e-14)
-    assert Found(1.2e-3).highest == 1.2e-3
+    assert Finding(1.2e-3, 0.15e-3).highest == pytest.approx(1.5e-3, rel=1e-14)
+    assert Finding(1.2e-3).highest == 1.2e-3
 
 
 def found(**named: object) -> MachineCertificate:
@@ -69,15 +69,15 @@ def test_scatter_from_the_range_that_was_found() -> None:
     touches = rng.normal(size=(20_000, 35, 3, 2))
     lengths = touches[..., 1] - touches[..., 0]
     unit = (lengths.max(axis=2) - lengths.min(axis=2)).max(axis=1)
-    drawn = machines_at_each_limit(BARE, found(R0=Found(0.6e-3)))
+    drawn = machines_at_each_limit(BARE, found(R0=Finding(0.6e-3)))
     assert np.median(drawn.scatter) == pytest.approx(0.6e-3 * np.median(1 / unit), rel=0.01)
     assert np.quantile(drawn.scatter, 0.9) == pytest.approx(0.6e-3 * np.quantile(1 / unit, 0.9), rel=0.02)
 
 
 def test_geometry_as_large_as_it_was_found() -> None:
     """The largest of 35 errors is 1.1 um; told by lengths it is found again where all of them are told as shares of E0."""
-    assert used(found(largest=Found(1.1e-3))).max(axis=1) == pytest.approx(1.1e-3)
-    one = ((300.0, Found(-0.5e-3)),)
+    assert used(found(largest=Finding(1.1e-3))).max(axis=1) == pytest.approx(1.1e-3)
+    one = ((300.0, Finding(-0.5e-3)),)
     few, many = (used(found(lengths=rows)).max(axis=1) for rows in (one, one * 60))
     assert np.median(many) < np.median(few)  # one length may have missed what the machine can do
     assert few.max() <= 1.8e-3 + 1e-3 * np.sqrt(600**2 + 500**2 + 400**2) / 350 + 1e-9
@@ -85,11 +85,11 @@ def test_geometry_as_large_as_it_was_found() -> None:
 
 def test_what_was_found_is_no_mere_bound() -> None:
     def bounds(c: MachineCertificate) -> dict[str, bool]:
-        return {i.parameter: i.bound for i in certified(BARE, c).inputs}
+        return {i.parameter: i.bound for i in certified_knowledge(BARE, c).inputs}
 
     assert all(bounds(found()).values())
-    assert bounds(found(form=Found(1e-3))) == dict.fromkeys(("modes", "value", "coefficients", "dr"), True)
-    both = bounds(found(R0=Found(1e-3), form=Found(1e-3)))
+    assert bounds(found(form=Finding(1e-3))) == dict.fromkeys(("modes", "value", "coefficients", "dr"), True)
+    both = bounds(found(R0=Finding(1e-3), form=Finding(1e-3)))
     assert both == {"modes": True, "value": False, "coefficients": False, "dr": True}
 
 

@@ -12,16 +12,16 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
-from vcmm.files.own.setups import SetupTable, planned
+from vcmm.files.own.setups import SetupTable, plan_setup
 from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import ALL, find
 from vcmm.task.instruments.ball_bar import circle
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.laying import simulated
+from vcmm.task.instruments.laying import simulate_reading
 from vcmm.task.instruments.level import readings
-from vcmm.task.instruments.tracker import at_station, lengths_to, moved, settled
+from vcmm.task.instruments.tracker import at_station, lengths_to, move_stations, settle_stations
 from vcmm.task.response.observe import Observer
 
 AT = {"X": 300.0, "Y": 250.0, "Z": -200.0}
@@ -45,10 +45,10 @@ def test_a_laser_reads_abbe():
     machine = bare().with_effect(ComponentPolynomial("EBX", np.array([0.0, 10e-6])))
     rng = np.random.default_rng(0)
     one = quiet(line(bare(), "X", np.array([0.0, 600.0]), AT, np.array([0, 0, -100.0]), "X", 1e-3))
-    assert simulated(one, machine, rng).value == pytest.approx([0, 1.8e-3, 1.8e-3, 0], abs=1e-9)
+    assert simulate_reading(one, machine, rng).value == pytest.approx([0, 1.8e-3, 1.8e-3, 0], abs=1e-9)
     # the angle itself, in the same sense: -6 urad; a level about y reads it too, and refuses a turn about the vertical
     tilt = quiet(readings(bare(), "X", np.array([0.0, 600.0]), AT, "Y", 1e-7))
-    assert simulated(tilt, machine, rng).value == pytest.approx([0, -6e-6, -6e-6, 0], abs=1e-12)
+    assert simulate_reading(tilt, machine, rng).value == pytest.approx([0, -6e-6, -6e-6, 0], abs=1e-12)
     with pytest.raises(UsageError, match="does not see a turn about the vertical"):
         readings(bare(), "X", np.array([0.0, 600.0]), AT, "Z", 1e-7)
 
@@ -58,7 +58,7 @@ def test_a_ball_bar_reads_squareness():
     # by the opposite: at 45 degrees +20e-6 * (200 + 106.07) * 0.7071 = 4.328 um
     machine = bare().with_effect(Squareness("C0Y", 20e-6))
     one = quiet(circle(bare(), (300.0, 200.0, -200.0), 150.0, "XY", 1e-3, points=8))
-    read = simulated(one, machine, np.random.default_rng(0)).value
+    read = simulate_reading(one, machine, np.random.default_rng(0)).value
     angle = np.arange(8) * np.pi / 4
     assert read[1] == pytest.approx(4.3284e-3, abs=1e-7)
     assert read == pytest.approx(20e-6 * (200 + 150 * np.sin(angle)) * np.cos(angle), abs=1e-8)
@@ -86,14 +86,14 @@ def test_a_station_is_found_from_lengths():
     one = lengths_to(bare(), "tracer", grid, said, (0, 0, 0), free, 1e-4)
     actual = np.linalg.norm(grid - true, axis=1)
     one = replace(one, value=np.linalg.norm(grid - said, axis=1) - actual + 12.5)  # a dead path of 12.5 mm
-    found, way = settled(one, bare())
+    found, way = settle_stations(one, bare())
     assert way["1"] == pytest.approx(50.0, abs=1e-6)
     assert found.run.column("from_x_mm")[0] == pytest.approx(-200.0, abs=1e-6)
     assert found.value == pytest.approx(12.5, abs=1e-6)
-    assert moved(found, bare(), np.tile(said, (18, 1))).value == pytest.approx(one.value, abs=1e-9)
+    assert move_stations(found, bare(), np.tile(said, (18, 1))).value == pytest.approx(one.value, abs=1e-9)
     split = at_station(one, bare(), np.arange(54.0).reshape(18, 3))
     with pytest.raises(ModelLimit, match="stands at different places"):
-        settled(split, bare())
+        settle_stations(split, bare())
 
 
 def test_a_reflector_on_the_table_stands_still_in_the_workpiece():
@@ -105,9 +105,9 @@ def test_a_reflector_on_the_table_stands_still_in_the_workpiece():
         name="EZX", instrument="laser straightness", minutes=1, u="1 um", axis="X", component="Z",
         at={"Y": "50 mm", "Z": "50 mm"}, reflector="60 0 0 mm", n=3,
     )  # fmt: skip
-    ((one,), _) = planned(table, bare)
+    ((one,), _) = plan_setup(table, bare)
     assert bare.prepare(one.run).tip == pytest.approx(np.tile([60.0, 0.0, 0.0], (6, 1)))
     # the table rises at the reflector by (0 b 0) x (50 0 0) = (0, 0, -50 b); the tool seems to stand as much higher: indicated - true
     assert Observer(one, tilted).baseline()[:3] == pytest.approx([0.0, -50 * 10e-6, -50 * 20e-6], abs=1e-12)
     with pytest.raises(UsageError, match="keep one"):
-        planned(table.model_copy(update={"offset": (0.0, 0.0, -100.0)}), bare)
+        plan_setup(table.model_copy(update={"offset": (0.0, 0.0, -100.0)}), bare)

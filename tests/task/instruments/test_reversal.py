@@ -13,7 +13,7 @@ from vcmm.core.machine import Machine
 from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.squareness import RotaryLocation
-from vcmm.task.instruments.reversal import ReversalTest, separated
+from vcmm.task.instruments.reversal import ReversalTest, separate_errors
 from vcmm.task.instruments.reversal_line import LineScan, squareness_reversal, straightness_reversal
 from vcmm.task.instruments.reversal_simulated import (
     Sampling,
@@ -52,7 +52,7 @@ def test_face_reversal_by_hand():
         group("normal", "centre", [0, 3], [0, 1]), group("normal", "outer", [0, -2], [0, -4]),
         group("reversed", "centre", [0, 3], [0, 1]), group("reversed", "outer", [0, 18], [0, 16]),
     ]  # fmt: skip
-    found = separated(FACE, groups)
+    found = separate_errors(FACE, groups)
     assert found.value[:, 1] == pytest.approx([2 * NM, 0.4e-6, 5 * NM])
     assert np.sqrt(np.diag(found.covariance[1]))[:2] == pytest.approx([0.5 * NM, 0.02e-6])
     assert found.dof == 4.0
@@ -65,14 +65,14 @@ def test_face_reversal_does_not_tell_once_per_turn():
         group("normal", "centre", [2, 0], [2.1, 0.1]), group("normal", "outer", [40, 0], [40.1, 0.1]),
         group("reversed", "centre", [2, 0], [2.1, 0.1]), group("reversed", "outer", [-7, 0], [-7.1, 0.1]),
     ]  # fmt: skip
-    found = separated(FACE, groups)
+    found = separate_errors(FACE, groups)
     assert (found.blind("EBC"), found.blind("EZC")) == ([1], [])
     assert found.value[0, 0] == pytest.approx(2.05 * NM)
     assert found.value[1, 0] == 0.0
     off = ReversalTest(
         "face", "EZC", "EBC", FACE.arms, u_centre=0.05
     )  # the flat leans by 40 nm / 25 mm = 1.6 urad
-    assert separated(off, groups).covariance[0, 0, 0] - found.covariance[0, 0, 0] == pytest.approx(
+    assert separate_errors(off, groups).covariance[0, 0, 0] - found.covariance[0, 0, 0] == pytest.approx(
         (40.05 * NM / 25 * 0.05) ** 2, rel=1e-6
     )
 
@@ -92,7 +92,7 @@ def test_blind_orders_of_a_multi_step_test(setups, blind):
     groups = simulated_turns(
         test, machine, form, setups, 8, Sampling(4, 90, 1e-9, 1e-3), np.random.default_rng(0)
     )
-    found = separated(test, groups)
+    found = separate_errors(test, groups)
     assert found.blind("EXC") == found.blind("artefact") == blind
     assert found.value[0, 1:3] == pytest.approx(np.array([2 - 1j, -3j]) * NM, abs=0.01 * NM)
     assert found.value[1, 2] == pytest.approx(5 * NM, abs=0.01 * NM)
@@ -106,7 +106,7 @@ def test_donaldson_separates_all_but_the_centring():
     groups = simulated_turns(
         test, machine, lambda q: 5 * NM * np.cos(2 * q), setups, 3, Sampling(4, 90, 1e-9, 1e-3), rng
     )
-    found = separated(test, groups)
+    found = separate_errors(test, groups)
     assert found.blind("EXC") == [1]
     assert found.value[:, 1] == pytest.approx([(2 - 1j) * NM, 5 * NM], abs=0.01 * NM)
 
@@ -115,7 +115,7 @@ def test_what_is_read_on_the_axis_has_its_first_order():
     """Axial motion is read on the axis, where no centring counts; a radial one once per turn is the centring."""
     for error, blind in (("EZC", []), ("EXC", [1]), ("ECC", [])):
         groups = [group("", "", [3, 1], [3.1, 1])]
-        assert separated(ReversalTest("direct", error), groups).blind(error) == blind
+        assert separate_errors(ReversalTest("direct", error), groups).blind(error) == blind
 
 
 def test_simulated_motion_is_that_of_the_fixed_frame():
@@ -215,7 +215,7 @@ def pulls():
             Sampling(5, 24, NM, 1e-6),
             rng,
         )
-        found = separated(FACE, groups)
+        found = separate_errors(FACE, groups)
         left = found.value[1] - truth * (np.arange(4) == 1)
         out.append(left[1:].real / np.sqrt(found.covariance[1:, 1, 1]))
     return np.concatenate(out)
@@ -247,12 +247,12 @@ def test_the_band_of_a_straightness_holds():
 
 def test_wrong_set_ups_are_named():
     with pytest.raises(UsageError, match='there are "normal"'):
-        separated(FACE, [group("normal", "centre", [1]), group("normal", "outer", [1])])
+        separate_errors(FACE, [group("normal", "centre", [1]), group("normal", "outer", [1])])
     with pytest.raises(UsageError, match="two or more of them"):
-        separated(ReversalTest("multi-step", "EXC"), [group("left", "", [1]), group("0", "", [1])])
+        separate_errors(ReversalTest("multi-step", "EXC"), [group("left", "", [1]), group("0", "", [1])])
     with pytest.raises(UsageError, match="needs a probe on the axis"):
         ReversalTest("face", "EZC", "EBC", {"outer": 25.0})
     with pytest.raises(UsageError, match="they must agree"):
-        separated(FACE, [group("normal", "inner", [1]), group("reversed", "outer", [1])])
+        separate_errors(FACE, [group("normal", "inner", [1]), group("reversed", "outer", [1])])
     with pytest.raises(UsageError, match='Did you mean "donaldson"'):
         ReversalTest("donaldsen", "EXC")

@@ -11,9 +11,9 @@ from vcmm.task.measuring.fixture import (
     Fixture,
     Freedom,
     Goal,
+    format_freedom,
     off_fixture,
     pose_of,
-    shown,
     six_of,
     turned_down,
 )
@@ -92,7 +92,7 @@ def test_turns_by_hand():
 def test_six_numbers_and_back():
     six = np.array([[1.0, 2.0, 3.0, 0.1, -0.2, 0.3], [4.0, 5.0, 6.0, 0.0, 0.0, 3.0]])
     assert six_of(pose_of(six)) == pytest.approx(six)
-    assert (shown("turn_x", np.pi), shown("x", 2.5)) == ("180 deg", "2.5 mm")
+    assert (format_freedom("turn_x", np.pi), format_freedom("x", 2.5)) == ("180 deg", "2.5 mm")
 
 
 def test_shares_sum_to_one():

@@ -7,7 +7,7 @@ import pytest
 
 from tests import build
 from vcmm.core.inputs import Input
-from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, tip_motion, turn_sensed
+from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, tip_motion, turn_sensitivity
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run, Series
@@ -17,7 +17,7 @@ from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.physics.structure.tip import TipOffset
-from vcmm.task.response.carrier import Carrier, Sight, beside, responses, shifted
+from vcmm.task.response.carrier import Carrier, Sight, beside, responses, shift_channel
 
 X, Y, Z = np.eye(3)
 PITCH = ComponentTable("EBX", ("X",), (np.array([-1e3, 1e3]),), np.zeros(2))  # the tilt of X about Y
@@ -113,7 +113,7 @@ def test_a_shifted_column_takes_its_log_along():
         {},
         {"air": Series(np.array([0.0, 1.0]), np.array([20.0, 21.0]))},
     )
-    out = shifted(run, "temp_air_C", np.array([0.5]))
+    out = shift_channel(run, "temp_air_C", np.array([0.5]))
     assert out.column("temp_air_C")[0] == 20.5
     assert out.series["air"].value.tolist() == [20.5, 21.5]
 
@@ -134,7 +134,7 @@ def test_turns_are_the_transpose_of_tip_motion(structure):
     for link in links:
         six = rng.normal(size=(4, 6))
         turned = tip_motion(chain, axes, run, [Motion(*link, six)])[:, 3:]
-        weights = turn_sensed(link_frames(chain, axes, run), axes, run, link, about)
+        weights = turn_sensitivity(link_frames(chain, axes, run), axes, run, link, about)
         assert (weights * six).sum(axis=1) == pytest.approx((turned * about).sum(axis=1), abs=1e-12), link
 
 

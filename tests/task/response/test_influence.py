@@ -14,7 +14,7 @@ from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.physics.structure.tip import TipOffset
-from vcmm.task.response.carrier import shared
+from vcmm.task.response.carrier import shared_effects
 from vcmm.task.response.influence import influences, products
 
 ALPHA = Input("scale_expansion", "X", "alpha", Normal(1e-6))
@@ -73,7 +73,7 @@ def test_a_coefficient_and_its_temperature_meet():
     (product,) = products(machine, run, influences(machine, run, [ALPHA, WARM]))
     assert (product.first, product.second) == (0, 1)
     assert product.response[:, 0] == pytest.approx([-200.0, -400.0])
-    assert shared(machine, WARM, WARM) == []
+    assert shared_effects(machine, WARM, WARM) == []
 
 
 def test_what_does_not_meet_has_no_product():

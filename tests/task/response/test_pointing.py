@@ -14,7 +14,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.job import diagnose
-from vcmm.task.response.indexing import moved, settled, told
+from vcmm.task.response.indexing import index_text, move_readings, settle_index
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.pointing import pointing_observations, with_down
 from vcmm.task.response.recording import Recording
@@ -71,11 +71,11 @@ def test_an_observation_is_the_turn_from_where_the_tool_should_point():
 def test_an_index_of_degrees_is_taken_out_exactly():
     # 5.3 and -2.1 deg; first order would leave (5.3 deg)^2 / 2 = 4 mrad
     recording = replace(sightings(c=5.3 * DEG, b=-2.1 * DEG), nuisance={"index": ""})
-    found = settled(recording, MOUNT)
+    found = settle_index(recording, MOUNT)
     assert found.index["C"] == pytest.approx(5.3 * DEG, abs=1e-8)
     assert found.index["B"] == pytest.approx(-2.1 * DEG, abs=1e-8)
     assert np.abs(found.value).max() < 1e-8
-    assert "C 5.3 deg" in told(found)
+    assert "C 5.3 deg" in index_text(found)
     once = recording.value - _fitted(recording)
     assert np.abs(once).max() > 1e-3  # what one linear step leaves
 
@@ -94,7 +94,7 @@ def test_an_index_of_its_own_for_every_setup():
     run = replace(recording.run, position={**recording.run.position, "C": q}, labels=labels)
     value, direction = pointing_observations(run, MOUNT, 1.0)
     recording = replace(recording, run=run, value=value, direction=direction, nuisance={"index": "setup"})
-    found = settled(recording, MOUNT)
+    found = settle_index(recording, MOUNT)
     assert found.index["C[setup=a]"] == pytest.approx(1.0 * DEG, abs=1e-8)
     assert found.index["C[setup=b]"] == pytest.approx(3.0 * DEG, abs=1e-8)
 
@@ -112,12 +112,12 @@ def test_the_index_of_a_path_moves_the_nominal_tip():
     row, direction = np.repeat(np.arange(7), 3), np.tile(np.eye(3), (7, 1))
     none = np.full(21, -1, dtype=np.intp)
     recording = Recording("p", "path", run, gap.ravel(), False, row, direction, none, nuisance={"index": ""})
-    found = settled(recording, table)
+    found = settle_index(recording, table)
     assert found.index["C"] == pytest.approx(10 * DEG, abs=1e-8)
     assert found.index["X"] == pytest.approx(0.0, abs=1e-6)
     assert np.abs(found.value).max() < 1e-6
     with pytest.raises(UsageError, match="tip_x_mm"):
-        settled(replace(recording, run=table.prepare(run)), table)
+        settle_index(replace(recording, run=table.prepare(run)), table)
 
 
 def test_an_angle_about_one_axis_only_cannot_be_moved_far():
@@ -125,15 +125,15 @@ def test_an_angle_about_one_axis_only_cannot_be_moved_far():
     bare = replace(recording.run, columns={})
     recording = replace(recording, run=bare, nuisance={"index": ""})
     with pytest.raises(ModelLimit, match="pointed_x"):
-        settled(recording, MOUNT)
+        settle_index(recording, MOUNT)
     small = replace(sightings(c=2e-4), nuisance={"index": ""})
     small = replace(small, run=replace(small.run, columns={}))
-    assert settled(small, MOUNT).index["C"] == pytest.approx(2e-4, abs=1e-6)
+    assert settle_index(small, MOUNT).index["C"] == pytest.approx(2e-4, abs=1e-6)
 
 
 def test_moving_there_and_back_changes_nothing():
     recording = replace(sightings(c=0.02), nuisance={"index": ""})
-    again = moved(moved(recording, MOUNT, {"C": 0.3}), MOUNT, {"C": -0.3})
+    again = move_readings(move_readings(recording, MOUNT, {"C": 0.3}), MOUNT, {"C": -0.3})
     assert again.value == pytest.approx(recording.value, abs=1e-14)
 
 
@@ -157,8 +157,8 @@ def test_gravity_in_the_frame_of_the_tool():
 def test_base_and_sag_of_a_mount_are_named_behind_degrees_of_index():
     made = sightings(120, 10 * URAD, c=5.0 * DEG, b=1.5 * DEG, cross=3e-3, tilt=1e-3, sag=200 * URAD)
     made = replace(made, nuisance={"index": "", "offset": ""})
-    run = with_down(settled(made, MOUNT).run, MOUNT, np.array([0.0, 0.0, -1.0]))
-    found = diagnose(replace(settled(made, MOUNT), run=run), MOUNT, seed=1)
+    run = with_down(settle_index(made, MOUNT).run, MOUNT, np.array([0.0, 0.0, -1.0]))
+    found = diagnose(replace(settle_index(made, MOUNT), run=run), MOUNT, seed=1)
     answer = {(a.effect, *a.where.values()): a.parameters for a in found.answer}
     assert answer["rotary_location", "A0C"]["tilt"].value == pytest.approx(1000.0, abs=20.0)
     assert answer["gravity_flexure",]["angle"].value == pytest.approx(200.0, abs=20.0)

@@ -11,7 +11,7 @@ from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.physics.structure.squareness import Squareness
-from vcmm.task.response.volumetric import diagonals, field, grid, not_mapped, with_defaults
+from vcmm.task.response.volumetric import diagonals, field, grid, missing_columns, with_defaults
 
 
 def test_a_grid_over_the_travels():
@@ -41,5 +41,5 @@ def test_body_diagonals_of_a_scale_and_a_squareness():
 def test_what_a_position_does_not_tell():
     machine = build.machine(Backlash("X", 1e-3), Scatter(), ScaleFactor("X", 1e-6))
     run = grid(machine, 2)
-    assert not_mapped(machine, run) == (("backlash[X]", ("sense_X",)),)
+    assert missing_columns(machine, run) == (("backlash[X]", ("sense_X",)),)
     assert with_defaults(machine, run).column("sense_X").tolist() == [0.0] * 8

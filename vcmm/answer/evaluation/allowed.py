@@ -22,7 +22,7 @@ Share = tuple[float, float]  # of the machine's own errors, and of its scatter
 FULL: Share = (1.0, 1.0)
 
 
-def shares_allowed(influences: Sequence[Influence]) -> tuple[Share, ...]:
+def possible_shares(influences: Sequence[Influence]) -> tuple[Share, ...]:
     """From the least to the limit, which is the last; the limit alone where nothing is a mere bound."""
     own, scatter = (any(_is_of(f, number) for f in influences) for number in (1, 2))
     if own and scatter:

@@ -57,11 +57,11 @@ def covered_at_limit(
     out = []
     for kind, machines in kinds:
         errors = _errors(result.model, machines, result.seed + ANEW)
-        out += [_counted(result.characteristics[i], kind, errors[:, i]) for i in smooth]
+        out += [_count_machines(result.characteristics[i], kind, errors[:, i]) for i in smooth]
     return tuple(out)
 
 
-def _counted(c: CharacteristicResult, kind: str, errors: Array) -> CoveredMachines:
+def _count_machines(c: CharacteristicResult, kind: str, errors: Array) -> CoveredMachines:
     """errors (m,): indicated - true of one measurement by every machine, about the estimates."""
     low, high = (end - c.indicated for end in at_indication(c, c.indicated, "probability 95 %").interval)
     truth = -c.bias - errors  # of a part that is indicated at c.indicated + errors
@@ -72,16 +72,16 @@ def _counted(c: CharacteristicResult, kind: str, errors: Array) -> CoveredMachin
 def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array:
     """(m, C): departures of what every machine (and its mirror image) indicates, each with one draw of everything else."""
     found = []
-    both = machines.mirrored
+    both = machines.mirror
     for at in range(0, len(both.scatter), BLOCK):
         rows = slice(at, min(at + BLOCK, len(both.scatter)))
         drawn = draw_inputs(model, seed, at, rows.stop - rows.start)
-        own = [_own(one, both, rows) for one in drawn]
+        own = [_input_draws(one, both, rows) for one in drawn]
         found.append(model.values(linear_quantities(model, own)) - model.at_estimates)
     return np.concatenate(found)
 
 
-def _own(one: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
+def _input_draws(one: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
     """The draws of one Input, those of the certificate taken from the machines themselves."""
     effect = one.influence.input.effect
     if effect == Scatter.name:

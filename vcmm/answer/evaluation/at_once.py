@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vcmm.answer.evaluation.inversion import inversion_of
-from vcmm.answer.evaluation.linear import prepared
+from vcmm.answer.evaluation.linear import prepare_model
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.uncertainty import Evaluation
 from vcmm.task.measuring.settings import Settings
@@ -23,7 +23,7 @@ CERTIFIED = 20  # exact trials: they only tell whether a smooth output is curved
 
 def at_once(task: Task, settings: Settings) -> tuple[CharacteristicResult | None, ...]:
     """Results without interval and decision where they are extreme, None where trials are needed. Raises what a task raises."""
-    model = prepared(task, None)
+    model = prepare_model(task, None)
     base = fit_features(task, measured_points(task, model.world.errors())) if task.forms else model.base
     quick = replace(settings, certify=min(settings.certify, CERTIFIED))
     whole = Evaluation(model, quick, lambda text, share: None, evaluate_all(task, base), None)

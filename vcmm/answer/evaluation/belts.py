@@ -27,7 +27,7 @@ CLASSES = 8  # of roughness, each with as many of the drawn parts
 SMOOTHEST = 0.01  # share of the drawn parts with smaller residuals
 NEIGHBOURS = 300  # parts in a window: the 2.5 % quantile of their departures errs by 0.9 % in probability
 SMOOTH = 10  # windows on either side over which quantiles are averaged, four to a width
-ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
+MOST_ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
 LEVELS = np.concatenate([[0.005, 0.01, 0.02], np.arange(0.025, 0.98, 0.025), [0.98, 0.99, 0.995]])
 
 
@@ -92,7 +92,7 @@ class FamilyInverse:
                 for q in ((1.0 - p) / 2.0, (1.0 + p) / 2.0)
             ]
             return (low + np.min(near[0], axis=0)) / 2.0, (high + np.max(near[1], axis=0)) / 2.0
-        return low, np.where(low > 0.0, high, self.quantile(1.0 - ONE_SIDED * (1.0 - p), found, rest))
+        return low, np.where(low > 0.0, high, self.quantile(1.0 - MOST_ONE_SIDED * (1.0 - p), found, rest))
 
     def confidence(self, limit: float, found: float, rest: float | None) -> float:
         """Confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
@@ -143,7 +143,7 @@ class Inverse:
 
 
 @dataclass(frozen=True, eq=False)
-class United:
+class UnitedInverse:
     """The inverses for all machines that are allowed, from the least to the limit (`vcmm.answer.evaluation.allowed`).
 
     The interval holds those of all of them. The estimate is that of the least: nothing is taken off that no machine was shown to add.
@@ -170,7 +170,7 @@ class United:
         return doubtful([one.within(low, high, found, rest) for one in self.of_share])
 
 
-Reading = Inverse | United
+Reading = Inverse | UnitedInverse
 
 
 def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse:
@@ -181,7 +181,7 @@ def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse
 def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
     """The belts of characteristic number `index` of drawn parts of one family."""
     true, indicated, rest = there(index, drawn)
-    bounded = gps.one_sided(c)
+    bounded = gps.is_one_sided(c)
     whole = _belt(true, indicated, bounded)
     rest = np.maximum(rest, 1e-12)
     if (
@@ -203,14 +203,14 @@ def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
     return true[has], indicated[has], rest[has]
 
 
-def lost(index: int, drawn: Pairs) -> float:
+def lost_share(index: int, drawn: Pairs) -> float:
     """Share of the parts that have no such element."""
     return 1.0 - len(there(index, drawn)[0]) / len(drawn.true)
 
 
 def sorted_by_roughness(c: Characteristic) -> bool:
     """Whether the residuals say something that the value itself does not: not of forms, profiles and run-out."""
-    return c.type in ("size", "distance", "angle", *gps.PLACED)
+    return c.type in ("size", "distance", "angle", *gps.LOCATED_TYPES)
 
 
 def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
@@ -222,12 +222,12 @@ def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
     width = min(NEIGHBOURS, max(len(true) // 10, 1))
     starts = range(0, len(true) - width + 1, max(width // 4, 1))
     middle = np.array([np.median(true[s : s + width]) for s in starts])
-    rows = _smoothed(np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts]))
+    rows = _smooth(np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts]))
     keep = np.concatenate([[True], np.diff(middle) > 0])
     return Belt(middle[keep], rows[keep])
 
 
-def _smoothed(rows: Array) -> Array:
+def _smooth(rows: Array) -> Array:
     """Quantiles (g, levels) averaged over their neighbours with weights that fall to both sides, shorter at the ends."""
     out = np.empty_like(rows)
     for i in range(len(rows)):

@@ -28,8 +28,8 @@ OF_QUALIFICATION = (
 def remarks(scenario: Scenario) -> tuple[str, ...]:
     """Sentences for `check`, the result and the report; empty when there is nothing to say."""
     return (
-        *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
-        *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario), *_beside(scenario),
+        *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified_warnings(scenario),
+        *_short_styli(scenario), *_inward_normals(scenario), *_drawing_warnings(scenario), *_short_arcs(scenario), *_beside(scenario),
         *_unusual_warmth(scenario), *independent_draws((*scenario.machine.inputs, *scenario.inputs)), *scenario.machine.remarks,
     )  # fmt: skip
 
@@ -89,7 +89,7 @@ def _inward_normals(scenario: Scenario) -> list[str]:
     return out
 
 
-def _drawn(scenario: Scenario) -> list[str]:
+def _drawing_warnings(scenario: Scenario) -> list[str]:
     """Zones that ask for nothing, and positions that their datums do not fix."""
     part = scenario.part
     out = redundant_zones(part.characteristics, part.features)
@@ -203,7 +203,7 @@ def _exact_temperatures(scenario: Scenario) -> list[str]:
     return list(dict.fromkeys(out))
 
 
-def _unqualified(scenario: Scenario) -> list[str]:
+def _unqualified_warnings(scenario: Scenario) -> list[str]:
     used = dict.fromkeys(step.stylus for step in scenario.plan.steps)
     bare = [name for name in used if name not in scenario.qualifications]
     known = {i.where for i in scenario.machine.inputs if i.effect in OF_QUALIFICATION}

@@ -36,7 +36,7 @@ class DeclaredInfluence:
 def declared_influences(task: Task) -> tuple[DeclaredInfluence, ...]:
     """All influences of a measuring task, those of the machine first."""
     single = [m for one in task.inputs for m in (one.members or (one,))]
-    return (*_of_effects(task, single), *_others(task))
+    return (*_of_effects(task, single), *_unmodelled_influences(task))
 
 
 def _of_effects(task: Task, single: Sequence[Input]) -> list[DeclaredInfluence]:
@@ -61,7 +61,7 @@ def _family(kind: type) -> str:
     return str(getattr(module, "FAMILY", stem))
 
 
-def _others(task: Task) -> list[DeclaredInfluence]:
+def _unmodelled_influences(task: Task) -> list[DeclaredInfluence]:
     """What no effect stands for."""
     warm = tuple(dict.fromkeys(i.id for i in task.inputs if i.is_channel))
     forms = tuple(i.id for i in task.inputs if i.effect == FORM)

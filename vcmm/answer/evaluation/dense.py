@@ -13,7 +13,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
-from vcmm.part.gps.criteria import POINTS, wanted
+from vcmm.part.gps.criteria import POINTS, criteria_needed
 from vcmm.part.gps.filters import PER_WAVE
 from vcmm.part.part import Feature, normal, surface_point
 from vcmm.task.measuring.plan import Touches
@@ -84,7 +84,7 @@ def _around(task: Task, name: str) -> int:
     feature = task.part.features[name]
     filters = [c.filter for c in task.part.characteristics if c.filter is not None and name in c.of]
     waves = [f.upr or feature.extent[0] / float(f.cutoff or feature.extent[0]) for f in filters]
-    touched = set(wanted(task.part.characteristics, task.part.features).get(name, ())) - {POINTS}
+    touched = set(criteria_needed(task.part.characteristics, task.part.features).get(name, ())) - {POINTS}
     count = BY_CONTACT if touched else CIRCLE if feature.kind == "circle" else AROUND
     return max([count, *(math.ceil(PER_WAVE * w) for w in waves)])
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, United, inverse_of
+from vcmm.answer.evaluation.belts import Reading, UnitedInverse, inverse_of
 from vcmm.answer.evaluation.pairs import Pairs
 from vcmm.core.run import Array
 from vcmm.part.part import Characteristic
@@ -29,7 +29,7 @@ def inverses_without(c: Characteristic, index: int, drawn: Sequence[Sequence[Pai
     out: list[Reading] = []
     for g in range(GROUPS):
         of_share = [inverse_of(c, 0, [_without(one, index, g) for one in families]) for families in drawn]
-        out.append(of_share[0] if len(of_share) == 1 else United(tuple(of_share)))
+        out.append(of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share)))
     return tuple(out)
 
 

@@ -47,10 +47,10 @@ class Ground:
         """(4 (AROUND + 1) (ALONG + 1), n) of every set: products of waves around and along, motions and sizes left out."""
         scale = 1.0 if self.round else np.pi / 2
         found = [_products(a, b, scale) for a, b in self.coordinates]
-        return tuple(found[k] - found[-1] @ self.fitted[k] for k in range(len(found)))
+        return tuple(found[k] - found[-1] @ self.motion_columns[k] for k in range(len(found)))
 
     @cached_property
-    def fitted(self) -> tuple[Array, ...]:
+    def motion_columns(self) -> tuple[Array, ...]:
         """(N, n) of every set: what motions and sizes, fitted to departures (N,) of the last one, are at its points."""
         moved = [motions(self.feature, p, normal(self.feature, p)) for p in self.sets]
         used = np.abs(moved[-1]).max(axis=0) > NOTHING
@@ -165,7 +165,7 @@ def edges(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
         near = 2.0 * np.sin(near / 2) if ground.round else near
         bumps = (height * bump(near, b - at[1], width)).sum(axis=1)
         out.append(bumps + cusped * np.abs(np.sin(lobes * (a if ground.round else a + b) / 2 + phase)))
-    return ground.of_unit_size([d - out[-1] @ fit for d, fit in zip(out, ground.fitted)])
+    return ground.of_unit_size([d - out[-1] @ fit for d, fit in zip(out, ground.motion_columns)])
 
 
 FAMILIES: Mapping[str, Family] = {"waves": waves, "lobes": lobes, "edges": edges}

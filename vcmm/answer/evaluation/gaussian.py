@@ -46,14 +46,14 @@ class Whitener:
         """Degrees of freedom that remain after the nuisance."""
         return len(self.weight) - self.nuisance.shape[1]
 
-    def scaled(self, x: Array) -> Array:
+    def scale(self, x: Array) -> Array:
         """(m,) or (m, k) in units of the noise, correlation of neighbours removed; nothing is projected."""
         x = (self.weight * x.T).T
-        return unchained(x, self.before, self.rho)
+        return innovations(x, self.before, self.rho)
 
     def apply(self, x: Array) -> Array:
         """(m,) or (m, k) to the white space; the nuisance is gone, calibrated directions are shrunk."""
-        x = self.scaled(x)
+        x = self.scale(x)
         x = x - self.nuisance @ (self.nuisance.T @ x)
         return x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
 
@@ -65,7 +65,7 @@ class Whitener:
         return np.asarray((self.weight * x.T).T)
 
 
-def unchained(x: Array, before: Ints, rho: float) -> Array:
+def innovations(x: Array, before: Ints, rho: float) -> Array:
     """AR(1) innovations of unit variance: (x_t - rho x_before) / sqrt(1 - rho^2); the first of a series stays."""
     if rho == 0.0:
         return x
@@ -101,12 +101,12 @@ def whitener(
         )
     before = np.full(len(u), -1, dtype=np.intp) if before is None else before
     bare = Whitener(1.0 / u, np.zeros((len(u), 0)), np.zeros((len(u), 0)), np.zeros(0), before, rho)
-    q = _orthonormal(bare.scaled(nuisance))
+    q = _orthonormal(bare.scale(nuisance))
     if len(u) - q.shape[1] < 3:
         raise ModelLimit(
             f"{len(u)} observations cannot carry {q.shape[1]} nuisance parameters; record more rows or drop a nuisance group"
         )
-    left, gain = _principal(bare.scaled(calibration), q)
+    left, gain = _principal(bare.scale(calibration), q)
     return Whitener(1.0 / u, q, left, 1.0 - 1.0 / np.sqrt(1.0 + gain**2), before, rho)
 
 

@@ -8,7 +8,7 @@ from statistics import NormalDist
 
 from vcmm.answer.evaluation.result import BIAS_IN_REACH, CharacteristicResult, TrueValue
 from vcmm.answer.evaluation.summary import Summary
-from vcmm.answer.evaluation.truth import Additive, Predicted, Statement
+from vcmm.answer.evaluation.truth import Additive, PredictedPart, Statement
 from vcmm.part.gps.decision import (
     ACCEPT,
     CONFORMS,
@@ -18,7 +18,7 @@ from vcmm.part.gps.decision import (
     UNDECIDED,
     Decision,
     decide,
-    undecided,
+    no_decision,
 )
 
 
@@ -28,11 +28,11 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     limits = None
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
-    said = result.truth.given(y, result.p, result.interval_kind, limits)
+    said = result.truth.state(y, result.p, result.interval_kind, limits)
     if said.counted is not None or said.short:
         result = replace(result, coverage_shown=not said.short, why_not_shown=said.short)
     if result.extreme and not isinstance(
-        result.truth, Predicted
+        result.truth, PredictedPart
     ):  # nothing is smaller than perfect, no length below zero
         low, high = (max(end, 0.0) for end in said.interval)
         if isinstance(result.truth, Additive) and result.one_sided and result.summary is not None:
@@ -43,10 +43,10 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     known = math.isfinite(result.u) and result.u > 0
     half = result.half_width or half
     true, bias = None, result.bias
-    if result.extreme and not isinstance(result.truth, Predicted):
+    if result.extreme and not isinstance(result.truth, PredictedPart):
         true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted, said.interval_u)
         bias = bias if isinstance(result.truth, Additive) else y - said.estimate
-    summed = isinstance(result.truth, Predicted) or not result.extreme  # a part to come indicates nothing
+    summed = isinstance(result.truth, PredictedPart) or not result.extreme  # a part to come indicates nothing
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
         result, summary=law if isinstance(law, Summary) else None, value=said.estimate if summed else y, bias=bias,
@@ -58,7 +58,7 @@ def _decision(result: CharacteristicResult, said: Statement, rule: str) -> Decis
     if result.tolerance is None:
         return None
     if not result.coverage_shown:
-        return undecided(rule, result.why_not_shown)
+        return no_decision(rule, result.why_not_shown)
     if said.p_reach is not None and rule != GUARD_BAND:
         return _with_bias(result, said, rule)
     low, high = said.interval

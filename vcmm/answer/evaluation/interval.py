@@ -48,7 +48,7 @@ class Linear:
     mean: float
     gains: Sequence[tuple[Law, Array]]
 
-    def reflected(self, about: float) -> Linear:
+    def reflect(self, about: float) -> Linear:
         """The law of about - y: what leaned upwards leans downwards."""
         return Linear(about - self.mean, [(law, -np.asarray(gain, float)) for law, gain in self.gains])
 

@@ -13,7 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, United, coverage, inverse_of, lost, sorted_by_roughness
+from vcmm.answer.evaluation.belts import (
+    Reading,
+    UnitedInverse,
+    coverage,
+    inverse_of,
+    lost_share,
+    sorted_by_roughness,
+)
 from vcmm.answer.evaluation.ends import ends_u, inverses_without
 from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.form_family import KNOWN, OTHER
@@ -26,7 +33,7 @@ from vcmm.answer.evaluation.pairs import (
     families,
     machine_part,
     of_input,
-    prepared,
+    prepare_drawing,
     surfaces,
     together,
     values,
@@ -34,7 +41,7 @@ from vcmm.answer.evaluation.pairs import (
 from vcmm.answer.evaluation.truth import Limits, Statement
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
-from vcmm.part.gps.criteria import POINTS, wanted
+from vcmm.part.gps.criteria import POINTS, criteria_needed
 from vcmm.part.part import Characteristic
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task
@@ -42,7 +49,7 @@ from vcmm.task.measuring.task import Task
 PARTS, BY_CONTACT = (6000, 24_000), (3000, 8000)  # drawn for the belts, between these as many as trials;
 # fewer where elements by contact are searched in every one of them
 NUMBERS = 6e6  # points of all parts for the belts, at most
-COUNTED = 600, 2000  # drawn anew to count, between these as many as trials
+COUNT_TRIALS = 600, 2000  # drawn anew to count, between these as many as trials
 FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
 FIXED_RATIOS = (0.0, 6.0, 20.0)
 LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
@@ -51,7 +58,7 @@ FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts 
 ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is told
 BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
 MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
-HIDDEN = (
+HIDDEN_FORM = (
     "the points hardly meet some forms: a part of any true value could indicate as little; more points help"
 )
 NO_ELEMENT = (
@@ -79,7 +86,7 @@ class CountedInverse:
         """Inverses from which the ends take their own uncertainty."""
         return self.without()
 
-    def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
+    def state(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
         found, rests = np.array([y]), None if rest is None else np.array([rest])
         low, high = (float(end[0]) for end in self.inverse.interval(p, found, rests))
         within = None if limits is None else float(np.clip(self.inverse.within(*limits, y, rest), 0.0, 1.0))
@@ -96,10 +103,10 @@ class CountedInverse:
     def shortfall(self, p: float) -> str:
         """Why the interval is not claimed; empty where it is."""
         if self.blind(p):
-            return HIDDEN
-        return "" if self.held(p) else TOO_FEW.format(*self.counted)
+            return HIDDEN_FORM
+        return "" if self.is_enough(p) else TOO_FEW.format(*self.counted)
 
-    def held(self, p: float) -> bool:
+    def is_enough(self, p: float) -> bool:
         """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
         return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
 
@@ -110,7 +117,7 @@ class NoInverse:
 
     why: str
 
-    def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
+    def state(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
         return Statement(np.nan, (-np.inf, np.inf), None, self.why)
 
     def shortfall(self, p: float) -> str:
@@ -118,7 +125,7 @@ class NoInverse:
 
 
 @dataclass(frozen=True, eq=False)
-class Added:
+class AddedUncertainty:
     """What the machine adds to one characteristic of parts that are off or rough: u and half of where p lie; by Input (m,), by the form."""
 
     u: float
@@ -144,8 +151,10 @@ class Inversion:
     settings: Settings
     numbers: tuple[int, ...]
     _expected: dict[Reach, set[int]] = field(default_factory=dict, repr=False)
-    _drawn: dict[Reach, list[DrawnParts]] = field(default_factory=dict, repr=False)
-    _made: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(default_factory=dict, repr=False)
+    _parts: dict[Reach, list[DrawnParts]] = field(default_factory=dict, repr=False)
+    _inverses: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(
+        default_factory=dict, repr=False
+    )
 
     def column(self, i: int) -> int:
         """Where characteristic i of the task stands among those that parts are drawn for."""
@@ -161,21 +170,21 @@ class Inversion:
         c, drawing = self.characteristic(i), self.drawing
         unit, away = min(drawing.unit(n) for n in gps.needs(c)), drawing.away
         noise, attitude = min(drawing.noise[n] for n in gps.needs(c)), drawing.attitude  # less tells no more
-        if not gps.one_sided(c):  # up to MOST times the noise, however rough the part is
+        if not gps.is_one_sided(c):  # up to MOST times the noise, however rough the part is
             return (_doublings(MOST / REACH * noise / unit), 0) if drawing.bound else (0, 0)
-        if c.type in gps.PLACED:
+        if c.type in gps.LOCATED_TYPES:
             return _doublings(max(rest or 0.0, noise) / unit), _doublings(max(y, attitude) / away)
         both = _doublings(max(y, noise) / min(unit, away))
         return both, both
 
-    def counted(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
+    def inverse(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
         """The belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
         c = self.characteristic(i)
         place = (i, self.reach(i, y, rest), rest is not None and sorted_by_roughness(c))
-        if place not in self._made:
-            drawn = self.drawn(i, place[1])
-            self._made[place] = _counted(c, drawn.column(i), drawn, self.settings.p, place[2])
-        return self._made[place]
+        if place not in self._inverses:
+            drawn = self.draw_parts(i, place[1])
+            self._inverses[place] = _count_coverage(c, drawn.column(i), drawn, self.settings.p, place[2])
+        return self._inverses[place]
 
     def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
         """What will be asked for (characteristic, indicated value, residuals): parts of one reach are then evaluated for that alone."""
@@ -183,11 +192,11 @@ class Inversion:
             if i in self.numbers:
                 self._expected.setdefault(self.reach(i, y, rest), set()).add(i)
 
-    def drawn(self, i: int, reach: Reach = (0, 0)) -> DrawnParts:
+    def draw_parts(self, i: int, reach: Reach = (0, 0)) -> DrawnParts:
         """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says, with the values of
         characteristic i and of what else is expected of such parts (nothing was said: of all).
         """
-        kept = self._drawn.setdefault(reach, [])
+        kept = self._parts.setdefault(reach, [])
         held = {n for one in kept for n in one.numbers}
         if i not in held:
             numbers = sorted({i} | (self._expected.get(reach, set(self.numbers)) - held))
@@ -195,26 +204,28 @@ class Inversion:
             kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
         return next(one for one in kept if i in one.numbers)
 
-    def added(self, i: int) -> Added:
+    def added_uncertainty(self, i: int) -> AddedUncertainty:
         """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
 
         There the machine acts as on every part that is off by more; what indicated and true value differ by is the error.
         """
-        u, half, by_input, by_form = self._far if self.characteristic(i).type in gps.PLACED else self._formed
+        u, half, by_input, by_form = (
+            self._far if self.characteristic(i).type in gps.LOCATED_TYPES else self._draw_rough_parts
+        )
         k = self.column(i)
-        return Added(float(u[k]), float(half[k]), by_input[:, k], float(by_form[k]))
+        return AddedUncertainty(float(u[k]), float(half[k]), by_input[:, k], float(by_form[k]))
 
     @cached_property
     def _far(self) -> tuple[Array, Array, Array, Array]:
         return _of_parts(self.drawing, self.settings, 0.0, FAR)
 
     @cached_property
-    def _formed(self) -> tuple[Array, Array, Array, Array]:
+    def _draw_rough_parts(self) -> tuple[Array, Array, Array, Array]:
         return _of_parts(self.drawing, self.settings, FORMED, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Inverted:
+class TrueValueByBelt:
     """The true value of characteristic i by its belt. rest: root mean square of the residuals, mm, None where no points are
     known; limit: why coverage may not be claimed whatever was counted.
     """
@@ -224,8 +235,8 @@ class Inverted:
     rest: float | None = None
     limit: str = ""
 
-    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        said = self.inversion.counted(self.i, y, self.rest).given(y, self.rest, p, limits)
+    def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+        said = self.inversion.inverse(self.i, y, self.rest).state(y, self.rest, p, limits)
         return replace(said, short=said.short or self.limit)
 
 
@@ -239,7 +250,7 @@ class DrawnParts:
     inversion: Inversion
     numbers: tuple[int, ...]
     most: Largest
-    _kept: dict[str, Sequence[Sequence[Pairs]]] = field(default_factory=dict, repr=False)
+    _pairs: dict[str, Sequence[Sequence[Pairs]]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def drawing(self) -> Drawing:
@@ -251,14 +262,14 @@ class DrawnParts:
 
     @property
     def count(self) -> int:
-        return int(np.clip(self.settings.trials, *COUNTED))
+        return int(np.clip(self.settings.trials, *COUNT_TRIALS))
 
     def column(self, i: int) -> int:
         """Where characteristic i of the task stands in `Pairs` of these parts."""
         return self.numbers.index(i)
 
     @property
-    def known(self) -> Sequence[Pairs]:
+    def own_families(self) -> Sequence[Pairs]:
         """For the belts, one family after another, on machines at their limit."""
         return self.known_of_shares[-1]
 
@@ -278,7 +289,7 @@ class DrawnParts:
         return [one for of_share in drawn for one in of_share]
 
     @property
-    def other(self) -> Sequence[Pairs]:
+    def other_families(self) -> Sequence[Pairs]:
         """Of another kind."""
         drawn = self._families("other", self.count, self.settings.seed + 2, (OTHER,), self.most)
         return [of_share[0] for of_share in drawn]
@@ -299,42 +310,44 @@ class DrawnParts:
         ratio: float | None = None,
     ) -> Sequence[Sequence[Pairs]]:
         """A list of families for every share of the machines, drawn once."""
-        if what not in self._kept:
+        if what not in self._pairs:
             shares = self.drawing.machines.shares
-            self._kept[what] = families(
+            self._pairs[what] = families(
                 self.drawing, count, seed, names=names, most=most, ratio=ratio, shares=shares
             )
-        return self._kept[what]
+        return self._pairs[what]
 
 
 def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inversion:
     """What the extreme values of a task (characteristics number `numbers`) are read with."""
-    return Inversion(prepared(task, settings.seed, numbers), settings, tuple(numbers))
+    return Inversion(prepare_drawing(task, settings.seed, numbers), settings, tuple(numbers))
 
 
 def in_contact(task: Task) -> bool:
     """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
     contact = any(
-        set(asked) - {POINTS} for asked in wanted(task.part.characteristics, task.part.features).values()
+        set(asked) - {POINTS}
+        for asked in criteria_needed(task.part.characteristics, task.part.features).values()
     )
     return contact or any(c.filter is not None and c.criterion == "C" for c in task.part.characteristics)
 
 
-def _counted(
+def _count_coverage(
     c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: bool
 ) -> CountedInverse | NoInverse:
     """k: its column. seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
-    without = max(lost(k, one) for one in drawn.known)
+    without = max(lost_share(k, one) for one in drawn.own_families)
     if without > MOST_LOST:
         largest = 1e3 * drawn.most.form * max(drawn.drawing.unit(n) for n in gps.needs(c))
         return NoInverse(NO_ELEMENT.format(without, largest))
     of_share = [inverse_of(c, k, one) for one in drawn.known_of_shares]
-    inverse = of_share[0] if len(of_share) == 1 else United(tuple(of_share))
+    inverse = of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share))
     blind = sorted_by_roughness(c) and not seen
     at = FIXED_BLIND if blind else FIXED
     anew = [*drawn.anew, *(one for ratio in at for one in drawn.fixed(ratio))]
     least, other = (
-        min(coverage(inverse, k, one, p, not blind) for one in parts) for parts in (anew, drawn.other)
+        min(coverage(inverse, k, one, p, not blind) for one in parts)
+        for parts in (anew, drawn.other_families)
     )
     return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))
 

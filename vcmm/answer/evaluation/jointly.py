@@ -19,7 +19,7 @@ from vcmm.answer.evaluation.montecarlo import simulate
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.sampling import with_products
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.evaluation.widened import Widened
+from vcmm.answer.evaluation.widened import WidenedLaw
 from vcmm.core.run import Array
 from vcmm.part.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED
 
@@ -80,7 +80,7 @@ def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, f
 
 def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> Array:
     """(m,): what a form between the points adds, of every characteristic by itself."""
-    if not isinstance(c.truth, Additive) or not isinstance(c.truth.law, Widened):
+    if not isinstance(c.truth, Additive) or not isinstance(c.truth.law, WidenedLaw):
         return np.zeros(count)
     return np.asarray(rng.choice(c.truth.law.sizes, count) * rng.choice([-1.0, 1.0], count))
 

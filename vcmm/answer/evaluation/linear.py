@@ -22,10 +22,10 @@ from vcmm.answer.evaluation.streams import copy_code
 from vcmm.answer.evaluation.world import Measuring, World
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
-from vcmm.part.fit import Fitted, normal_matrix, sensitivity
+from vcmm.part.fit import FittedElement, normal_matrix, sensitivity
 from vcmm.part.gps import characteristics as gps
-from vcmm.part.gps.criteria import wanted, with_criteria
-from vcmm.part.gps.datums import constrained
+from vcmm.part.gps.criteria import criteria_needed, with_criteria
+from vcmm.part.gps.datums import constrained_features
 from vcmm.part.part import Characteristic, frame
 from vcmm.task.measuring.task import (
     Task,
@@ -38,7 +38,7 @@ from vcmm.task.measuring.task import (
 from vcmm.task.response.influence import Influence, Product
 
 MOST_POINTS = 3000  # of a feature whose single points count: 70 MB for the operator
-PLACED = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
+IN_ALIGNMENT = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class LinearModel:
 
     task: Task
     blocks: Mapping[str, FeatureBlock]
-    base: Mapping[str, Fitted]
+    base: Mapping[str, FittedElement]
     q0: Array
     operator: Array  # (K, n): q per displacement of each touch along its normal
     influences: tuple[Influence, ...]
@@ -81,15 +81,15 @@ class LinearModel:
     def characteristics(self) -> tuple[Characteristic, ...]:
         return self.task.part.characteristics
 
-    def unpack(self, q: Array) -> dict[str, Fitted]:
+    def unpack(self, q: Array) -> dict[str, FittedElement]:
         """q (..., K) to fitted elements, axes of unit length."""
         fitted = {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}
         part = self.task.part
         return with_criteria(
-            part.characteristics, part.features, lambda name: self._moved(name, q), fitted, False
+            part.characteristics, part.features, lambda name: self._displace(name, q), fitted, False
         )
 
-    def _moved(self, name: str, q: Array) -> Array:
+    def _displace(self, name: str, q: Array) -> Array:
         """Points (..., n, 3) of a feature after the displacements in q, along the approach."""
         block, rows = self.blocks[name], self.task.touches.rows[name]
         along = q[..., block.at_touches : block.stop]
@@ -109,7 +109,7 @@ class LinearModel:
         keeps every bit of their values, and with no features beside theirs and its own.
         """
         kept, scheme = tuple(self.characteristics[i] for i in numbers), self.task.plan.alignment
-        placed = any(c.type in PLACED for c in kept)
+        placed = any(c.type in IN_ALIGNMENT for c in kept)
         names = {n for c in kept for n in gps.needs(c)}
         if scheme and (placed or aligned):
             names |= set(self.blocks) & set(scheme.features) if aligned else set(self.blocks)
@@ -185,7 +185,7 @@ def term_of(influence: Influence, change: Array, operator: Array, keep: bool = F
     return Term(one.id, law, gain[:, used], lane[used])
 
 
-def prepared(task: Task, world: World | None = None) -> LinearModel:
+def prepare_model(task: Task, world: World | None = None) -> LinearModel:
     """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
     if not task.part.characteristics:
         raise UsageError(
@@ -217,20 +217,22 @@ def build(task: Task, world: World | None = None) -> LinearModel:
     )  # fmt: skip
 
 
-def _with_moments(task: Task, base: Mapping[str, Fitted], points: Array) -> dict[str, Fitted]:
+def _with_moments(task: Task, base: Mapping[str, FittedElement], points: Array) -> dict[str, FittedElement]:
     """Datums whose orientation others constrain, with the normal matrix that tells where they then lie."""
     out = dict(base)
-    for name in constrained(task.part.characteristics, task.part.features) & set(base):
+    for name in constrained_features(task.part.characteristics, task.part.features) & set(base):
         out[name] = replace(base[name], moments=normal_matrix(base[name], points[task.touches.rows[name]]))
     return out
 
 
-def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[dict[str, FeatureBlock], Array]:
+def _operator(
+    task: Task, base: Mapping[str, FittedElement], points: Array
+) -> tuple[dict[str, FeatureBlock], Array]:
     """Blocks of q, and its change per displacement of each touch along the outward normal."""
     t = task.touches
     direction = per_normal(t)
     shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}
-    contact = wanted(task.part.characteristics, task.part.features)
+    contact = criteria_needed(task.part.characteristics, task.part.features)
     blocks: dict[str, FeatureBlock] = {}
     rows_of, start = [], 0
     for name, fitted in base.items():
@@ -267,7 +269,7 @@ def _needs_residuals(characteristics: Sequence[Characteristic], name: str) -> bo
     return any(c.type in gps.FORM and name in c.of for c in characteristics)
 
 
-def _pack(blocks: Mapping[str, FeatureBlock], base: Mapping[str, Fitted]) -> Array:
+def _pack(blocks: Mapping[str, FeatureBlock], base: Mapping[str, FittedElement]) -> Array:
     parts = []
     for name, block in blocks.items():
         f = base[name]
@@ -275,7 +277,7 @@ def _pack(blocks: Mapping[str, FeatureBlock], base: Mapping[str, Fitted]) -> Arr
     return np.concatenate(parts)
 
 
-def _unpack(block: FeatureBlock, base: Fitted, q: Array) -> Fitted:
+def _unpack(block: FeatureBlock, base: FittedElement, q: Array) -> FittedElement:
     if base.kind == "mesh":
         return replace(base, also={})
     at = block.start
@@ -285,4 +287,6 @@ def _unpack(block: FeatureBlock, base: Fitted, q: Array) -> Fitted:
     sizes = q[..., at + 6 : at + 6 + block.sizes]
     residuals = q[..., at + 6 + block.sizes : block.at_touches]
     normals = base.normals[: block.residuals]
-    return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, normals, moments=base.moments)
+    return FittedElement(
+        block.kind, q[..., at : at + 3], axis, sizes, residuals, normals, moments=base.moments
+    )

@@ -131,10 +131,12 @@ _Step = Callable[[Array, int], None]  # (y (K, m), first trial): adds some lanes
 def _steps(groups: Sequence[_LaneGroup], fast: ModuleType | None) -> list[_Step]:
     """What is to be added, in order: lanes with a table by one call of the numba twin, all others by numpy."""
     steps: list[_Step] = []
-    for tabled, some in itertools.groupby(groups, lambda g: streams.tabled(g.shape)):
+    for tabled, some in itertools.groupby(groups, lambda g: streams.is_tabled(g.shape)):
         together = list(some)
         steps += (
-            [_by_kernel(fast, together)] if fast and tabled else [partial(_drawn, g, fast) for g in together]
+            [_by_kernel(fast, together)]
+            if fast and tabled
+            else [partial(_add_trials, g, fast) for g in together]
         )
     return steps
 
@@ -155,7 +157,7 @@ def _acting(gain: Array) -> tuple[int, int]:
     return (int(on[0]), int(on[-1]) + 1) if len(on) else (0, 0)
 
 
-def _drawn(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> None:
+def _add_trials(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> None:
     """Trials of the lanes of a group, added to y piece by piece: what fits the second cache."""
     done, count = 0, y.shape[1]
     while done < count:
@@ -301,7 +303,7 @@ def adaptive(
         one = summarise(values, known)
         total = total or Accumulator(one.mean, _width(u0, one))
         total.add(values)
-        results.append(_tested(one, p, kind))
+        results.append(_stability_results(one, p, kind))
         summary = total.summary(known)
         delta = tolerance(_width(u0, summary), digits)
         if _stable(results, delta) and 2 * summary.numerical_error(p) <= delta:
@@ -311,7 +313,7 @@ def adaptive(
             return replace(summary, warnings=(*summary.warnings, text))
 
 
-def _tested(batch: Summary, p: float, kind: str) -> list[float]:
+def _stability_results(batch: Summary, p: float, kind: str) -> list[float]:
     """The results of one batch that must become stable: finite ends of the interval, mean, and u if unknown."""
     moments = [batch.mean] if math.isfinite(batch.u) else []
     moments += [] if batch.exact_u else [batch.u]

@@ -22,7 +22,9 @@ def needed_rows(model: LinearModel) -> Ints:
     return np.sort(np.concatenate([rows[n] for n in rows if n in model.blocks or n in _pointwise(model)]))
 
 
-def narrowed(model: LinearModel, numbers: Sequence[int], aligned: bool = False) -> tuple[LinearModel, Ints]:
+def narrow_model(
+    model: LinearModel, numbers: Sequence[int], aligned: bool = False
+) -> tuple[LinearModel, Ints]:
     """The model of characteristics number `numbers` alone, and which of the touches it keeps. q keeps its places. aligned: see `only`."""
     few = model.only(numbers, aligned)
     kept = needed_rows(few)
@@ -37,7 +39,7 @@ def narrowed(model: LinearModel, numbers: Sequence[int], aligned: bool = False) 
     )  # fmt: skip
 
 
-def moved(model: LinearModel, displacements: Array) -> Array:
+def displace(model: LinearModel, displacements: Array) -> Array:
     """q (m, K) after displacements (m, n) of the touches along their normals, feature by feature."""
     out = np.zeros((len(displacements), len(model.q0)))
     for name, block in model.blocks.items():

@@ -6,7 +6,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
-from vcmm.part.gps.criteria import chosen
+from vcmm.part.gps.criteria import choose_criteria
 from vcmm.part.part import Characteristic
 from vcmm.task.measuring.task import Task
 
@@ -16,7 +16,7 @@ NARROW = "defects narrower than the spacing of the points ({where}) that no poin
 
 def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
     """Of extreme values, and of elements by contact: the families of forms hold no scratch between two points."""
-    if not gps.one_sided(c) and chosen(c).gauss:
+    if not gps.is_one_sided(c) and choose_criteria(c).gauss:
         return ()
     rows, places = task.touches.rows, []
     for name in c.of:

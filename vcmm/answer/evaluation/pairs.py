@@ -14,13 +14,13 @@ from zlib import crc32
 
 import numpy as np
 
-from vcmm.answer.evaluation.allowed import FULL, Share, at_share, shares_allowed, split
+from vcmm.answer.evaluation.allowed import FULL, Share, at_share, possible_shares, split
 from vcmm.answer.evaluation.dense import surface_model
 from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import simulate
-from vcmm.answer.evaluation.narrowed import moved, narrowed
+from vcmm.answer.evaluation.narrowed import displace, narrow_model
 from vcmm.answer.evaluation.sampling import multiplying
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
@@ -30,7 +30,7 @@ from vcmm.task.measuring.task import Task
 from vcmm.task.response.trials import Draws
 
 BLOCK = 2000
-FOLDED = 300  # touches beyond which Inputs are drawn one by one
+MOST_FOLDED = 300  # touches beyond which Inputs are drawn one by one
 SHOWN, GIVEN_UP = (
     20,
     4,
@@ -39,10 +39,12 @@ LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so m
 UNIT = 1e-4  # mm: takes the place of the noise where only a limit of it is known; forms then begin at 5 nm
 SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form
-APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
+FORM_SPREAD = (
+    0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
+)
 
 
-Measured = tuple[Array, Array, Array]  # of parts: true, indicated, rest
+PartValues = tuple[Array, Array, Array]  # of parts: true, indicated, rest
 
 
 @dataclass(frozen=True)
@@ -79,19 +81,19 @@ class Machines:
 
     model: LinearModel
     kept: Ints | None = None
-    _drawn: dict[tuple[int, int, int], Sequence[Array]] = field(default_factory=dict, repr=False)
+    _draws: dict[tuple[int, int, int], Sequence[Array]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
-        return shares_allowed(self.model.influences)
+        return possible_shares(self.model.influences)
 
     def errors(self, seed: int, first: int, count: int, share: Share = FULL) -> Array:
         """Displacements (count, n) of the touches along their normals, see `machine_part`."""
         place = seed, first, count
-        if place not in self._drawn:
+        if place not in self._draws:
             parts = [self.model] if len(self.shares) == 1 else split(self.model)
-            self._drawn[place] = [machine_part(one, *place) for one in parts]
-        drawn = self._drawn[place]
+            self._draws[place] = [machine_part(one, *place) for one in parts]
+        drawn = self._draws[place]
         found = drawn[0] if len(drawn) == 1 else at_share(drawn, share)
         return found if self.kept is None else found[:, self.kept]
 
@@ -132,7 +134,9 @@ class Drawing:
         """The same parts and machines, of which some characteristics are evaluated: no feature is drawn that they do not need."""
         if list(columns) == list(range(len(self.measured.characteristics))):
             return self
-        (measured, kept), (surface, _) = (narrowed(m, columns, True) for m in (self.measured, self.surface))
+        (measured, kept), (surface, _) = (
+            narrow_model(m, columns, True) for m in (self.measured, self.surface)
+        )
         names = measured.task.touches.rows
         return replace(
             self, measured=measured, surface=surface, noise={n: self.noise[n] for n in self.noise if n in names},
@@ -149,15 +153,15 @@ class Drawing:
         }
 
 
-def prepared(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
+def prepare_drawing(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
     """Models of the characteristics `numbers` about the nominal part, and how large the noise of the machine is at each feature."""
     plain = replace(task, form=np.zeros_like(task.form), forms={})
-    model, kept = narrowed(build(plain), numbers)
+    model, kept = narrow_model(build(plain), numbers)
     t = model.task.touches
     left = {n: left_over(task.part.features[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
     noise = machine_part(model, seed, 0, 400)
     noise = noise - noise.mean(axis=0)
-    moved = {n for c in model.characteristics if gps.one_sided(c) and c.type not in gps.FORM for n in c.of}
+    moved = {n for c in model.characteristics if gps.is_one_sided(c) and c.type not in gps.FORM for n in c.of}
     return Drawing(
         measured=model, surface=surface_model(model.task), bound=any(f.input.bound for f in model.influences), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
         attitude=max(float(noise.std()), SMALLEST), left=left, moved=frozenset(moved), kept=kept,
@@ -179,7 +183,7 @@ def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array
     n = model.task.touches.run.n
     if not model.influences:
         return np.zeros((count, n))
-    if n > FOLDED:
+    if n > MOST_FOLDED:
         return _one_by_one(model, seed, first, count)
     of_touches = replace(model, operator=np.eye(n), q0=np.zeros(n))
     terms, multiplied = multiplying(of_touches, of_touches.terms())
@@ -221,7 +225,7 @@ def families(
     shares: Sequence[Share] = (FULL,),
 ) -> list[list[Pairs]]:
     """`count` parts of each family, measured by the same machines; a list of families for every share. ratio: form over noise of all."""
-    blocks: list[list[list[Measured]]] = [[[] for _ in names] for _ in shares]
+    blocks: list[list[list[PartValues]]] = [[[] for _ in names] for _ in shares]
     for at in range(0, count, BLOCK):
         size = min(BLOCK, count - at)
         noise = [drawing.machines.errors(seed, at, size, share) for share in shares]
@@ -257,7 +261,7 @@ def together(drawn: Sequence[Pairs]) -> Pairs:
 
 def _block(
     drawing: Drawing, noise: Sequence[Array], place: tuple[int, int], how: tuple[str, Largest, float | None]
-) -> list[Measured]:
+) -> list[PartValues]:
     """The same parts for every noise (count, n)."""
     touched, surface = surfaces(drawing, len(noise[0]), place, how)
     true = values(drawing.surface, surface)
@@ -282,7 +286,7 @@ def surfaces(
     surface = np.zeros((count, drawing.surface.task.touches.run.n))
     for name in drawing.noise:
         rng = np.random.default_rng([*own_stream, crc32(name.encode())])
-        own = ratio if how[2] is not None else ratio * np.exp(APART * rng.normal(size=(count, 1)))
+        own = ratio if how[2] is not None else ratio * np.exp(FORM_SPREAD * rng.normal(size=(count, 1)))
         of_feature = _departures(drawing, name, rng, own, how, off)
         touched[:, drawing.measured.task.touches.rows[name]] = of_feature[0]
         surface[:, drawing.surface.task.touches.rows[name]] = of_feature[1]
@@ -294,7 +298,7 @@ def values(model: LinearModel, displacements: Array) -> Array:
 
     Where some parts have none, every characteristic is evaluated by itself, and loses its own.
     """
-    q = moved(model, displacements)
+    q = displace(model, displacements)
     try:
         return model.values(q)
     except ModelLimit:
@@ -304,17 +308,17 @@ def values(model: LinearModel, displacements: Array) -> Array:
 
 def _each(model: LinearModel, q: Array) -> Array:
     """The one characteristic (m, 1) of a model, NaN for parts without it: for all of them where many of the first have none."""
-    few = _halved(model, q[:SHOWN])
-    return np.full((len(q), 1), np.nan) if np.isnan(few).sum() >= GIVEN_UP else _halved(model, q)
+    few = _values_by_halves(model, q[:SHOWN])
+    return np.full((len(q), 1), np.nan) if np.isnan(few).sum() >= GIVEN_UP else _values_by_halves(model, q)
 
 
-def _halved(model: LinearModel, q: Array) -> Array:
+def _values_by_halves(model: LinearModel, q: Array) -> Array:
     try:
         return model.values(q)
     except ModelLimit:
         if len(q) == 1:
             return np.full((1, 1), np.nan)
-        return np.concatenate([_halved(model, half) for half in np.array_split(q, 2)])
+        return np.concatenate([_values_by_halves(model, half) for half in np.array_split(q, 2)])
 
 
 def _departures(

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateSamples
 from vcmm.core.run import Array
-from vcmm.part.fit import Fitted, gauss
+from vcmm.part.fit import FittedElement, gauss
 from vcmm.part.form import Lobes
 from vcmm.part.gps.criteria import with_criteria
 from vcmm.part.part import Feature, normal
@@ -34,7 +34,7 @@ def without_unknown(task: Task) -> Task:
     out = task.form.copy()
     for name, form in task.forms.items():
         rows = task.touches.rows.get(name)
-        if rows is not None and not form.known:
+        if rows is not None and not form.has_phase:
             out[rows] -= form.deviation(task.part.features[name], task.touches.points[rows])
     return replace(task, form=out)
 
@@ -44,7 +44,7 @@ def form_influences(task: Task) -> tuple[Influence, ...]:
     out = []
     for name, form in task.forms.items():
         rows = task.touches.rows.get(name)
-        if rows is None or form.known or not form.amplitude:
+        if rows is None or form.has_phase or not form.amplitude:
             continue
         feature, points = task.part.features[name], task.touches.points[rows]
         height, law, what = _lobes(form, feature, points) if form.lobes else _shapes(form, feature, points)
@@ -79,7 +79,7 @@ def _shapes(form: Lobes, feature: Feature, points: Array) -> tuple[Array, Multiv
 
 def true_values(task: Task) -> Array:
     """Characteristics (C,) of the part itself: elements through the whole surface where a known form is stated."""
-    known = {n: f for n, f in task.forms.items() if f.known and n in task.touches.rows}
+    known = {n: f for n, f in task.forms.items() if f.has_phase and n in task.touches.rows}
     if not known:
         return task.without_errors
     if task.from_points:
@@ -103,7 +103,7 @@ def _less_known(task: Task, known: Mapping[str, Lobes]) -> Array:
     return replace(task, form=form).without_errors
 
 
-def _whole(feature: Feature, form: Lobes) -> tuple[Array, Fitted]:
+def _whole(feature: Feature, form: Lobes) -> tuple[Array, FittedElement]:
     dense = whole_surface(feature)
     points = dense + form.deviation(feature, dense)[:, None] * normal(feature, dense)
     fixed = feature.axis if feature.kind == "circle" else None

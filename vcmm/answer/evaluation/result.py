@@ -179,11 +179,11 @@ class CharacteristicResult:
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
         from vcmm.show import charts
-        from vcmm.show.charts.distribution import filled
+        from vcmm.show.charts.distribution import coarsen
 
         unit, scale = SHOWN_IN[self.unit]
         from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731
-        edges, counts = filled(*self.summary.histogram) if self.summary else self._closed_form()
+        edges, counts = coarsen(*self.summary.histogram) if self.summary else self._closed_form()
         return charts.distribution(
             (edges - self.nominal) * scale,
             counts,
@@ -215,9 +215,9 @@ class Budgets(dict[str, PlottedBudget]):
     def plot(self) -> list[Axes]:
         """One picture below the other."""
         from vcmm.show import charts
-        from vcmm.show.charts.bars import SHOWN
+        from vcmm.show.charts.bars import MOST_BARS
 
-        rows = [min(sum(line.share >= ROUNDING for line in b), SHOWN) for b in self.values()]
+        rows = [min(sum(line.share >= ROUNDING for line in b), MOST_BARS) for b in self.values()]
         return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self), rows=rows), self.items())]
 
 

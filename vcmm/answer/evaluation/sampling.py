@@ -15,11 +15,11 @@ from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.montecarlo import Accumulator, Summary, Term, adaptive, simulate
 from vcmm.answer.evaluation.streams import copy_code
-from vcmm.answer.evaluation.tallies import Packed, counted, packed
+from vcmm.answer.evaluation.tallies import PackedAccumulator, pack, sum_blocks
 from vcmm.core.blocks import Block, Sharing, blocks_of
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.part.gps.criteria import chosen
+from vcmm.part.gps.criteria import choose_criteria
 from vcmm.task.measuring.settings import Settings
 
 BUDGET_TRIALS = 20_000
@@ -53,12 +53,12 @@ class Sampler:
         if self.settings.digits and not exact:
             return {i: self._adaptive(i) for i in needed}
         size = EXACT_BLOCK if exact else WORK_BLOCK
-        first = self.drawn(0, min(EXACT_BLOCK if exact else PLACING, self.settings.trials))
+        first = self.draw(0, min(EXACT_BLOCK if exact else PLACING, self.settings.trials))
         places = tuple(_place(column) for column in first[:, list(needed)].T)
         job = SampledJob(self.model, tuple(self.terms), self.settings, tuple(needed), places)
         text = "exact trials" if exact else "Monte Carlo"
         blocks = blocks_of(self.settings.trials, size)
-        found = counted(
+        found = sum_blocks(
             self.sharing, self._key(first, needed), count, job, blocks, partial(self.progress, text)
         )
         return {i: a.summary() for i, a in zip(needed, found)}
@@ -75,7 +75,7 @@ class Sampler:
             )
         return digest.hexdigest()[:24]
 
-    def drawn(self, first: int, trials: int) -> Array:
+    def draw(self, first: int, trials: int) -> Array:
         """Characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
         if self.settings.engine == "exact":
             found = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
@@ -84,14 +84,14 @@ class Sampler:
             )  # all alike where nothing is drawn
         return self._trials(first, trials)
 
-    def tallied(
+    def tally(
         self, block: Block, needed: Sequence[int], places: Sequence[tuple[float, float]]
     ) -> list[Accumulator]:
         """The trials of one block, counted."""
         accumulators = [Accumulator(*place) for place in places]
         first, trials = block
         if self.settings.engine == "exact":
-            found: Iterable[Array] = [self.drawn(first, trials)]
+            found: Iterable[Array] = [self.draw(first, trials)]
         else:
             draws = simulate(
                 self.start,
@@ -159,10 +159,10 @@ class SampledJob:
     places: tuple[tuple[float, float], ...]
 
 
-def count(job: SampledJob, block: Block) -> list[Packed]:
+def count(job: SampledJob, block: Block) -> list[PackedAccumulator]:
     """One block of a job, by any worker."""
     sampler = Sampler(job.model, job.terms, job.settings, lambda text, share: None)
-    return [packed(a) for a in sampler.tallied(block, job.needed, job.places)]
+    return [pack(a) for a in sampler.tally(block, job.needed, job.places)]
 
 
 def _place(values: Array) -> tuple[float, float]:
@@ -185,7 +185,7 @@ def _of_sizes(model: LinearModel) -> bool:
     Quantity after quantity then takes a third of the time. Sums over the components of a vector, as any position has them, are
     rounded another way in another layout (2e-14 mm), so those keep trial after trial.
     """
-    return all(c.type == "size" and chosen(c).gauss for c in model.characteristics)
+    return all(c.type == "size" and choose_criteria(c).gauss for c in model.characteristics)
 
 
 def multiplying(
@@ -208,10 +208,10 @@ def multiplying(
                 q[:, i] += product * gain[i]
         return q
 
-    return [_widened(model, j, t, carried) for j, t in enumerate(terms)], multiplied
+    return [_with_departures(model, j, t, carried) for j, t in enumerate(terms)], multiplied
 
 
-def _widened(model: LinearModel, j: int, term: Term, carried: Sequence[tuple[int, int]]) -> Term:
+def _with_departures(model: LinearModel, j: int, term: Term, carried: Sequence[tuple[int, int]]) -> Term:
     """The term with one more row per carried (Influence, copy): the departure itself, canonical units."""
     rows = np.zeros((len(carried), term.gain.shape[1]))
     influence = model.influences[j]

@@ -202,7 +202,7 @@ def kernels(numbers: int) -> ModuleType | None:
 Drawable = Law | MultivariateSamples
 
 
-def tabled(shape: Drawable) -> bool:
+def is_tabled(shape: Drawable) -> bool:
     """Whether values are drawn through a quantile table; else by index of a sample."""
     return isinstance(shape, Law) and not isinstance(shape, Samples)
 
@@ -217,7 +217,7 @@ def standard(
     """
     for block, first, last, at in _spans(start, out.shape[1]):
         part = out[:, at : at + last - first]
-        if fast and tabled(shape) and last - first >= _QUARTER:
+        if fast and is_tabled(shape) and last - first >= _QUARTER:
             _fill_block(fast, table(shape), (keys, lanes), block, first, part)
             continue
         rows = max(1, 16 * _QUARTER // min(_QUARTER, last - first))  # lanes per pass: what fits the cache

@@ -45,7 +45,7 @@ class Summary:
     exact_u: bool = False
     warnings: tuple[str, ...] = ()
 
-    def reflected(self, about: float) -> Summary:
+    def reflect(self, about: float) -> Summary:
         """The distribution of about - y: what leaned upwards leans downwards."""
         edges, counts = self.histogram
         return replace(

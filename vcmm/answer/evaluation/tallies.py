@@ -12,11 +12,11 @@ import numpy as np
 from vcmm.answer.evaluation.summary import Accumulator
 from vcmm.core.blocks import Block, Sharing
 
-Packed = dict[str, Any]
-Count = Callable[[Any, Block], list[Packed]]  # (job, block) -> one tally per characteristic
+PackedAccumulator = dict[str, Any]
+Count = Callable[[Any, Block], list[PackedAccumulator]]  # (job, block) -> one tally per characteristic
 
 
-def counted(
+def sum_blocks(
     sharing: Sharing,
     key: str,
     count: Count,
@@ -25,9 +25,9 @@ def counted(
     progress: Callable[[float], None],
 ) -> list[Accumulator]:
     """The sum of all blocks, one accumulator per characteristic. Raises ShardDone where a share is wanted."""
-    wanted = sharing.share.taken(blocks) if sharing.share else blocks
+    wanted = sharing.share.take(blocks) if sharing.share else blocks
     total = _Total(sum(n for _, n in wanted), progress)
-    for block, tallies in sharing.finished(key, count, job, {b: b for b in blocks}):
+    for block, tallies in sharing.finish(key, count, job, {b: b for b in blocks}):
         total.add(block, tallies)
     return total.sums
 
@@ -39,8 +39,8 @@ class _Total:
         self.trials, self.progress, self.seen = trials, progress, 0
         self.sums: list[Accumulator] = []
 
-    def add(self, block: Block, tallies: Iterable[Packed]) -> None:
-        found = [unpacked(t) for t in tallies]
+    def add(self, block: Block, tallies: Iterable[PackedAccumulator]) -> None:
+        found = [unpack(t) for t in tallies]
         if not self.sums:
             self.sums = found
         else:
@@ -50,7 +50,7 @@ class _Total:
         self.progress(self.seen / self.trials)
 
 
-def packed(accumulator: Accumulator) -> Packed:
+def pack(accumulator: Accumulator) -> PackedAccumulator:
     """The integers of an accumulator as JSON holds them; floats by their hexadecimal digits, so that no bit is lost."""
     bins = np.flatnonzero(accumulator.counts)
     return {
@@ -63,7 +63,7 @@ def packed(accumulator: Accumulator) -> Packed:
     }
 
 
-def unpacked(found: Packed) -> Accumulator:
+def unpack(found: PackedAccumulator) -> Accumulator:
     """The accumulator that `packed` wrote."""
     centre, scale = (float.fromhex(text) for text in found["place"])
     low, high = (float.fromhex(text) for text in found["range"])

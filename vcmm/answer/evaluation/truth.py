@@ -13,7 +13,7 @@ from typing import Protocol
 
 from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.summary import Summary
-from vcmm.answer.evaluation.widened import Widened
+from vcmm.answer.evaluation.widened import WidenedLaw
 
 MORE_MISSES = 0.1  # an interval for p may miss this share more often than 1 - p says: 5.5 % for 95 %
 Limits = tuple[float, float]
@@ -40,7 +40,7 @@ class Statement:
 class Truth(Protocol):
     """The true value as a function of the indicated one."""
 
-    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+    def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
         """Statement about the true value, mm or rad, when y is indicated. limits: of the true value, infinite where none."""
         ...
 
@@ -53,13 +53,13 @@ class Additive:
     left in the value and enlarges U to U + |bias| in its place (JCGM 100:2008, F.2.4.5; ISO 15530-3:2011, 9).
     """
 
-    law: Linear | Summary | Widened
+    law: Linear | Summary | WidenedLaw
     at: float
     error: float = 0.0
     shift: float = 0.0
     left: float = 0.0
 
-    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+    def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
         said = _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
         return self._enlarged(said, y, limits) if self.left else said
 
@@ -76,30 +76,30 @@ class Additive:
     def _ways(self) -> tuple[float, float, float]:
         return -abs(self.left), -self.left, abs(self.left)
 
-    def of(self, y: float) -> Linear | Summary | Widened:
+    def of(self, y: float) -> Linear | Summary | WidenedLaw:
         """The law of the true value."""
-        return self.law.reflected(y - self.shift + self.at)
+        return self.law.reflect(y - self.shift + self.at)
 
-    def attained(self, p: float, kind: str, bias: float) -> float:
+    def coverage(self, p: float, kind: str, bias: float) -> float:
         """Probability that the interval for p holds the true value when all indications are off by `bias`, mm or rad."""
-        law = self.law.reflected(2 * self.at)
+        law = self.law.reflect(2 * self.at)
         low, high = law.interval(p, kind)
         return law.probability(low + bias, high + bias)
 
 
 @dataclass(frozen=True, eq=False)
-class Predicted:
+class PredictedPart:
     """Nothing is indicated: the law of the trials is that of the part to come, estimate what is expected of it."""
 
     law: Linear | Summary
     estimate: float
 
-    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+    def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
         return _statement(self.law, self.estimate, p, kind, limits)
 
 
 def _statement(
-    law: Linear | Summary | Widened, estimate: float, p: float, kind: str, limits: Limits | None
+    law: Linear | Summary | WidenedLaw, estimate: float, p: float, kind: str, limits: Limits | None
 ) -> Statement:
     within = None if limits is None else law.probability(*limits)
     u = law.ends_u(p) if isinstance(law, Summary) else (0.0, 0.0)  # an inversion draws nothing

@@ -20,8 +20,8 @@ from vcmm.answer.evaluation.budget import budget_line, form_line
 from vcmm.answer.evaluation.certify import Check, check
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.interval import Linear
-from vcmm.answer.evaluation.inversion import Inversion, Inverted, inversion_of
-from vcmm.answer.evaluation.linear import LinearModel, prepared
+from vcmm.answer.evaluation.inversion import Inversion, TrueValueByBelt, inversion_of
+from vcmm.answer.evaluation.linear import LinearModel, prepare_model
 from vcmm.answer.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.answer.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.answer.evaluation.not_covered import between_touches
@@ -33,13 +33,13 @@ from vcmm.answer.evaluation.result import (
     UncertaintyResult,
 )
 from vcmm.answer.evaluation.sampling import Progress, Sampler
-from vcmm.answer.evaluation.truth import Additive, Predicted, Truth, holds
+from vcmm.answer.evaluation.truth import Additive, PredictedPart, Truth, holds
 from vcmm.answer.evaluation.world import World
 from vcmm.core.blocks import Sharing
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
-from vcmm.part.gps.criteria import chosen, notes
+from vcmm.part.gps.criteria import choose_criteria, notes
 from vcmm.part.gps.filters import words
 from vcmm.part.part import Characteristic
 from vcmm.task.measuring.settings import CORRECTED, Settings
@@ -47,7 +47,7 @@ from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_
 from vcmm.task.response.influence import Influence
 
 NOTHING = 1e-9  # of U: rounding
-NOTED = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
+LEAST_NOTE = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
@@ -72,11 +72,11 @@ def evaluate(
     results wait for `at_indication`, and no warnings are given (`warnings_of`).
 
     Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
-    certain); see `linear.prepared` for the rest.
+    certain); see `linear.prepare_model` for the rest.
     """
     settings = settings or Settings()
     report = progress or (lambda text, share: None)
-    model = prepared(task, world)
+    model = prepare_model(task, world)
     report("certifying the linear model", 0.0)
     base = fit_features(task, measured_points(task, model.world.errors())) if task.forms else model.base
     indicated = evaluate_all(task, base)
@@ -131,7 +131,7 @@ class Evaluation:
         all_of_them = self.model.characteristics
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
-        extreme = [i for i in sampled if not self.smooth[i] or self._curved(i)]
+        extreme = [i for i in sampled if not self.smooth[i] or self._is_curved(i)]
         inverted = [i for i in extreme if self.is_invertible(i)]
         inversion = inversion_of(self.model.task, self.settings, inverted) if inverted else None
         if inversion is not None and read:
@@ -143,10 +143,10 @@ class Evaluation:
         for i, c in enumerate(all_of_them):
             if inversion is not None and i in inverted:
                 self.sampler.progress(f"true values of {c.name}", i / len(all_of_them))
-                outcome = self._inverted(i, summaries[i], inversion)
+                outcome = self._invert(i, summaries[i], inversion)
             else:
-                outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
-            results.append(self._assembled(i, c, outcome, read))
+                outcome = self._sample(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
+            results.append(self._assemble(i, c, outcome, read))
         predicts = self.model.world.predicts
         warnings = tuple(w for r in results for w in warnings_of(r, predicts)) if read else ()
         warnings += tuple(notes(all_of_them, self.model.base))
@@ -156,25 +156,25 @@ class Evaluation:
 
     def is_tangent(self, i: int) -> bool:
         """Whether result i is linear over its own spread."""
-        return self.smooth[i] and not self._curved(i)
+        return self.smooth[i] and not self._is_curved(i)
 
     def without_trials(self, i: int, inversion: Inversion | None) -> CharacteristicResult:
         """Result i by its closed form; with an inversion by what the machine adds, with neither interval nor decision."""
         outcome = (
             self._closed(i)
             if inversion is None
-            else self._inverted(i, Linear(float(self.value[i]), ()), inversion)
+            else self._invert(i, Linear(float(self.value[i]), ()), inversion)
         )
-        return self._assembled(i, self.model.characteristics[i], outcome, inversion is None)
+        return self._assemble(i, self.model.characteristics[i], outcome, inversion is None)
 
     def _has_closed_form(self, i: int) -> bool:
         if not self.smooth[i] or self.settings.engine != "auto":
             return False
         first, second = self._variances(i)
         matters = second > PRODUCT_SHARE * (first + second) if np.isfinite(first) else second > 0
-        return not self._curved(i) and not matters
+        return not self._is_curved(i) and not matters
 
-    def _curved(self, i: int) -> bool:
+    def _is_curved(self, i: int) -> bool:
         return bool(self.check.curvature[i] > CURVATURE)
 
     def _variances(self, i: int) -> tuple[float, float]:
@@ -184,7 +184,7 @@ class Evaluation:
             u = [self._scalar_u(j) for j in (product.first, product.second)]
             for _, _, gain in self.model.product_gains(product):
                 second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
-        terms = self._projected(i)
+        terms = self._terms_on(i)
         return float(closed_form_u(terms)[0]) ** 2 if terms else 0.0, second
 
     def _scalar_u(self, j: int) -> float:
@@ -192,12 +192,12 @@ class Evaluation:
         assert isinstance(law, Law)
         return float(law.u) * abs(float(factor[0, 0]))
 
-    def _projected(self, i: int) -> list[Term]:
+    def _terms_on(self, i: int) -> list[Term]:
         """The terms acting on one characteristic: gain (1, L)."""
         return [replace(t, gain=(self.gradient[i] @ t.gain)[None]) for t in self.terms]
 
     def _closed(self, i: int) -> _Outcome:
-        terms = self._projected(i)
+        terms = self._terms_on(i)
         linear = marginal(float(self.value[i]), terms, 0)
         lines = self._lines(terms, [float(closed_form_u([t])[0]) for t in terms], linear.u, True)
         return _Outcome(
@@ -205,10 +205,10 @@ class Evaluation:
             error=linear.centre - linear.mean,
         )  # fmt: skip
 
-    def _sampled(self, i: int, summary: Summary, alone: Array) -> _Outcome:
+    def _sample(self, i: int, summary: Summary, alone: Array) -> _Outcome:
         exact = self.settings.engine == "exact"
-        tangent = self.smooth[i] and not self._curved(i)
-        terms = self._projected(i) if self.smooth[i] else list(self.terms)
+        tangent = self.smooth[i] and not self._is_curved(i)
+        terms = self._terms_on(i) if self.smooth[i] else list(self.terms)
         u = float(np.sqrt(sum(self._variances(i)))) if tangent and not exact else summary.u
         if not tangent and any(np.isinf(np.max(t.law.u)) for t, share in zip(self.terms, alone) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
@@ -228,17 +228,21 @@ class Evaluation:
     def is_invertible(self, i: int) -> bool:
         """Whether parts can be drawn for an extreme value: something is measured, on features whose forms are known by families."""
         c = self.model.characteristics[i]
-        if self.model.world.predicts or not (gps.one_sided(c) or self._by_contact(c)):
+        if self.model.world.predicts or not (gps.is_one_sided(c) or self._by_contact(c)):
             return False  # of a distance or angle of nearly nothing the error depends on the value itself
         named = gps.needs(c)
         return not any(self.features[n].kind in ("mesh", "point") for n in named if n in self.features)
 
     def _by_contact(self, c: Characteristic) -> bool:
         """A size, distance or angle of elements by contact, well away from zero."""
-        return not chosen(c).gauss and gps.nominal(c, self.features) > NOTED
+        return not choose_criteria(c).gauss and gps.nominal(c, self.features) > LEAST_NOTE
 
-    def _inverted(self, i: int, law: Linear | Summary, inversion: Inversion) -> _Outcome:
-        exact, added, c = self.settings.engine == "exact", inversion.added(i), self.model.characteristics[i]
+    def _invert(self, i: int, law: Linear | Summary, inversion: Inversion) -> _Outcome:
+        exact, added, c = (
+            self.settings.engine == "exact",
+            inversion.added_uncertainty(i),
+            self.model.characteristics[i],
+        )
         u, form = added.u, added.by_form
         known = [j for j, f in enumerate(self.model.influences) if f.input.effect != FORM]
         terms, u_i = [self.terms[j] for j in known], [float(x) for x in added.by_input]
@@ -271,10 +275,10 @@ class Evaluation:
 
         A form or position is not corrected: it is no sum of a true value and an error.
         """
-        tangent = self.smooth[i] and not self._curved(i)
+        tangent = self.smooth[i] and not self._is_curved(i)
         return float(self.bias[i]) if self.settings.known_bias == CORRECTED and tangent else 0.0
 
-    def _assembled(self, i: int, c: Characteristic, outcome: _Outcome, read: bool) -> CharacteristicResult:
+    def _assemble(self, i: int, c: Characteristic, outcome: _Outcome, read: bool) -> CharacteristicResult:
         nominal, shift, u = gps.nominal(c, self.features), self._shift(i), outcome.u
         predicts, law = self.model.world.predicts, outcome.law
         noise = (
@@ -285,11 +289,11 @@ class Evaluation:
         additive = Additive(law, float(self.value[i]), noise, shift)
         # of an extreme value the mean of the trials is to be expected, which noise enlarges
         additive = replace(additive, left=self._bias_left_in(outcome, i, additive))
-        part = Predicted(law, float(self.value[i]) + (outcome.error if outcome.tangent else noise))
+        part = PredictedPart(law, float(self.value[i]) + (outcome.error if outcome.tangent else noise))
         why = "" if predicts else self._why_not_shown(c, outcome)
         why = why or _why_not_linear(outcome, self.settings)
         truth: Truth = part if predicts else additive
-        truth = truth if outcome.inverse is None else Inverted(outcome.inverse, i, limit=why)
+        truth = truth if outcome.inverse is None else TrueValueByBelt(outcome.inverse, i, limit=why)
         result = CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=nominal,
             mean=(law.centre if isinstance(law, Linear) else law.mean) - shift, bias=float(self.bias[i]), corrected=shift != 0,
@@ -298,7 +302,7 @@ class Evaluation:
             budget=PlottedBudget(outcome.lines),
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
-            summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
+            summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.is_one_sided(c), why_not_shown=why,
             production=self.settings.production.get(c.name), filtered=self._filter(c), truth=truth, half_width=outcome.half,
             not_covered=() if predicts else between_touches(self.model.task, c),
         )  # fmt: skip
@@ -330,7 +334,7 @@ class Evaluation:
         bias = float(self.bias[i]) - truth.shift
         if self.model.world.predicts or not outcome.tangent or not bias:
             return 0.0
-        kept = holds(truth.attained(self.settings.p, self.settings.kind, bias), self.settings.p)
+        kept = holds(truth.coverage(self.settings.p, self.settings.kind, bias), self.settings.p)
         return 0.0 if kept else bias
 
 
@@ -340,7 +344,7 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
     half = (high - low) / 2 if outcome.half is None else outcome.half
-    most = max(ERROR_SHARE * half, NOTED)
+    most = max(ERROR_SHARE * half, LEAST_NOTE)
     return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
 
 
@@ -373,7 +377,11 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
         )
-    if r.tier != EXACT and np.isfinite(r.linear_error) and r.linear_error > max(0.01 * r.expanded, NOTED):
+    if (
+        r.tier != EXACT
+        and np.isfinite(r.linear_error)
+        and r.linear_error > max(0.01 * r.expanded, LEAST_NOTE)
+    ):
         share = (
             f" ({r.linear_error / r.expanded:.1%} of U)" if r.expanded > r.linear_error else ", more than U"
         )

@@ -27,16 +27,16 @@ HALVINGS = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Widened:
+class WidenedLaw:
     """Table (n,) of x, rising, with P(X <= x); sizes (m,) >= 0 of what is added to either side; mm or rad."""
 
     x: Array
     below: Array
     sizes: Array
 
-    def reflected(self, about: float) -> Widened:
+    def reflect(self, about: float) -> WidenedLaw:
         """The law of about - y: what leaned upwards leans downwards."""
-        return Widened(about - self.x[::-1], 1.0 - self.below[::-1], self.sizes)
+        return WidenedLaw(about - self.x[::-1], 1.0 - self.below[::-1], self.sizes)
 
     def cdf(self, y: float) -> float:
         """P(Y <= y)."""
@@ -74,18 +74,18 @@ class Widened:
         return min(max(ends[1] - ends[0], 0.0), 1.0)
 
 
-def widened(law: Linear | Summary | Widened, sizes: Array) -> Widened:
+def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
     """The law with sizes (m,) added to either side."""
-    if isinstance(law, Widened):
-        return Widened(law.x, law.below, together([law.sizes, sizes]))
+    if isinstance(law, WidenedLaw):
+        return WidenedLaw(law.x, law.below, together([law.sizes, sizes]))
     if isinstance(law, Summary):
-        return Widened(law.grid, law.below, np.asarray(sizes, float))
+        return WidenedLaw(law.grid, law.below, np.asarray(sizes, float))
     if law.scale == 0.0:
         step = np.array([-1e-12, 1e-12])
-        return Widened(law.mean + step, np.array([0.0, 1.0]), np.asarray(sizes, float))
+        return WidenedLaw(law.mean + step, np.array([0.0, 1.0]), np.asarray(sizes, float))
     place = np.sinh(np.linspace(-1.0, 1.0, TABLE) * math.asinh(FAR * 20.0)) / 20.0
     x = law.mean + law.scale * place
-    return Widened(x, np.maximum.accumulate(law.cdf(x)), np.asarray(sizes, float))
+    return WidenedLaw(x, np.maximum.accumulate(law.cdf(x)), np.asarray(sizes, float))
 
 
 def together(sizes: list[Array], seed: int = 0) -> Array:

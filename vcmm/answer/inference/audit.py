@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, United, coverage, there
+from vcmm.answer.evaluation.belts import Reading, UnitedInverse, coverage, there
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.form_family import OTHER
 from vcmm.answer.evaluation.indication import at_indication
@@ -24,8 +24,8 @@ from vcmm.answer.evaluation.inversion import (
     LEAST_OTHER,
     CountedInverse,
     Inversion,
-    Inverted,
     NoInverse,
+    TrueValueByBelt,
 )
 from vcmm.answer.evaluation.pairs import Pairs, both, pairs
 from vcmm.answer.evaluation.result import CharacteristicResult
@@ -51,7 +51,7 @@ ABOVE = (
 
 
 @dataclass(frozen=True)
-class Audited:
+class AuditResult:
     """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
 
     oracle: mean width, over the prior, of who knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.oracle`).
@@ -108,12 +108,12 @@ def audit(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
     key: str = "",
-) -> tuple[Audited, ...]:
+) -> tuple[AuditResult, ...]:
     """Count the intervals of every characteristic of a scenario. Raises what `uncertainty` raises.
 
     sharing: who counts; key: of the job by all that it reads, where finished blocks are kept (`vcmm.core.blocks.key_of`).
     """
-    return audited(scenario.task(), settings or scenario.settings, parts, progress, sharing, key)
+    return audit_task(scenario.task(), settings or scenario.settings, parts, progress, sharing, key)
 
 
 Piece = tuple[int, int]  # exact measurements: first and count; parts of a kind: its number and 0
@@ -127,31 +127,31 @@ class CountingJob:
     parts: int
 
 
-def audited(
+def audit_task(
     task: Task,
     settings: Settings,
     parts: int,
     progress: Progress | None = None,
     sharing: Sharing | None = None,
     key: str = "",
-) -> tuple[Audited, ...]:
+) -> tuple[AuditResult, ...]:
     report = progress or (lambda text, share: None)
     known = PreparedTask(task, evaluate(task, settings, progress, read=False))
-    extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, Inverted)]
+    extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, TrueValueByBelt)]
     additive = [i for i in range(len(known.result.characteristics)) if i not in extreme]
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
     kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
     found = (sharing or Sharing()).all_of(
         key, piece, CountingJob(known, parts), [*exact, *kinds], partial(report, "drawn parts")
     )
-    rows: dict[int, list[Audited]] = {i: [] for i in range(len(known.result.characteristics))}
+    rows: dict[int, list[AuditResult]] = {i: [] for i in range(len(known.result.characteristics))}
     if additive:
         indicated = np.concatenate([np.array(block) for block in found[: len(exact)]])
         for i, row in _held_exactly(known, additive, indicated):
             rows[i].append(row)
     for counted in found[len(exact) :]:
         for i, row in zip(extreme, counted):
-            rows[i].append(Audited(**row))
+            rows[i].append(AuditResult(**row))
     return tuple(row for found in rows.values() for row in found)
 
 
@@ -164,8 +164,8 @@ def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
         return list(exact_values(model, drawn).tolist())
     kind, drawn_parts = _kind(inversion, first, job.parts)
     results = job.known.result.characteristics
-    extreme = [i for i, c in enumerate(results) if isinstance(c.truth, Inverted)]
-    return [asdict(_counted(results[i], inversion, i, drawn_parts, kind)) for i in extreme]
+    extreme = [i for i, c in enumerate(results) if isinstance(c.truth, TrueValueByBelt)]
+    return [asdict(_count_held(results[i], inversion, i, drawn_parts, kind)) for i in extreme]
 
 
 def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
@@ -179,9 +179,11 @@ def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
     return f"form {ratio:g} x noise", both(drawing, parts, fresh + number, ratio=ratio)
 
 
-def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
+def _count_held(
+    result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str
+) -> AuditResult:
     """Measured by points, whose residuals tell the roughness of every part."""
-    p, one, k = result.p, inversion.counted(i, 0.0, 0.0), inversion.column(i)
+    p, one, k = result.p, inversion.inverse(i, 0.0, 0.0), inversion.column(i)
     held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
     best: IntervalLengths | None = None
     if isinstance(one, CountedInverse):
@@ -190,7 +192,7 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
         parts = len(there(k, drawn)[0])
     why = one.shortfall(p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
-    return Audited(
+    return AuditResult(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(one) else 1.0, why=why,
         oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
@@ -199,16 +201,16 @@ def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: 
 
 def _wider(one: CountedInverse | NoInverse) -> bool:
     """Whether its interval also holds what better machines than those counted here would say (`vcmm.answer.evaluation.allowed`)."""
-    return isinstance(one, CountedInverse) and isinstance(one.inverse, United)
+    return isinstance(one, CountedInverse) and isinstance(one.inverse, UnitedInverse)
 
 
 def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
     """Of characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
-    one, k = inversion.counted(i, 0.0, 0.0), inversion.column(i)
+    one, k = inversion.inverse(i, 0.0, 0.0), inversion.column(i)
     if not isinstance(one, CountedInverse):
         return None
-    own = inversion.drawn(i)
-    known = [one.of(own.column(i)) for one in own.known]
+    own = inversion.draw_parts(i)
+    known = [one.of(own.column(i)) for one in own.own_families]
     each = np.array_split(np.arange(len(drawn.true)), len(known))
     fresh = [drawn.of(k, rows) for rows in each]
     return lengths(inversion.characteristic(i), 0, one.inverse, known, fresh, inversion.settings.p)
@@ -220,19 +222,24 @@ def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
     return float((high - low).mean())
 
 
-def _held_exactly(known: PreparedTask, wanted: Sequence[int], indicated: Array) -> list[tuple[int, Audited]]:
+def _held_exactly(
+    known: PreparedTask, wanted: Sequence[int], indicated: Array
+) -> list[tuple[int, AuditResult]]:
     """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
     model = known.result.model
     truth = model.at_estimates - np.array([r.bias for r in known.result.characteristics])
-    return [(i, _held(known.result.characteristics[i], indicated[:, i], float(truth[i]))) for i in wanted]
+    return [
+        (i, _shift_interval(known.result.characteristics[i], indicated[:, i], float(truth[i])))
+        for i in wanted
+    ]
 
 
-def _held(result: CharacteristicResult, indicated: Array, truth: float) -> Audited:
+def _shift_interval(result: CharacteristicResult, indicated: Array, truth: float) -> AuditResult:
     """The interval moves with what is indicated: its ends at one value serve all."""
     p, rule = result.p, "probability 95 %"
     low, high = (end - result.indicated for end in at_indication(result, result.indicated, rule).interval)
     inside = (indicated + low <= truth) & (truth <= indicated + high)
-    return Audited(
+    return AuditResult(
         name=result.name, unit=result.unit, kind=STATED, target=p, attained=float(inside.mean()), parts=len(indicated),
         width=high - low, claimed=result.coverage_shown, least=p - BAND, most=p + BAND, why=result.why_not_shown,
     )  # fmt: skip

@@ -36,7 +36,7 @@ from vcmm.core.run import Array
 from vcmm.part.part import Feature, normal
 
 ROUND = ("circle", "cylinder", "cone", "sphere", "torus")
-FORMED = (*ROUND, "plane", "line")
+FORM_KINDS = (*ROUND, "plane", "line")
 LOBES, HALF_WAVES, FLAT = (
     (2, 8),
     3,
@@ -44,9 +44,9 @@ LOBES, HALF_WAVES, FLAT = (
 )  # single shapes: lobes; half waves along each side of a plane; waves of a plane in all
 POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number
 DRAWS, SIZES = 400, 64
-USED = 2000  # points of a feature of which residuals are read: forms of a few waves ask for no more
+MOST_POINTS = 2000  # points of a feature of which residuals are read: forms of a few waves ask for no more
 CAP = 1000.0  # largest form over noise or residuals that is thought of
-SEEN = 1e-4  # of a shape, left by the fit: less is the spacing of the points by chance
+LEAST_SHAPE = 1e-4  # of a shape, left by the fit: less is the spacing of the points by chance
 MOVES = 0.03  # an end that moves by more when the largest form is halved has no bound
 
 
@@ -130,7 +130,7 @@ def forms_of(
     gradient, out = model.gradient(), []
     for name, rows in model.task.touches.rows.items():
         feature = model.task.part.features[name]
-        if name in stated or feature.kind not in FORMED:
+        if name in stated or feature.kind not in FORM_KINDS:
             continue
         across = {i: gradient[i] @ model.operator[:, rows] for i in characteristics}
         across = {i: a for i, a in across.items() if np.abs(a).max() > 1e-9}
@@ -140,7 +140,7 @@ def forms_of(
 
 
 def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int, Array]) -> FeatureForms:
-    t, every = model.task.touches, -(-len(rows) // USED)
+    t, every = model.task.touches, -(-len(rows) // MOST_POINTS)
     few = rows[::every]
     at, dense = t.points[few], all_over(feature, t.points[few])
     here, whole = (w.T for w in Ground(feature, (at, dense)).waves)  # (n, c), (N, c)
@@ -150,7 +150,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     error = (model.world.errors()[few] * t.run.normal[few]).sum(axis=1)
     kept = np.linalg.norm(whole, axis=0) > 1e-6 * np.sqrt(len(whole))
     basis, strengths, _ = np.linalg.svd(left[:, kept] / np.sqrt(len(few)), full_matrices=False)
-    basis = basis[:, strengths > SEEN]
+    basis = basis[:, strengths > LEAST_SHAPE]
     whitening, noise = _whitening(model, few, basis)
     shapes = [
         _shape(words, weight * kept, (left, whole), whitening @ basis.T, met)
@@ -166,8 +166,11 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
 
 def _met(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
     """(c,): what each wave moves a result by that changes by across (n,) per height of the points, a block of them at a time."""
-    blocks = range(0, len(points), USED)
-    waves = ((Ground(feature, (points[k : k + USED], dense)).waves[0], across[k : k + USED]) for k in blocks)
+    blocks = range(0, len(points), MOST_POINTS)
+    waves = (
+        (Ground(feature, (points[k : k + MOST_POINTS], dense)).waves[0], across[k : k + MOST_POINTS])
+        for k in blocks
+    )
     return np.asarray(sum(w @ a for w, a in waves))
 
 
@@ -240,7 +243,7 @@ def _shape(
     size = np.sqrt((whole**2).sum() / len(whole))
     none = np.zeros((0, 0)), np.zeros(0), np.eye(left.shape[1])
     p, s, q = np.linalg.svd(seeing @ left / size) if len(seeing) else none
-    k = int((s > SEEN * max(float(s.max(initial=0.0)), 1.0)).sum())
+    k = int((s > LEAST_SHAPE * max(float(s.max(initial=0.0)), 1.0)).sum())
     reach = {i: q @ (m[used] * weight[used]) / size for i, m in met.items()}
     return Shape(words, p[:, :k].T @ seeing, s[:k], reach)
 

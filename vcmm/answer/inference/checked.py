@@ -20,7 +20,7 @@ from vcmm.task.measuring.scenario import Scenario
 TIP_SHARE = (
     0.1  # of the tip radius: points that lie this close to one radius off every surface are tip centres
 )
-NAMED = 5  # points named in a message, the rest is counted
+MOST_NAMED = 5  # points named in a message, the rest is counted
 UNIT_FACTORS = {
     "inches": 25.4,
     "metres": 1000.0,
@@ -40,7 +40,7 @@ class OnSurface:
     normal: Array
 
 
-def labelled(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
+def feature_rows(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
     """Rows of every feature. DataError: labels that match none, a wrong number of rows in plan order, a feature missing."""
     part, plan = scenario.part, scenario.plan
     if given.features is None:
@@ -68,7 +68,7 @@ def labelled(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
     return rows
 
 
-def repeated(given: GivenPoints) -> tuple[str, ...]:
+def repetition_remarks(given: GivenPoints) -> tuple[str, ...]:
     """A remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
     _, first, counts = np.unique(given.points, axis=0, return_index=True, return_counts=True)
     double = sorted(int(i) for i in first[counts > 1])
@@ -136,7 +136,7 @@ def check_points(
     if hint and not far:
         raise DataError(f"{given.where[0]}: {hint}")
     if far:
-        worst = sorted(far, key=lambda pair: -abs(pair[0].distance[pair[1]]))[:NAMED]
+        worst = sorted(far, key=lambda pair: -abs(pair[0].distance[pair[1]]))[:MOST_NAMED]
         hint = (
             hint or _unit_hint(scenario, given, placed) or _frame_hint(scenario, points, placed, in_machine)
         )
@@ -216,7 +216,7 @@ def _check_normals(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
                 what = f'nx ny nz is {np.degrees(np.arccos(np.clip(along[i], -1, 1))):.0f} deg off the outward normal of "{p.feature.name}"; normals point out of the material'
             problems.append(f"{given.where[p.rows[i]]}: {what}")
     if problems:
-        raise DataError(problems[:NAMED])
+        raise DataError(problems[:MOST_NAMED])
 
 
 def _check_extent(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
@@ -229,7 +229,8 @@ def _check_extent(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
             for i in np.flatnonzero(beyond > EDGE)
         ]
     if problems:
-        left = len(problems) - NAMED
+        left = len(problems) - MOST_NAMED
         raise DataError(
-            problems[:NAMED] + ([f"and {left} more points lie beyond their features"] if left > 0 else [])
+            problems[:MOST_NAMED]
+            + ([f"and {left} more points lie beyond their features"] if left > 0 else [])
         )

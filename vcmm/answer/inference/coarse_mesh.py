@@ -29,11 +29,11 @@ def coarse_mesh(task: Task, results: Sequence[CharacteristicResult]) -> tuple[st
             assert task.part.mesh is not None  # Part has seen to it
             sag = float(sag_at(task.part.mesh, task.touches.points[task.touches.rows[name]]).max())
             if 2.0 * sag > least:
-                out.append(_told(found, name, sag, least))
+                out.append(_mesh_remark(found, name, sag, least))
     return tuple(out)
 
 
-def _told(c: CharacteristicResult, name: str, sag: float, least: float) -> str:
+def _mesh_remark(c: CharacteristicResult, name: str, sag: float, least: float) -> str:
     against = f"U = {c.expanded * 1e3:.3g} um"
     if c.tolerance:
         against += f", the tolerance {c.tolerance[1] * 1e3:.3g} um"

@@ -7,22 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.inversion import Inverted
+from vcmm.answer.evaluation.inversion import TrueValueByBelt
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.inference.given import GivenPoints
-from vcmm.answer.inference.residual_tests import ALARM, FORMED, Ints, Memory, Outlier, ResidualTests
+from vcmm.answer.inference.residual_tests import ALARM, MOST_FORM_POINTS, Ints, Memory, Outlier, ResidualTests
 from vcmm.answer.inference.rounding import coarse, leading, said_of_digits, step_of
 from vcmm.core.run import Array
-from vcmm.part.fit import Fitted
+from vcmm.part.fit import FittedElement
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import Characteristic
 from vcmm.task.measuring.task import Task
 
 LARGEST = 100_000  # touches beyond which residuals are not tested: their nulls would take gigabytes
-NAMED = 5  # outliers named in one reason
+MOST_NAMED = 5  # outliers named in one reason
 IN_FRAME = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
-UNTESTED = "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
-UNORDERED = (
+NOT_TESTED = "the residuals of {n} points were not tested for outliers and memory (at most {most}): coverage rests on your own look at them"
+ORDER_NOT_TESTED = (
     'the order of the {n} points of "{feature}" was not tested for noise with memory (at most {most} points of a feature are): if '
     "neighbouring points err alike, U is too small; take fewer points"
 )
@@ -53,7 +53,9 @@ class Doubts:
         out = {}
         for c, r in zip(task.part.characteristics, result.characteristics):
             named = (
-                [self.features[n] for n in _needed(task, c) if n in self.features] if self.features else []
+                [self.features[n] for n in _features_needed(task, c) if n in self.features]
+                if self.features
+                else []
             )
             why = [*dict.fromkeys(named), self.all, self.digits if leading(r) > 0.0 else ""]
             if any(why):
@@ -61,7 +63,7 @@ class Doubts:
         return out
 
 
-def _needed(task: Task, c: Characteristic) -> list[str]:
+def _features_needed(task: Task, c: Characteristic) -> list[str]:
     """Features whose points a characteristic depends on, its frame among them."""
     scheme = task.plan.alignment
     frame = scheme.features if scheme is not None and c.type in IN_FRAME else ()
@@ -71,7 +73,7 @@ def _needed(task: Task, c: Characteristic) -> list[str]:
 def doubts_of(
     tests: ResidualTests,
     task: Task,
-    found: tuple[Array, Mapping[str, Fitted]],
+    found: tuple[Array, Mapping[str, FittedElement]],
     given: tuple[GivenPoints, Ints],
     result: UncertaintyResult,
 ) -> Doubts:
@@ -81,10 +83,12 @@ def doubts_of(
     n = task.touches.run.n
     if n > LARGEST:
         return Doubts(
-            (*notes, UNTESTED.format(n=n, most=LARGEST)), all=f"its {n} points were not tested", digits=digits
+            (*notes, NOT_TESTED.format(n=n, most=LARGEST)),
+            all=f"its {n} points were not tested",
+            digits=digits,
         )
-    long = [(name, f.n) for name, f in tests.features.items() if f.n > FORMED]
-    notes += [UNORDERED.format(n=count, feature=name, most=FORMED) for name, count in long]
+    long = [(name, f.n) for name, f in tests.features.items() if f.n > MOST_FORM_POINTS]
+    notes += [ORDER_NOT_TESTED.format(n=count, feature=name, most=MOST_FORM_POINTS) for name, count in long]
     residuals = {name: _outward(task, name, *found) for name in tests.features}
     outliers = tests.outliers(residuals, step)
     order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}
@@ -96,11 +100,11 @@ def doubts_of(
     }
     why = ""
     if memory is not None and memory.p <= ALARM:
-        why = _of_memory(memory, max(f.n for f in tests.features.values() if f.n <= FORMED), tests)
+        why = _of_memory(memory, max(f.n for f in tests.features.values() if f.n <= MOST_FORM_POINTS), tests)
     return Doubts((*notes, *lines), lost, why, digits)
 
 
-def _outward(task: Task, name: str, points: Array, fitted: Mapping[str, Fitted]) -> Array:
+def _outward(task: Task, name: str, points: Array, fitted: Mapping[str, FittedElement]) -> Array:
     """Residuals (n,) of a feature, mm outwards; of a surface of nominal points its departures from nominal."""
     t, rows = task.touches, task.touches.rows[name]
     one = fitted.get(name)
@@ -123,7 +127,7 @@ def _of_outlier(o: Outlier, given: tuple[GivenPoints, Ints], task: Task, tests: 
 
 def _reason(name: str, outliers: list[Outlier], given: tuple[GivenPoints, Ints], task: Task) -> str:
     lines = [_at(o, given, task).rpartition(":")[2] for o in outliers]
-    many = f"{', '.join(lines[:NAMED])}{f' and {len(lines) - NAMED} more' if len(lines) > NAMED else ''}"
+    many = f"{', '.join(lines[:MOST_NAMED])}{f' and {len(lines) - MOST_NAMED} more' if len(lines) > MOST_NAMED else ''}"
     word = "line" if len(lines) == 1 else "lines"
     return f'points of "{name}" contradict the others ({word} {many}): outliers are to be dealt with first'
 
@@ -143,7 +147,7 @@ def without_claim(r: CharacteristicResult, doubts: Mapping[str, str] | None) -> 
     why = (doubts or {}).get(r.name, "")
     if not why:
         return r
-    if isinstance(r.truth, Inverted):
+    if isinstance(r.truth, TrueValueByBelt):
         return replace(r, truth=replace(r.truth, limit="; ".join(w for w in (r.truth.limit, why) if w)))
     both = "; ".join(w for w in (r.why_not_shown, why) if w)
     return replace(r, coverage_shown=False, why_not_shown=both)

@@ -11,16 +11,16 @@ import numpy as np
 
 from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult, PlottedBudget
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.evaluation.widened import together, widened
+from vcmm.answer.evaluation.widened import together, widen
 from vcmm.answer.inference.between_points import FormTold
 
 MATTERS = 1e-3  # of U: less is no line
 UNSEEN = "what lies between the points has no bound"
-NAMED = 3  # forms that a reason names
+MOST_NAMED = 3  # forms that a reason names
 CURE = 'touch more points, all over the feature, or state what is known of its form (form = { amplitude = "1 um" })'
 
 
-def is_widened(c: CharacteristicResult) -> bool:
+def is_moved_by_form(c: CharacteristicResult) -> bool:
     """Whether form moves it as an error does: sizes, distances and angles of least-squares elements."""
     return isinstance(c.truth, Additive) and not c.extreme
 
@@ -40,7 +40,7 @@ def with_form(c: CharacteristicResult, told: Sequence[FormTold]) -> Characterist
     rest = (c.u / u) ** 2 if np.isfinite(u) else 1.0
     lines = [replace(line, share=line.share * rest) for line in c.budget]
     lines += [_line(one, own, u) for one, own in added]
-    law = widened(truth.law, together([one.sizes for one, _ in added]))
+    law = widen(truth.law, together([one.sizes for one, _ in added]))
     return replace(
         c, u=u, budget=PlottedBudget(sorted(lines, key=lambda line: -line.u)), truth=replace(truth, law=law),
         interaction_share=c.interaction_share * rest,
@@ -61,8 +61,8 @@ def _unseen(told: Sequence[FormTold]) -> str:
     found = []
     for one in told:
         if one.unseen:
-            more = f" and {len(one.unseen) - NAMED} more" if len(one.unseen) > NAMED else ""
-            shapes = ", ".join(one.unseen[:NAMED])
+            more = f" and {len(one.unseen) - MOST_NAMED} more" if len(one.unseen) > MOST_NAMED else ""
+            shapes = ", ".join(one.unseen[:MOST_NAMED])
             found.append(
                 f"at the {one.points} points of {one.feature} {shapes}{more} of any size would not show"
             )

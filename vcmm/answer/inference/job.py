@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.indication import at_indication
-from vcmm.answer.evaluation.inversion import Inversion, Inverted
+from vcmm.answer.evaluation.inversion import Inversion, TrueValueByBelt
 from vcmm.answer.evaluation.jointly import JointJudgement, judged_jointly
 from vcmm.answer.evaluation.one_line import answer, listed
 from vcmm.answer.evaluation.pairs import rest_of
@@ -19,17 +19,17 @@ from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResul
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
-from vcmm.answer.inference.checked import repeated
+from vcmm.answer.inference.checked import repetition_remarks
 from vcmm.answer.inference.coarse_mesh import coarse_mesh
 from vcmm.answer.inference.doubts import LARGEST, doubts_of, without_claim
-from vcmm.answer.inference.formed import UNSEEN, is_widened, with_form
+from vcmm.answer.inference.formed import UNSEEN, is_moved_by_form, with_form
 from vcmm.answer.inference.given import GivenPoints, GivenValue
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.power import memory_not_covered
 from vcmm.answer.inference.residual_tests import Ints, ResidualTests
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.run import Array
-from vcmm.part.fit import Fitted
+from vcmm.part.fit import FittedElement
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.criteria import notes
 from vcmm.part.part import Characteristic
@@ -50,7 +50,7 @@ UNITS_TAKEN = {
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluated:
+class EvaluatedCharacteristic:
     """One characteristic of one measured part. measured: as handed in or as the points give it, mm or rad; by_points: which."""
 
     result: CharacteristicResult
@@ -67,7 +67,7 @@ class EvaluatedPart:
     """All characteristics of one part; uncertainty: the evaluation behind them; task: where the machine stood."""
 
     part: str
-    characteristics: tuple[Evaluated, ...]
+    characteristics: tuple[EvaluatedCharacteristic, ...]
     uncertainty: UncertaintyResult
     warnings: tuple[str, ...]
 
@@ -107,7 +107,9 @@ class PreparedTask:
     @property
     def inversion(self) -> Inversion | None:
         """The belts, where a characteristic is extreme."""
-        found = (c.truth.inversion for c in self.result.characteristics if isinstance(c.truth, Inverted))
+        found = (
+            c.truth.inversion for c in self.result.characteristics if isinstance(c.truth, TrueValueByBelt)
+        )
         return next(found, None)
 
     def rest(self, points: Array) -> Array:
@@ -120,7 +122,7 @@ class PreparedTask:
     @cached_property
     def forms(self) -> tuple[FeatureForms, ...]:
         """Forms of the features that move sizes, distances and angles, but those that the scenario states."""
-        smooth = [i for i, c in enumerate(self.result.characteristics) if is_widened(c)]
+        smooth = [i for i, c in enumerate(self.result.characteristics) if is_moved_by_form(c)]
         return forms_of(self.result.model, smooth, self.task.forms) if smooth else ()
 
     def memory_not_covered(self, task: Task, rows: Ints) -> tuple[str, ...]:
@@ -132,7 +134,7 @@ class PreparedTask:
             )
         return self._memory["said"]
 
-    def told(self, task: Task, fitted: Mapping[str, Fitted]) -> dict[int, list[FormTold]]:
+    def form_statements(self, task: Task, fitted: Mapping[str, FittedElement]) -> dict[int, list[FormTold]]:
         """By characteristic: what the residuals of its features say of the form between their points."""
         p, out = self.result.characteristics[0].p, defaultdict[int, list[FormTold]](list)
         for one in self.forms:
@@ -165,10 +167,10 @@ def evaluate_points(
         measured = np.asarray(evaluate_all(task, fitted))
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
-        rest, forms = known.rest(points), known.told(task, fitted)
+        rest, forms = known.rest(points), known.form_statements(task, fitted)
         doubts = doubts_of(known.tests, task, (points, fitted), (one, rows), known.result)
         coarse = coarse_mesh(task, known.result.characteristics)
-        said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repeated(one))
+        said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one))
         why = doubts.reasons(task, known.result)
         out.append(
             _part(
@@ -249,7 +251,7 @@ def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[st
 
 def _implausible(c: Characteristic, nominal: float, value: float, given: GivenValue) -> str:
     """Why a number cannot be meant: a negative form, a deviation written as a value, another unit."""
-    if gps.one_sided(c):
+    if gps.is_one_sided(c):
         return f'"{c.name}": {c.type} is never negative' if value < 0 else ""
     if abs(value - nominal) <= 0.1 * max(abs(nominal), 1.0):
         return ""
@@ -299,7 +301,7 @@ def _part(
         report(f"true value of {results[i].name}", n / len(found))
         one = without_claim(with_form(results[i], (forms or {}).get(i, ())), doubts)
         one = replace(one, not_covered=(*one.not_covered, *unseen))
-        out.append(Evaluated(_read(one, y, own, settings), y, forms is not None))
+        out.append(EvaluatedCharacteristic(_read(one, y, own, settings), y, forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
@@ -307,10 +309,10 @@ def _part(
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )
-    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out, doubts or {})))
+    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_claims_missing(out, doubts or {})))
 
 
-def _not_claimed(found: Sequence[Evaluated], doubts: Mapping[str, str]) -> list[str]:
+def _claims_missing(found: Sequence[EvaluatedCharacteristic], doubts: Mapping[str, str]) -> list[str]:
     return [
         f"{e.result.name}: {e.result.why_not_shown}"
         for e in found
@@ -322,6 +324,6 @@ def _not_claimed(found: Sequence[Evaluated], doubts: Mapping[str, str]) -> list[
 
 def _read(r: CharacteristicResult, y: float, rest: float | None, settings: Settings) -> CharacteristicResult:
     """The result where y was indicated; of an extreme value U is half the interval of this very part."""
-    if isinstance(r.truth, Inverted):
+    if isinstance(r.truth, TrueValueByBelt):
         r = replace(r, truth=replace(r.truth, rest=rest), half_width=None, indicated=y)
     return at_indication(r, y, settings.rule)

@@ -74,13 +74,13 @@ def oracle(
     low, high = (
         np.quantile(((true - indicated) / unit)[alike], [(1 - p) / 2, (1 + p) / 2], axis=1) * own + seen[0]
     )
-    if gps.one_sided(c):
+    if gps.is_one_sided(c):
         low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
     return low, high
 
 
 def _place(c: Characteristic, indicated: Array, rest: Array) -> Array:
     """(n, d): what makes parts alike: the indicated value where it tells of the size of the form, residuals where they are used."""
-    columns = [indicated] if gps.one_sided(c) else []
+    columns = [indicated] if gps.is_one_sided(c) else []
     columns += [rest] if sorted_by_roughness(c) else []
     return np.log(np.maximum(np.stack(columns, axis=1), TINY))

@@ -12,14 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.answer.inference.checked import OnSurface, check_points, labelled, surfaces
+from vcmm.answer.inference.checked import OnSurface, check_points, feature_rows, surfaces
 from vcmm.answer.inference.given import GivenPoints
 from vcmm.answer.inference.rounding import with_digits
 from vcmm.core.errors import DataError, VcmmError, choose_from
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.part.alignment import align
-from vcmm.part.fit import Fitted, gauss
+from vcmm.part.fit import FittedElement, gauss
 from vcmm.part.part import Feature
 from vcmm.task.measuring.plan import Ints, Step, Stylus, touches
 from vcmm.task.measuring.scenario import Scenario
@@ -42,18 +42,18 @@ def task_and_rows(
     """The task of measured points, and the row of the file of every touch. in_machine: they are in the machine frame, and the part is found by the alignment of
     the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see `checked`.
     """
-    rows = labelled(scenario, given)
+    rows = feature_rows(scenario, given)
     pose, points = scenario.pose, given.points
     if in_machine:
         points = pose.inverse().apply(points)
     stylus = _styli(scenario, given, rows, points)
     if tip_centres:
-        points = _compensated(scenario, rows, points, stylus)
+        points = _compensate_tip(scenario, rows, points, stylus)
     placed = surfaces(scenario.part, rows, points)
     check_points(scenario, given, points, placed, in_machine)
     _elements(scenario, given, rows, points)
     if in_machine and scenario.plan.alignment:
-        pose, points = _aligned(scenario, given, rows, points)
+        pose, points = _align(scenario, given, rows, points)
         placed = surfaces(scenario.part, rows, points)
     return _task(scenario.at(pose), placed, points, stylus, given.step)
 
@@ -117,7 +117,7 @@ def _nearest(steps: list[Step], point: Array) -> str:
     return min(steps, key=lambda s: float(np.linalg.norm(s.points - point, axis=1).min())).stylus
 
 
-def _compensated(scenario: Scenario, rows: Mapping[str, Ints], centres: Array, stylus: list[str]) -> Array:
+def _compensate_tip(scenario: Scenario, rows: Mapping[str, Ints], centres: Array, stylus: list[str]) -> Array:
     """Points (n, 3) on the surface: tip centres less the tip radius along the normal of the surface as it was found.
 
     The centres lie on a surface parallel to the real one, so the element fitted to them has its normals. The nominal
@@ -146,7 +146,7 @@ def _found_normals(feature: Feature, p: OnSurface, centres: Array) -> Array:
     return found * np.sign((found * p.normal).sum(axis=1))[:, None]
 
 
-def _aligned(
+def _align(
     scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array
 ) -> tuple[Pose, Array]:
     """The pose that the alignment finds in the machine, and the points in the drawing frame."""
@@ -161,7 +161,7 @@ def _aligned(
 
 def _elements(
     scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array
-) -> dict[str, Fitted]:
+) -> dict[str, FittedElement]:
     """Gauss elements of all features. DataError, with feature and file, for points that determine none."""
     out = {}
     for name, at in rows.items():

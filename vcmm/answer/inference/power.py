@@ -17,8 +17,8 @@ from vcmm.answer.evaluation.form_family import KNOWN
 from vcmm.answer.inference.memory import RHOS, Whitening, likelihood_ratio, whitening
 from vcmm.answer.inference.residual_tests import (
     ALARM,
-    FORMED,
     LEAST_SCAN,
+    MOST_FORM_POINTS,
     NOISES,
     FeatureTest,
     Ints,
@@ -44,7 +44,7 @@ NOT_COUNTED = (
 NOT_TESTED = "noise that goes on from touch to touch: {why}"
 SHORT, LONG = (
     f"no feature has the {LEAST_SCAN} points from which it is looked for",
-    f"it is not looked for on features of more than {FORMED} points",
+    f"it is not looked for on features of more than {MOST_FORM_POINTS} points",
 )
 
 
@@ -91,7 +91,11 @@ def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple
     """What the test of memory would not notice, in a sentence; none where it would."""
     scans = _scans(tests)
     if not scans:
-        return (NOT_TESTED.format(why=LONG if any(f.n > FORMED for f in tests.features.values()) else SHORT),)
+        return (
+            NOT_TESTED.format(
+                why=LONG if any(f.n > MOST_FORM_POINTS for f in tests.features.values()) else SHORT
+            ),
+        )
     n = sum(f.n for f in scans.values())
     if n > MOST:
         return (NOT_COUNTED.format(rho=RHO, most=MOST),)
@@ -100,7 +104,7 @@ def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple
 
 
 def _scans(tests: ResidualTests) -> dict[str, FeatureTest]:
-    return {n: f for n, f in tests.features.items() if LEAST_SCAN <= f.n <= FORMED}
+    return {n: f for n, f in tests.features.items() if LEAST_SCAN <= f.n <= MOST_FORM_POINTS}
 
 
 def _remembered(rng: np.random.Generator, n: int, rho: float) -> Array:

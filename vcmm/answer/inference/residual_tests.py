@@ -41,7 +41,7 @@ NOISES = (1.0, 0.5, 0.25)  # of what is stated: machines are often better than s
 SHARES = (0.25, 0.5)  # of the points of a feature: so many motions, sizes and waves are fitted at most
 LEFT = 2  # degrees of freedom that a studentised residual needs at least
 LEAST_SCAN = 12  # points of a feature whose order is looked at
-FORMED = 3000  # points of a feature up to which forms are drawn for its null: beyond, 384 waves there take too much memory
+MOST_FORM_POINTS = 3000  # points of a feature up to which forms are drawn for its null: beyond, 384 waves there take too much memory
 NUMBERS, DRAWS = 2e5, (199, 1999)  # numbers of a null, about; parts, between these
 BLOCK = 4_000_000  # numbers drawn at a time
 FIRST, ENOUGH = 100, 20  # draws of a test of memory at first; it ends where so many show as much
@@ -78,7 +78,7 @@ class ResidualTests:
 
     model: LinearModel
     seed: int
-    _kept: dict[str, Array] = field(default_factory=dict, repr=False)
+    _shapes: dict[str, Array] = field(default_factory=dict, repr=False)
 
     @cached_property
     def features(self) -> Mapping[str, FeatureTest]:
@@ -121,7 +121,7 @@ class ResidualTests:
     def shapes(self, name: str, family: str) -> Array:
         """Forms (draws, n) of one family at the touches, of unit size; none where the points are too many."""
         f = self.features[name]
-        if f.n > FORMED or f.feature.kind in ("point", "mesh"):
+        if f.n > MOST_FORM_POINTS or f.feature.kind in ("point", "mesh"):
             return np.zeros((self.draws, f.n))
         rng = np.random.default_rng([self.seed, KNOWN.index(family), crc32(name.encode())])
         return FAMILIES[family](rng, f.ground, self.draws)[-1]
@@ -132,7 +132,7 @@ class ResidualTests:
         best, size = np.zeros((len(KNOWN) * len(RATIOS), self.draws)), np.zeros(self.draws)
         for name, f in self.features.items():
             for k, family in enumerate(KNOWN):
-                shapes = self.shapes(name, family) if f.n <= FORMED else None
+                shapes = self.shapes(name, family) if f.n <= MOST_FORM_POINTS else None
                 for j, ratio in enumerate(RATIOS):
                     if (ratio == 0.0 and k) or (ratio > 0.0 and shapes is None):
                         continue
@@ -179,7 +179,7 @@ class ResidualTests:
         """order: per feature its touches as they stood in the file. None where no feature has points enough, and few enough
         for forms to be drawn: a form that the null lacks would be taken for memory.
         """
-        scans = {n: f for n, f in self.features.items() if LEAST_SCAN <= f.n <= FORMED}
+        scans = {n: f for n, f in self.features.items() if LEAST_SCAN <= f.n <= MOST_FORM_POINTS}
         if not scans:
             return None
         sizes = {n: float(np.linalg.norm(f.rest(residuals[n][None]))) for n, f in scans.items()}
@@ -226,16 +226,16 @@ class ResidualTests:
 
     def _rests(self, name: str) -> Array:
         """What the element leaves of the noise (draws, n)."""
-        if name not in self._kept:
-            self._kept[name] = self.features[name].rest(self.noise[name])
-        return self._kept[name]
+        if name not in self._shapes:
+            self._shapes[name] = self.features[name].rest(self.noise[name])
+        return self._shapes[name]
 
     def _rest_shapes(self, name: str, family: int) -> Array:
         """What the element leaves of forms of a family (draws, n)."""
         place = f"{name} {KNOWN[family]}"
-        if place not in self._kept:
-            self._kept[place] = self.features[name].rest(self.shapes(name, KNOWN[family]))
-        return self._kept[place]
+        if place not in self._shapes:
+            self._shapes[place] = self.features[name].rest(self.shapes(name, KNOWN[family]))
+        return self._shapes[place]
 
 
 def as_large(noise: Array, shapes: Array, size: float) -> Array:
@@ -279,7 +279,7 @@ def _feature_test(feature: Feature, points: Array, normals: Array) -> FeatureTes
     if n - base.shape[1] - 1 < LEFT:
         return None
     bases = [base]
-    for share in SHARES if n <= FORMED else ():
+    for share in SHARES if n <= MOST_FORM_POINTS else ():
         most = int(share * n)
         wider = _with_waves(base, ground, most)
         if wider.shape[1] > bases[-1].shape[1] and n - wider.shape[1] - 1 >= LEFT:

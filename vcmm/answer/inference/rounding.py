@@ -6,7 +6,7 @@ import math
 
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.laws import Law, Uniform
 from vcmm.core.machine import Machine
 from vcmm.physics.structure.digits import Resolution
@@ -28,7 +28,7 @@ def with_digits(machine: Machine, step: float) -> Machine:
     if step <= FINE:
         return machine
     said = f"last digit of the coordinates: {step:g} mm"
-    return informed(
+    return add_knowledge(
         machine, [Resolution()], [Input(Resolution.name, "", "value", Uniform(step / 2.0), "touch", said)]
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.answer.evaluation.checks import independent_draws
-from vcmm.answer.placing.result import Placed
+from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import changes
 from vcmm.task.measuring.fixture import DOFS
 
@@ -15,7 +15,7 @@ SMALL = (
 SAME = 0.01  # an influence that changes less between two poses is taken as the same
 
 
-def advice(placed: Placed) -> list[str]:
+def advice(placed: PlacementResult) -> list[str]:
     """Sentences for who has to decide: the gain, the room that is left, the share of u² that both poses have.
 
     None is given where U of the poses cannot be compared: a field whose nodes are drawn independently is small between its nodes
@@ -25,14 +25,14 @@ def advice(placed: Placed) -> list[str]:
     withheld = independent_draws((*scenario.machine.inputs, *scenario.inputs))
     if withheld:
         return [f"No advice: {text}." for text in withheld]
-    return [_gain(placed), *_room(placed), *_unmoved(placed)]
+    return [_gain(placed), *_room(placed), *_unmoved_shares(placed)]
 
 
-def _gain(placed: Placed) -> str:
+def _gain(placed: PlacementResult) -> str:
     gain, sure = placed.gain, placed.confirmation
     if gain is None:
         return "The present pose cannot be used: put the part where it was found best."
-    if sure is not None and not sure.confirmed:
+    if sure is not None and not sure.is_confirmed:
         return f"{gain:.1%}, not confirmed by independent trials: leave the part where it is."
     if sure is not None and sure.present:
         gain = sure.gain / sure.present  # of other draws and all laws; that of the search is an approximation
@@ -41,7 +41,7 @@ def _gain(placed: Placed) -> str:
     return f"{gain:.1%}: worth moving the part, if the move costs less than that."
 
 
-def _room(placed: Placed) -> list[str]:
+def _room(placed: PlacementResult) -> list[str]:
     """How far the pose found lies from the ends of what travels and fixture leave, along the freedoms of the map."""
     left = []
     for name, values in zip(placed.map.names[:2], (placed.map.x, placed.map.y)):
@@ -54,7 +54,7 @@ def _room(placed: Placed) -> list[str]:
     return [f"The pose found lies {' and '.join(left)}."] if left else []
 
 
-def _unmoved(placed: Placed) -> list[str]:
+def _unmoved_shares(placed: PlacementResult) -> list[str]:
     """Per characteristic that counts: the share of u² whose influences are the same at both poses."""
     out = []
     for name, _, lines, before in changes(placed):

@@ -139,7 +139,7 @@ def problem_of(
         block = np.zeros((run.n, factor.shape[1]))
         block[rows] = factor
         fields = np.concatenate([fields, block], axis=1)
-    machine = _compressed(np.concatenate(shared, axis=1))
+    machine = _compress(np.concatenate(shared, axis=1))
     seconds = np.array([_seconds(plan, places[n]) for n in names])
     jac = tuple(moving[n].rows(places[n], steps[i].normals) for i, n in enumerate(names))
     everything = np.concatenate([machine, fields], axis=1)
@@ -188,7 +188,7 @@ def _along(influence: Influence, run: Run) -> Array:
     return np.asarray(along @ (factor * u))
 
 
-def _compressed(columns: Array) -> Array:
+def _compress(columns: Array) -> Array:
     """The same covariance with no more columns than it has rank."""
     if columns.shape[1] == 0:
         return columns

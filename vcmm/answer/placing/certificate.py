@@ -24,7 +24,7 @@ SLOPES = 24  # lowest poses of the scan whose slopes are measured
 Progress = Callable[[str, float], None]
 
 
-SHOWN = 5e-6  # shares below it are printed as 0.000 %: no better pose
+LEAST_SHOWN = 5e-6  # shares below it are printed as 0.000 %: no better pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Certificate:
 
     @property
     def text(self) -> str:
-        verdict = "none better" if self.better < SHOWN else f"one better by {self.better:.3%}"
+        verdict = "none better" if self.better < LEAST_SHOWN else f"one better by {self.better:.3%}"
         before = (
             f" (a scan before this one had found one better by {self.earlier:.3%}, from where the search went on)"
             if self.earlier > 0
@@ -157,7 +157,7 @@ def certify(
         reach = _spacing(unit)
         spacing = max(spacing, float(reach.max()))
         hidden = max(
-            hidden, _hidden(objective, boxes[k], unit, values, best, float(np.quantile(reach, 0.95)))
+            hidden, _hidden_gain(objective, boxes[k], unit, values, best, float(np.quantile(reach, 0.95)))
         )
     floor = _floor(objective, seen.poses, pose, best) if isinstance(objective, Uncertain) else None
     method = "dense scan and slopes" if floor is None else "dense scan, slopes and least influences"
@@ -174,7 +174,7 @@ def _spacing(unit: Array) -> Array:
     return np.asarray(cKDTree(unit).query(probes)[0])
 
 
-def _hidden(
+def _hidden_gain(
     objective: Objective, box: PoseBox, unit: Array, values: Array, best: float, reach: float
 ) -> float:
     """Share of `best` by which a pose near the lowest of the scan could be better: value - |slope| x spacing."""

@@ -75,7 +75,7 @@ class Closed:
         return cls(rows, build(rows.task))
 
     @cached_property
-    def known(self) -> tuple[KnownInput, ...]:
+    def known_inputs(self) -> tuple[KnownInput, ...]:
         run, machine = self.rows.still, self.rows.machine
         out = []
         for one in machine.inputs:
@@ -88,7 +88,7 @@ class Closed:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the influences, then of the products of two."""
-        return tuple(k.input.id for k in self.known)
+        return tuple(k.input.id for k in self.known_inputs)
 
     def batches(self, six: Array) -> Iterator[AtPoses]:
         """The poses (m, 6) in batches that fit the cache, each with all that the effects say there."""
@@ -98,7 +98,7 @@ class Closed:
     def at_poses(self, six: Array) -> AtPoses:
         run = self.rows.run(six)
         touches = self._carrier(run)
-        moved = [(k, self._moved(k, along, len(six))) for k, along in self._along(touches)]
+        moved = [(k, self._displacements(k, along, len(six))) for k, along in self._along(touches)]
         return AtPoses(self, touches, len(six), moved, list(self._product_moves(touches, len(six))))
 
     def _carrier(self, run: Run) -> Carrier:
@@ -122,14 +122,14 @@ class Closed:
 
     def _along(self, touches: Carrier) -> Iterator[tuple[KnownInput, Array]]:
         """Change of every row along its normal per unit of the elements of each Input, (rows, k)."""
-        for known in self.known:
+        for known in self.known_inputs:
             yield known, touches.of_input(known.input, known.effects)
 
     def along(self, six: Array) -> list[tuple[KnownInput, Array]]:
         """`_along` at some poses (m, 6): (m n, k) per Input."""
         return list(self._along(self._carrier(self.rows.run(six))))
 
-    def _moved(self, known: KnownInput, along: Array, m: int) -> Array:
+    def _displacements(self, known: KnownInput, along: Array, m: int) -> Array:
         """(m, n, r): displacement of each touch per independent unit draw."""
         spread = known.spread(along.shape[1])
         moved = along * spread if spread.ndim == 1 else along @ spread
@@ -138,7 +138,7 @@ class Closed:
     def _product_moves(self, touches: Carrier, m: int) -> Iterator[Array]:
         """(m, n) per pair of draws that meet in a product: displacements times both standard uncertainties."""
         for first, second in self._pairs:
-            one, other = self.known[first], self.known[second]
+            one, other = self.known_inputs[first], self.known_inputs[second]
             u = float(np.abs(one.spread(1)).max()) * float(np.abs(other.spread(1)).max())
             along = u * touches.product(one.input, other.input).reshape(m, -1)
             for a, b in sorted(set(zip(one.codes.tolist(), other.codes.tolist()))):
@@ -149,7 +149,9 @@ class Closed:
         """Influences that meet in a product."""
         run, machine = self.rows.run(self.reference[None]), self.rows.machine
         sizes = [a.shape[1] for _, a in self.along(self.reference[None])]
-        influences = [Influence(k.input, np.zeros((1, 3, s)), (), k.codes) for k, s in zip(self.known, sizes)]
+        influences = [
+            Influence(k.input, np.zeros((1, 3, s)), (), k.codes) for k, s in zip(self.known_inputs, sizes)
+        ]
         return tuple((p.first, p.second) for p in products(machine, run, influences))
 
     @cached_property

@@ -44,7 +44,7 @@ class Bodies:
     def take(self, rows: npt.NDArray[np.bool_] | Ints) -> Bodies:
         return Bodies(self.centre[rows], self.edges[rows], self.radius[rows], self.round[rows])
 
-    def moved(self, rotation: Array, shift: Array) -> Bodies:
+    def to_frame(self, rotation: Array, shift: Array) -> Bodies:
         """In another frame: x -> rotation x + shift."""
         return Bodies(self.centre @ rotation.T + shift, self.edges @ rotation.T, self.radius, self.round)
 
@@ -55,7 +55,7 @@ class Bodies:
         return Bodies(self.centre + 0.5 * (start + end), edges, self.radius, self.round)
 
 
-def joined(parts: Sequence[Bodies]) -> Bodies:
+def join_bodies(parts: Sequence[Bodies]) -> Bodies:
     """Bodies one after the other."""
     return Bodies(
         *(np.concatenate([getattr(p, k) for p in parts]) for k in ("centre", "edges", "radius", "round"))
@@ -97,14 +97,14 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
         np.minimum.at(sure, owner[settled], low[settled])
         keep = np.flatnonzero(~done)
         keep = keep[_most_promising(owner[keep], low[keep], best)]
-        owner, middle, half = _halved(owner[keep], middle[keep], half[keep], edges[keep])
+        owner, middle, half = _halve_cells(owner[keep], middle[keep], half[keep], edges[keep])
     return np.where(best < 0.0, best, sure)
 
 
 def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
     """(len(asked), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
     bodies, need, known = (list(column) for column in zip(*asked))
-    room = slack(solid, joined(bodies), np.concatenate(need), np.concatenate(known))
+    room = slack(solid, join_bodies(bodies), np.concatenate(need), np.concatenate(known))
     return np.maximum(0.0, -room).reshape(len(asked), -1)
 
 
@@ -145,7 +145,7 @@ def _round(
     return ~round_ | (np.hypot(middle[:, 0], middle[:, 1]) <= 1.0), round_ & (near > 1.0)
 
 
-def _halved(owner: Ints, middle: Array, half: Array, edges: Array) -> tuple[Ints, Array, Array]:
+def _halve_cells(owner: Ints, middle: Array, half: Array, edges: Array) -> tuple[Ints, Array, Array]:
     """Every cell cut in two across its longest edge."""
     longest, rows = np.argmax(np.einsum("mki,mki->mk", edges, edges), axis=1), np.arange(len(owner))
     half = half.copy()

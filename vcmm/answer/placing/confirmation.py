@@ -35,7 +35,7 @@ class Confirmation:
     u_gain: float
 
     @property
-    def confirmed(self) -> bool:
+    def is_confirmed(self) -> bool:
         """Whether the gain exceeds twice its standard error."""
         return self.gain > 2 * self.u_gain
 
@@ -100,14 +100,14 @@ def _value(objective: Uncertain, y: Array, perfect: Array, rng: np.random.Genera
                 one = expanded[i] / (width(c) if kind == "U/T" else 1.0)
             else:
                 error = y[:, i] - perfect[i]
-                one = _judged(
+                one = _count_risk(
                     objective, i, kind, error=error, u=u[i], expanded=expanded[i], standard=standard
                 )
             total += weight * share * float(one)
     return total
 
 
-def _judged(
+def _count_risk(
     objective: Uncertain, i: int, kind: str, *, error: Array, u: float, expanded: float, standard: Array
 ) -> float:
     """Risk or cost by counting: parts drawn from the process, each indicated with one error."""
@@ -117,7 +117,7 @@ def _judged(
     nominal = gps.nominal(c, scenario.part.features)
     limits = gps.tolerance(c, nominal)
     assert limits is not None
-    low, high = (-np.inf if gps.one_sided(c) else limits[0] - nominal), limits[1] - nominal
+    low, high = (-np.inf if gps.is_one_sided(c) else limits[0] - nominal), limits[1] - nominal
     mean, spread = process(c, objective.goal, nominal)
     true = mean + spread * standard
     indicated = true + error - (0.0 if objective.needs_bias else error.mean())

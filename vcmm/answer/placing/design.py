@@ -24,7 +24,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Array
 from vcmm.task.measuring.plan import Ints
 
-SETTLED = 1e-9  # an exchange that lowers the objective by a smaller share is the last
+LEAST_GAIN = 1e-9  # an exchange that lowers the objective by a smaller share is the last
 RANK = 1e-9  # h nearer to 1 than this: the touch cannot be dropped
 CRITERIA = ("U", "A", "D")
 
@@ -94,10 +94,10 @@ class Design:
         self.inverse, self.h, self.noise, self.read = ([np.zeros((0, 0))] * count for _ in range(4))
         self.log_dets = [0.0] * count
         for f in range(count):
-            self._refreshed(f)
+            self._refresh(f)
         self._add_up()
 
-    def _refreshed(self, f: int) -> None:
+    def _refresh(self, f: int) -> None:
         """What the touches of one feature say."""
         rows, jac, s = self.rows_of[f], self.c.rows[f], self.columns[f]
         w = self.counts[rows].astype(float)
@@ -170,7 +170,7 @@ class Design:
     def add(self, i: int, count: int = 1) -> None:
         """One touch more at a candidate; the other features stay as they are."""
         self.counts[i] += count
-        self._refreshed(int(self.c.feature[i]))
+        self._refresh(int(self.c.feature[i]))
         self._add_up()
 
     def drop(self, i: int) -> None:
@@ -195,7 +195,7 @@ def least(c: TouchCandidates, spare: int = 1) -> Ints:
     return counts
 
 
-def exchanged(design: Design, passes: int = 4) -> Design:
+def exchange_touches(design: Design, passes: int = 4) -> Design:
     """Fedorov exchange within each feature: drop a touch, add the best; repeated while the objective falls."""
     for _ in range(passes):
         before = design.value()
@@ -203,7 +203,7 @@ def exchanged(design: Design, passes: int = 4) -> Design:
             if design.counts[i] == 0:
                 continue
             _swap(design, int(i))
-        if design.value() > before - SETTLED * abs(before):
+        if design.value() > before - LEAST_GAIN * abs(before):
             break
     return design
 

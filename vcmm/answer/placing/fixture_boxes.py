@@ -18,7 +18,7 @@ from vcmm.answer.placing.sobol import sobol
 from vcmm.answer.placing.travels import Travels
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.task.measuring.fixture import DOFS, Fixture, Freedom, pose_of, shown
+from vcmm.task.measuring.fixture import DOFS, Fixture, Freedom, format_freedom, pose_of
 
 Bools = npt.NDArray[np.bool_]
 ROOM = 10.0  # mm: a range of shifts that is worth a search
@@ -128,7 +128,7 @@ def all_boxes(
     ]
 
 
-def probed(box: PoseBox, count: int = 64) -> Array:
+def probe_poses(box: PoseBox, count: int = 64) -> Array:
     """Poses (m, 6) that cover a box, whatever may keep them from being reached."""
     return box.poses(_probes(box, count))[0]
 
@@ -182,7 +182,7 @@ def _axis_text(box: PoseBox, i: int, six: Array, travel: tuple[float, float], la
     axis = "XYZ"[i]
     names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
     if travel[0] > travel[1]:
-        extent = np.ptp(box.travels.rows.wanted(six[None])[0][:, i])
+        extent = np.ptp(box.travels.rows.axis_positions(six[None])[0][:, i])
         room = extent - (travel[0] - travel[1])
         return (
             f"the part is larger than the machine: the touches need {extent:.6g} mm along {axis}, {names} leaves {room:.6g} mm; "
@@ -215,7 +215,7 @@ def _up(amount: float) -> str:
 
 
 def _at(box: PoseBox, six: Array) -> str:
-    turns = ", ".join(shown(n, six[DOFS.index(n)]) for n in DOFS[3:])
+    turns = ", ".join(format_freedom(n, six[DOFS.index(n)]) for n in DOFS[3:])
     return (f"{box.label}, " if box.label else "") + f"turn {turns}"
 
 

@@ -54,7 +54,7 @@ def _basis(feature: Feature) -> Callable[[Array], Array]:
     if feature.kind == "sphere":
         return lambda points: _spherical(feature, points)
     if feature.kind in ("circle", "cylinder", "cone", "torus"):
-        return lambda points: _lobed(feature, points)
+        return lambda points: _lobe_columns(feature, points)
     return lambda points: np.zeros((len(points), 0))
 
 
@@ -64,7 +64,7 @@ def _angle(feature: Feature, points: Array) -> Array:
     return np.asarray(np.arctan2(arm @ v, arm @ u))
 
 
-def _lobed(feature: Feature, points: Array) -> Array:
+def _lobe_columns(feature: Feature, points: Array) -> Array:
     angle = _angle(feature, points)
     along = np.zeros(len(points))
     if feature.extent:

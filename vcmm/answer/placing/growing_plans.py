@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, nearest
-from vcmm.answer.placing.design import Design, TouchCandidates, best_candidate, exchanged, least
+from vcmm.answer.placing.design import Design, TouchCandidates, best_candidate, exchange_touches, least
 from vcmm.answer.placing.plan_goal import PlanGoal
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array
@@ -34,7 +34,7 @@ from vcmm.task.measuring.strategies import (
 
 Progress = Callable[[str, float], None]
 MOST = 400  # touches
-EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
+MOST_EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
 
 
 def growing(
@@ -42,7 +42,7 @@ def growing(
 ) -> list[Design]:
     """Designs of growing number, each exchanged."""
     c = problem.candidates
-    design = _settled(problem, goal, Design(c, goal.target, least(c)))
+    design = _settle(problem, goal, Design(c, goal.target, least(c)))
     best = {design.n: design.copy()}
     fixed = change_s * (len(set(problem.styli.values())) - 1)
     spent = fixed + _touching(design)
@@ -52,13 +52,13 @@ def growing(
             break
         design.add(i)
         spent += float(c.seconds[f])
-        if design.n <= EXCHANGED or design.n % 4 == 0:
-            design = _settled(problem, goal, design)
+        if design.n <= MOST_EXCHANGED or design.n % 4 == 0:
+            design = _settle(problem, goal, design)
         _keep(best, goal, design)
         progress("adding points", 0.2 + 0.5 * min(1.0, spent / (1.15 * budget_s)))
     _backward(best, goal, design)
     progress("ordering", 0.8)
-    return _thinned([best[n] for n in sorted(best)])
+    return _thin([best[n] for n in sorted(best)])
 
 
 def _touching(design: Design) -> float:
@@ -83,12 +83,12 @@ def _backward(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
         if not np.isfinite(loss):
             return
         design.drop(i)
-        if design.n <= EXCHANGED:
-            design = _transferred(exchanged(design, passes=1), goal)
+        if design.n <= MOST_EXCHANGED:
+            design = _transfer_touches(exchange_touches(design, passes=1), goal)
         _keep(best, goal, design)
 
 
-def _transferred(design: Design, goal: PlanGoal, most: int = 6) -> Design:
+def _transfer_touches(design: Design, goal: PlanGoal, most: int = 6) -> Design:
     """Touches moved from a feature where they are missed least to another where they help most, while that is better."""
     for _ in range(most):
         best, value = None, goal.value(design)
@@ -117,9 +117,9 @@ def _transferred(design: Design, goal: PlanGoal, most: int = 6) -> Design:
     return design
 
 
-def _settled(problem: TouchProblem, goal: PlanGoal, design: Design) -> Design:
+def _settle(problem: TouchProblem, goal: PlanGoal, design: Design) -> Design:
     """Exchanged from where it is, and from standard strategies of about the same number on each feature; the best of them."""
-    best = _transferred(exchanged(design, passes=2), goal)
+    best = _transfer_touches(exchange_touches(design, passes=2), goal)
     for f, name in enumerate(problem.candidates.names):
         n = best.per_feature()[name]
         radius = problem.scenario.plan.styli[problem.styli[name]].tip_radius
@@ -127,7 +127,7 @@ def _settled(problem: TouchProblem, goal: PlanGoal, design: Design) -> Design:
             trial = _with_standard(problem, best, f, points, n) if len(points) >= n - 2 else None
             if trial is not None and goal.value(trial) < goal.value(best) * (1.0 - 1e-9):
                 best = trial
-    polished = _transferred(exchanged(best.copy(), passes=1), goal)
+    polished = _transfer_touches(exchange_touches(best.copy(), passes=1), goal)
     return polished if goal.value(polished) <= goal.value(best) else best
 
 
@@ -189,7 +189,7 @@ def _farthest(design: Design, f: int) -> int:
     return int(rows[int(np.argmax(apart))])
 
 
-def _thinned(designs: list[Design], most: int = 40) -> list[Design]:
+def _thin(designs: list[Design], most: int = 40) -> list[Design]:
     """At most so many, the first and last among them, more of the small ones."""
     if len(designs) <= most:
         return designs

@@ -45,7 +45,7 @@ def _of(constraint: str, text: str, point: str, amount: float, unit: str = "mm")
     return Hindrance(constraint, constraint, point, float(amount), text, unit)
 
 
-WHAT = {
+REMEDIES = {
     "shaft": "use a thinner or longer stylus, or another direction of the stylus",
     "extension": "use a longer stylus",
     "head": "use a longer stylus or an extension, or turn the part",
@@ -121,7 +121,7 @@ def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
     met = _met(check, pose, of_part)
     for body in NAMES:
         what = [f"the {body} meets {name}" for name in met[body]]
-        out += _lacking(names, body, of_part.bodies[body], what, WHAT[body])
+        out += _lacking(names, body, of_part.bodies[body], what, REMEDIES[body])
     fix = "reduce approach, use a smaller tip, or correct the part's features"
     what = [f"the tip meets {name} on its approach" for name in met["approach"]]
     out += _lacking(names, "approach", of_part.tip, what, fix)
@@ -133,13 +133,13 @@ def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
             out.append(
                 _of("clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount))
             )
-    every, ends = check.blocked(pose.alone(), of_part, table)
+    every, ends = check.blocked_moves(pose.alone(), of_part, table)
     moves = every[0]
     for k in np.flatnonzero(moves):
         a, b = (names[i] for i in of_part.pairs[k])
         text = f"from {a} to {b}: neither straight nor by drawing back along the shaft is the way free ({moves[k]:.4g} mm)"
         out.append(_of("moves", text, f"{a} - {b}", float(moves[k])))
-    out += _lacking(names, "moves", ends, "the tool cannot be drawn back along its shaft", WHAT["head"])
+    out += _lacking(names, "moves", ends, "the tool cannot be drawn back along its shaft", REMEDIES["head"])
     return out
 
 

@@ -52,9 +52,13 @@ def analytic_solid(part: Part, wall: float) -> Solid:
     body: list[Solid] = [Without(hull, tuple(_room(f) for f in planes))] if hull is not None else []
     body += [_layer(f, planes, wall) for f in planes]
     body += [_sleeve(f, wall) for f in holes]
-    body += [s for f in features if not f.inside and (s := _own(f)) is not None]
+    body += [s for f in features if not f.inside and (s := _closed_solid(f)) is not None]
     cut = [_hole(f, hull) for f in holes]
-    cut += [s for f in features if f.inside and f.kind in ("sphere", "torus") and (s := _own(f)) is not None]
+    cut += [
+        s
+        for f in features
+        if f.inside and f.kind in ("sphere", "torus") and (s := _closed_solid(f)) is not None
+    ]
     return Without(Union(tuple(body)), tuple(cut))
 
 
@@ -112,7 +116,7 @@ def _sleeve(f: Feature, wall: float) -> Solid:
     return Rod(f.point, f.axis, f.sizes[0] + wall, f.extent[0])
 
 
-def _own(f: Feature) -> Solid | None:
+def _closed_solid(f: Feature) -> Solid | None:
     """The solid inside a closed feature."""
     if f.kind == "sphere":
         return Ball(f.point, f.sizes[0])

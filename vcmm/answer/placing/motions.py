@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.core.pose import Array, Pose
 from vcmm.part.alignment import Alignment, align
-from vcmm.part.fit import Fitted
+from vcmm.part.fit import FittedElement
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import Characteristic, Feature, centre, frame, signed_distance
 
@@ -53,15 +53,17 @@ class Motions:
         columns = [normals @ e for e in self.shifts]
         columns += [np.einsum("ni,ni->n", normals, np.cross(e, arm)) for e in self.turns]
         for i, step in zip(self.sizes, self.step[len(self.shifts) + len(self.turns) :]):
-            columns.append((self._sized(i, -step, points) - self._sized(i, step, points)) / (2.0 * step))
+            columns.append(
+                (self._with_size(i, -step, points) - self._with_size(i, step, points)) / (2.0 * step)
+            )
         return np.stack(columns, axis=1) if columns else np.zeros((len(points), 0))
 
-    def _sized(self, i: int, step: float, points: Array) -> Array:
+    def _with_size(self, i: int, step: float, points: Array) -> Array:
         sizes = np.array(self.feature.sizes)
         sizes[i] += step
         return signed_distance(replace(self.feature, sizes=sizes), points)
 
-    def moved(self, amounts: Array) -> Fitted:
+    def move(self, amounts: Array) -> FittedElement:
         """The nominal element moved by amounts (b, p): a batch."""
         f, a, t = self.feature, len(self.shifts), len(self.turns)
         turn = amounts[:, a : a + t] @ self.turns
@@ -73,7 +75,7 @@ class Motions:
         for k, i in enumerate(self.sizes):
             sizes[:, i] += amounts[:, a + t + k]
         empty = np.zeros((len(amounts), 0))
-        return Fitted(f.kind, point, axis, sizes, empty, empty[..., None] * np.zeros(3))
+        return FittedElement(f.kind, point, axis, sizes, empty, empty[..., None] * np.zeros(3))
 
     def scale(self) -> Array:
         """(p,): mm per unit of each motion at the rim of the feature."""
@@ -134,7 +136,7 @@ def _values(
     """Values (b,) of a characteristic for motions (b, P) of all features."""
     fitted, at = {}, 0
     for name, m in moving.items():
-        fitted[name] = m.moved(amounts[:, at : at + m.count])
+        fitted[name] = m.move(amounts[:, at : at + m.count])
         at += m.count
     pose = None if scheme is None else align(scheme, features, fitted, Pose.identity())
     return np.broadcast_to(gps.evaluate(c, features, fitted, pose), (len(amounts),))

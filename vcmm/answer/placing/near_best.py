@@ -28,7 +28,7 @@ class Map:
     y: Array
     values: Array
 
-    def shown(self, k: int) -> tuple[str, Array]:
+    def axis_values(self, k: int) -> tuple[str, Array]:
         """Name with unit and values of one degree of freedom (0 or 1), in mm or deg; of none an empty name."""
         if k >= len(self.names):
             return "", (self.x, self.y)[k]

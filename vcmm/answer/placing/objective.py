@@ -136,13 +136,14 @@ class Uncertain:
     def spread(self, poses: Array) -> PoseSpread:
         """u, U and bias of all characteristics at poses (m, 6); extreme values of weight 0 are NaN."""
         parts = [
-            self._seen(batch) for batch in self.closed.batches(np.atleast_2d(np.asarray(poses, dtype=float)))
+            self._spread(batch)
+            for batch in self.closed.batches(np.atleast_2d(np.asarray(poses, dtype=float)))
         ]
         return PoseSpread(
             *(np.concatenate([getattr(p, n) for p in parts]) for n in ("u", "expanded", "bias"))
         )
 
-    def _seen(self, batch: AtPoses) -> PoseSpread:
+    def _spread(self, batch: AtPoses) -> PoseSpread:
         shape = batch.m, len(self.characteristics)
         u, bias = np.full(shape, np.nan), np.zeros(shape)
         smooth = list(self.smooth)
@@ -194,18 +195,18 @@ class Uncertain:
             elif kind == "U/T":
                 total += weight * spread.expanded[:, i] / width(c)
             else:
-                judged = self.judged(i, spread)
+                judged = self.wrong_decisions(i, spread)
                 total += weight * (judged.total if kind == "risk" else _cost(self.goal.costs, judged))
         return total
 
-    def judged(self, i: int, spread: PoseSpread) -> WrongDecisions:
+    def wrong_decisions(self, i: int, spread: PoseSpread) -> WrongDecisions:
         """Probabilities of wrong decisions about characteristic number i."""
         c = self.characteristics[i]
         nominal = gps.nominal(c, self.scenario.part.features)
         limits = gps.tolerance(c, nominal)
         assert limits is not None
         low, high = limits[0] - nominal, limits[1] - nominal
-        low = -np.inf if gps.one_sided(c) else low
+        low = -np.inf if gps.is_one_sided(c) else low
         guard = guard_band(self.scenario.settings.rule, spread.u[:, i], spread.expanded[:, i])
         return wrong_decisions(
             spread.u[:, i], spread.bias[:, i], (low, high), guard, process(c, self.goal, nominal)
@@ -214,7 +215,7 @@ class Uncertain:
 
 def _read(closed: Closed, goal: Goal) -> Ints:
     """Numbers of the touches on features that a characteristic of some weight reads."""
-    placed, part = closed.rows.placed, closed.rows.scenario.part
+    placed, part = closed.rows.touches, closed.rows.scenario.part
     counted = [c for c in part.characteristics if goal.weights.get(c.name)]
     names = {n for c in counted for n in gps.needs(c)}
     if any(c.type == "position" for c in counted):
@@ -268,7 +269,7 @@ def _cost(costs: Mapping[str, float], judged: WrongDecisions) -> Array:
     return total
 
 
-def toleranced(c: Characteristic) -> bool:
+def has_tolerance(c: Characteristic) -> bool:
     return c.zone is not None or (c.limits is not None and bool(np.isfinite(c.limits).all()))
 
 
@@ -280,14 +281,14 @@ def complete(scenario: Scenario, goal: Goal) -> Goal:
         for name in table:
             if name not in names:
                 raise UsageError(f'the part has no characteristic "{name}".{choose_from(name, names)}')
-    with_limits = [c for c in all_of_them if toleranced(c)]
+    with_limits = [c for c in all_of_them if has_tolerance(c)]
     mixture = dict(goal.mixture) or ({"U/T": 1.0} if with_limits else {"U": 1.0})
     limited = any(mixture.get(k) for k in KINDS if k != "U")
     suits = with_limits if limited else list(all_of_them)
     weights = dict(goal.weights) or _equal(suits, limited)
     chosen = [c for c in all_of_them if weights.get(c.name)]
     for c in chosen if limited else []:
-        if not toleranced(c):
+        if not has_tolerance(c):
             raise UsageError(
                 f'"{c.name}" has no two-sided tolerance, which {" and ".join(mixture)} needs; add limits or zone, or set its weight to 0'
             )

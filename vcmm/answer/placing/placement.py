@@ -10,15 +10,22 @@ import numpy as np
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.result import UncertaintyResult
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.placing.certificate import SHOWN, Scan, certify, scan_after
+from vcmm.answer.placing.certificate import LEAST_SHOWN, Scan, certify, scan_after
 from vcmm.answer.placing.confirmation import confirm
-from vcmm.answer.placing.fixture_boxes import PoseBox, all_boxes, boxes, default_fixture, probed, unreachable
+from vcmm.answer.placing.fixture_boxes import (
+    PoseBox,
+    all_boxes,
+    boxes,
+    default_fixture,
+    probe_poses,
+    unreachable,
+)
 from vcmm.answer.placing.hindrances import Constraint, Hindrance
 from vcmm.answer.placing.near_best import region, table_map
 from vcmm.answer.placing.objective import Uncertain
 from vcmm.answer.placing.reach import Feasibility as Reach
 from vcmm.answer.placing.relax import no_reachable_pose, relaxation
-from vcmm.answer.placing.result import At, Placed
+from vcmm.answer.placing.result import At, PlacementResult
 from vcmm.answer.placing.search import SearchOutcome, search
 from vcmm.answer.placing.travels import Travels
 from vcmm.core.errors import ModelLimit
@@ -43,7 +50,7 @@ def place(
     scanned: int = SCANNED,
     trials: int | None = None,
     progress: Progress | None = None,
-) -> Placed:
+) -> PlacementResult:
     """The best pose that was found for a scenario, with certificate, map, flatness and a confirmed gain.
 
     fixture, goal: those of the scenario's [placement] unless given. constraints: what a pose must keep beside the travels;
@@ -69,8 +76,10 @@ def place(
     outcome = search(objective, allowed, evaluations=evaluations, seed=seed, progress=report)
     outcome, seen, earlier = scan_after(objective, allowed, outcome, scanned, seed, report)
     present = None if problems else _at(objective, six)
-    placed = _judged(objective, allowed, outcome, (seen, earlier), present=present, seed=seed, report=report)
-    placed = _evaluated(placed, problems, trials, report)
+    placed = _report_outcome(
+        objective, allowed, outcome, (seen, earlier), present=present, seed=seed, report=report
+    )
+    placed = _evaluate_poses(placed, problems, trials, report)
     return replace(placed, warnings=(*left_out, *placed.warnings))
 
 
@@ -84,7 +93,7 @@ def _boxes(
     except ModelLimit:
         if reach is None:
             raise
-        poses = np.concatenate([probed(box) for box in all_boxes(fixture, six, travels, further)])
+        poses = np.concatenate([probe_poses(box) for box in all_boxes(fixture, six, travels, further)])
         low, high = poses.min(axis=0), poses.max(axis=0)
         nearest = poses[int(reach.violation(poses).argmin())]
         raise no_reachable_pose(relaxation(reach, poses, low, high), reach, nearest) from None
@@ -115,13 +124,13 @@ def _at(objective: Uncertain, six: Array) -> At:
     return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
 
 
-def _apart(one: Array, other: Array) -> float:
+def _pose_distance(one: Array, other: Array) -> float:
     """How far two poses (6,) are from one another, mm; a turn counts as on an arm of 100 mm."""
     turn = (one[3:] - other[3:] + np.pi) % (2 * np.pi) - np.pi
     return float(np.linalg.norm(np.concatenate([one[:3] - other[:3], 100.0 * turn])))
 
 
-def _judged(
+def _report_outcome(
     objective: Uncertain,
     allowed: Sequence[PoseBox],
     outcome: SearchOutcome,
@@ -130,7 +139,7 @@ def _judged(
     present: At | None,
     seed: int,
     report: Progress,
-) -> Placed:
+) -> PlacementResult:
     """The outcome of the search with all that is said about it but the full evaluations."""
     seen, earlier = last_scan
     order = np.argsort(seen.values, kind="stable")
@@ -145,13 +154,13 @@ def _judged(
         present is not None and len(allowed) == 1
     ):  # of poses that are equally good the one nearest to the present
         equal = [pose for value, pose in outcome.local if value <= best.value * (1 + SAME)]
-        near = min(equal, key=lambda pose: _apart(pose, present.pose), default=best.pose)
+        near = min(equal, key=lambda pose: _pose_distance(pose, present.pose), default=best.pose)
         best = best if near is best.pose else _at(objective, near)
     certificate = certify(objective, allowed, best.pose, best.value, seen, earlier)
     confirmation = None
     if present is not None and best is not present:
         confirmation = confirm(objective, present.pose, best.pose, seed, report)
-    return Placed(
+    return PlacementResult(
         objective=objective, label=outcome.box.label, best=best, present=present, problems=(),
         median=_at(objective, seen.poses[middle]), worst=_at(objective, seen.poses[last]), minima=outcome.local,
         evaluations=outcome.evaluations, feasible_share=seen.share, certificate=certificate, map=chart, region=flat,
@@ -159,9 +168,9 @@ def _judged(
     )  # fmt: skip
 
 
-def _evaluated(
-    placed: Placed, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
-) -> Placed:
+def _evaluate_poses(
+    placed: PlacementResult, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
+) -> PlacementResult:
     """Full evaluations at the present and the best pose, and what a reader must know."""
     scenario = placed.objective.scenario
     settings = replace(
@@ -179,7 +188,7 @@ def _evaluated(
     )
 
 
-def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
+def _notes(placed: PlacementResult, problems: Sequence[Hindrance]) -> list[str]:
     out = []
     if problems:
         out.append(
@@ -199,11 +208,11 @@ def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
             "gain and the results at the two poses are those of the full Monte Carlo"
         )
     sure = placed.confirmation
-    if sure is not None and not sure.confirmed:
+    if sure is not None and not sure.is_confirmed:
         out.append(
             f"the gain of {sure.gain:.3g} is not larger than twice its standard error {sure.u_gain:.2g}: the two poses are as good"
         )
-    if placed.certificate.better >= SHOWN:
+    if placed.certificate.better >= LEAST_SHOWN:
         out.append(
             f"a pose of the scan is better by {placed.certificate.better:.3%}; search with more evaluations"
         )

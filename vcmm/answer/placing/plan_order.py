@@ -57,7 +57,7 @@ def ordered(visit: Visit, price: float = 0.0, rounds: int = 30, seed: int = 0) -
     starts = [start]
     if visit.pull.size and price > 0.0:
         starts.append(_there_and_back(visit, start))
-    improved = [_improved(visit, s, price, rounds, seed) for s in starts]
+    improved = [_improve_order(visit, s, price, rounds, seed) for s in starts]
     return min(improved, key=lambda o: visit.cost(o, price))
 
 
@@ -83,7 +83,7 @@ def _there_and_back(visit: Visit, order: Ints) -> Ints:
     return np.array(there + back[::-1], dtype=np.intp)
 
 
-def _improved(visit: Visit, order: Ints, price: float, rounds: int, seed: int) -> Ints:
+def _improve_order(visit: Visit, order: Ints, price: float, rounds: int, seed: int) -> Ints:
     """2-opt: a stretch reversed; or-opt: one touch elsewhere; random pairs, so many rounds of n."""
     rng, n = np.random.default_rng(seed), len(order)
     best = visit.cost(order, price)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vcmm.answer.placing.planning import PlanPoint, PlanResult
-from vcmm.core.text import csv_of, quoted
+from vcmm.core.text import csv_of, quote
 from vcmm.part.gps import characteristics as gps
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.qualification import Qualification
@@ -31,8 +31,8 @@ def plan_files(plan: Plan, qualifications: Mapping[str, Qualification] | None = 
     for i, step in enumerate(plan.steps, 1):
         file = f"plan-{i:02d}-{''.join(c if c.isalnum() else '_' for c in step.feature)}.csv"
         texts[file] = _points(step)
-        lines += ["", "[[steps]]", f"feature = {quoted(step.feature)}", f"stylus = {quoted(step.stylus)}"]
-        lines.append(f"points = {quoted(file)}")
+        lines += ["", "[[steps]]", f"feature = {quote(step.feature)}", f"stylus = {quote(step.stylus)}"]
+        lines.append(f"points = {quote(file)}")
         if step.approach is not None:
             lines.append(f"approach = [{', '.join(repr(float(v)) for v in step.approach[0])}]")
     return {"plan.toml": "\n".join(lines) + "\n", **texts}
@@ -42,12 +42,12 @@ def _stylus(plan: Plan, name: str, known: Qualification | None) -> list[str]:
     s = plan.styli[name]
     offset = " ".join(repr(float(v)) for v in s.offset)
     out = [
-        f"[styli.{quoted(name)}]",
+        f"[styli.{quote(name)}]",
         f'offset = "{offset} mm"',
         f'tip_diameter = "{2.0 * s.tip_radius!r} mm"',
     ]
     out += [f'length = "{float(s.length)!r} mm"'] if s.length > 0.0 else []
-    out += [f"event = {quoted(s.event)}"] if s.event else []
+    out += [f"event = {quote(s.event)}"] if s.event else []
     if known is not None:
         sizes = (known.diameter, known.u_diameter, known.form)
         named = zip(("sphere_diameter", "u_diameter", "form"), sizes)
@@ -61,7 +61,7 @@ def _points(step: Step) -> str:
 
 
 def _names(value: str | tuple[str, ...]) -> str:
-    return quoted(value) if isinstance(value, str) else "[" + ", ".join(quoted(v) for v in value) + "]"
+    return quote(value) if isinstance(value, str) else "[" + ", ".join(quote(v) for v in value) + "]"
 
 
 def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:

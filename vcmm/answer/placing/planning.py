@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, accessible, nearest, problem_of, spots
-from vcmm.answer.placing.design import CRITERIA, Design, exchanged, least
+from vcmm.answer.placing.design import CRITERIA, Design, exchange_touches, least
 from vcmm.answer.placing.growing_plans import MOST, growing, standard_points
 from vcmm.answer.placing.motions import motions_of
 from vcmm.answer.placing.plan_goal import PlanGoal, goal_of
@@ -132,7 +132,7 @@ def _forms(scenario: Scenario, forms: Mapping[str, float] | None) -> dict[str, f
     return {**scenario.surroundings.forms, **(forms or {})}
 
 
-def _measured(scenario: Scenario) -> dict[str, str]:
+def _present_styli(scenario: Scenario) -> dict[str, str]:
     """feature -> stylus of the present plan."""
     out: dict[str, str] = {}
     for step in scenario.plan.steps:
@@ -143,7 +143,7 @@ def _measured(scenario: Scenario) -> dict[str, str]:
 def standard_spots(scenario: Scenario) -> dict[str, Array]:
     """Points of the standard strategies, so that they are candidates."""
     out: dict[str, Array] = {}
-    for name, stylus in _measured(scenario).items():
+    for name, stylus in _present_styli(scenario).items():
         radius = scenario.plan.styli[stylus].tip_radius
         points = [p for _, p in standard_points(scenario.part.features[name], 25, radius)]
         if points:
@@ -159,7 +159,7 @@ def _styli(
     change_s: float,
 ) -> dict[str, str]:
     """The stylus of each feature: the objective at a small exchanged plan, times its duration, by coordinate descent."""
-    chosen = _measured(scenario)
+    chosen = _present_styli(scenario)
     options = {f: [s for s in scenario.plan.styli if _reaches(scenario, f, s)] for f in chosen}
     for name, reaching in options.items():
         if not reaching:
@@ -177,7 +177,9 @@ def _styli(
     def score(styli: dict[str, str]) -> float:
         problem = problem_of(scenario, styli, spots(scenario, styli), forms)
         goal = goal_of(problem, weights, criterion, 0, plain=True)
-        design = exchanged(Design(problem.candidates, goal.target, least(problem.candidates, 3)), passes=1)
+        design = exchange_touches(
+            Design(problem.candidates, goal.target, least(problem.candidates, 3)), passes=1
+        )
         changes = len(set(styli.values())) - 1
         touching = sum(problem.candidates.seconds[f] * n for f, n in enumerate(design.per_feature().values()))
         time = touching + change_s * changes

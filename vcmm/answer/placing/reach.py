@@ -65,7 +65,7 @@ class Feasibility:
     reach: Array  # (p, 3): points whose hull holds part and clamps on the part, drawing frame
     corners: Array  # (q, 3): of the part alone
     fixture: Fixture | None = None
-    _kept: dict[tuple[float, ...], Room] = field(default_factory=dict)
+    _rooms: dict[tuple[float, ...], Room] = field(default_factory=dict)
     _backs: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @classmethod
@@ -179,12 +179,12 @@ class Feasibility:
     def room(self, rotation: Array) -> Room:
         """Against the part, for a rotation machine_from_part; kept by side."""
         key = self.tooling.key(rotation)
-        if key not in self._kept:
-            if len(self._kept) >= MAX_KEPT:
-                self._kept.clear()
+        if key not in self._rooms:
+            if len(self._rooms) >= MAX_KEPT:
+                self._rooms.clear()
                 self._backs.clear()
-            self._kept[key] = room(self.tooling, self.solid, self.rows, rotation.T)
-        return self._kept[key]
+            self._rooms[key] = room(self.tooling, self.solid, self.rows, rotation.T)
+        return self._rooms[key]
 
     def met(self, rotation: Array) -> dict[str, Room]:
         """Room against the part alone and against each clamp that it carries, for saying which of them is in the way."""
@@ -214,7 +214,7 @@ class Feasibility:
             parts.append(half_space(around.table, np.array([0.0, 0.0, 1.0])))
         solid, back = Union(tuple(parts)), pose.inverse()
         overlap = [
-            slack(self.solid, _block(c.pose, c.size).moved(back.rotation, back.shift), np.array([-0.01]))
+            slack(self.solid, _block(c.pose, c.size).to_frame(back.rotation, back.shift), np.array([-0.01]))
             for c in clamps
         ]
         corners = np.concatenate([np.zeros((0, 3)), *(c.corners() for c in clamps)])
@@ -232,7 +232,7 @@ class Feasibility:
             normal=pose.turn(r.normal),
         )
 
-    def blocked(self, poses: Pose, of_part: Room, table: TableRoom | None) -> tuple[Array, Array]:
+    def blocked_moves(self, poses: Pose, of_part: Room, table: TableRoom | None) -> tuple[Array, Array]:
         """Moves that cannot be made at m poses of one side (one, where there is a table): (m, k) mm per pair (straight and by
         drawing back), (n,) mm where a stylus changes.
         """
@@ -274,7 +274,7 @@ class Feasibility:
             worst = max(float(b.max()) for b in table.room.bodies.values())
             tip, overlap = float(table.room.tip.max()), float(table.overlap.max(initial=0.0))
             out[:, column("clamps")] = max(worst, tip, overlap)
-        moves, ends = self.blocked(poses, of_part, table)
+        moves, ends = self.blocked_moves(poses, of_part, table)
         out[:, column("moves")] = np.maximum(moves.max(axis=1, initial=0.0), float(ends.max(initial=0.0)))
         return out
 

@@ -65,7 +65,7 @@ def relaxation(
         best = int(np.argmin(score))
         pose, amount, rest = six[best], float(lacks[best, c]), float(others[best])
         if low is not None and high is not None and (rest > 0.0 or amount > 0.0):
-            pose, amount, rest = _polished(check, c, pose, np.asarray(low), np.asarray(high), polish)
+            pose, amount, rest = _polish(check, c, pose, np.asarray(low), np.asarray(high), polish)
         if rest == 0.0:
             out.append(Relaxation(name, amount, pose))
     if any(r.amount == 0.0 for r in out):
@@ -73,7 +73,7 @@ def relaxation(
     return tuple(sorted(out, key=lambda r: r.amount))
 
 
-def _polished(
+def _polish(
     check: Feasibility, c: int, pose: Array, low: Array, high: Array, evaluations: int
 ) -> tuple[Array, float, float]:
     """The pose near `pose` within its range where constraint c is violated least and the others are kept."""

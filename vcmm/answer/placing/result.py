@@ -31,7 +31,7 @@ class At:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacementResult:
     """The outcome. present: None where the present pose cannot be used; `problems` say why.
 
     before, after: the full evaluation at the present and the best pose (budgets, decisions). median and worst are those
@@ -64,7 +64,7 @@ class Placed:
 
     def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
         """The objective over the two degrees of freedom that matter most, the others at the best pose."""
-        (across, x), (up, y) = self.map.shown(0), self.map.shown(1)
+        (across, x), (up, y) = self.map.axis_values(0), self.map.axis_values(1)
         unit, scale = SHOWN_IN.get(self.objective.unit, ("objective", 1.0))
         values = self.map.values * scale
         if len(y) < 2:
@@ -84,7 +84,7 @@ class Placed:
         return (self.present.value - self.best.value) / self.present.value
 
 
-def place_json(placed: Placed) -> dict[str, Any]:
+def place_json(placed: PlacementResult) -> dict[str, Any]:
     """The body of the JSON document."""
     objective, certificate, flat = placed.objective, placed.certificate, placed.region
     sure = placed.confirmation
@@ -109,10 +109,10 @@ def place_json(placed: Placed) -> dict[str, Any]:
         },
         "confirmation": None if sure is None else {
             "seed": sure.seed, "trials": sure.trials, "present": sure.present, "best": sure.best, "gain": sure.gain,
-            "u_gain": sure.u_gain, "confirmed": sure.confirmed,
+            "u_gain": sure.u_gain, "confirmed": sure.is_confirmed,
         },
         "flat": {
-            "within": flat.within, "share": flat.share, "box": {named(n): list(r) for n, r in flat.box.items()}, "checked": flat.checked,
+            "within": flat.within, "share": flat.share, "box": {freedom_key(n): list(r) for n, r in flat.box.items()}, "checked": flat.checked,
             "convenient": None if flat.convenient is None else {"pose": pose_json(flat.convenient), "value": flat.convenient_value},
         },
         "why": why_json(placed),
@@ -120,7 +120,7 @@ def place_json(placed: Placed) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def named(freedom: str) -> str:
+def freedom_key(freedom: str) -> str:
     """Key of a degree of freedom with its unit."""
     return f"{freedom}_rad" if freedom.startswith("turn") else f"{freedom}_mm"
 
@@ -134,11 +134,11 @@ def pose_json(six: Array) -> dict[str, Any]:
     }
 
 
-def at_json(placed: Placed, at: At) -> dict[str, Any]:
+def at_json(placed: PlacementResult, at: At) -> dict[str, Any]:
     return {"pose": pose_json(at.pose), "value": at.value, "characteristics": _spread(placed, at)}
 
 
-def _spread(placed: Placed, at: At) -> list[dict[str, Any]]:
+def _spread(placed: PlacementResult, at: At) -> list[dict[str, Any]]:
     """u and U of the characteristics that count: by the full evaluation where there is one, beside them as the search saw them."""
     from vcmm.part.gps.characteristics import unit
 
@@ -157,7 +157,7 @@ def _spread(placed: Placed, at: At) -> list[dict[str, Any]]:
     return out
 
 
-def why_json(placed: Placed) -> list[dict[str, Any]]:
+def why_json(placed: PlacementResult) -> list[dict[str, Any]]:
     """Contributions of the influences at the present and the best pose, by the full evaluation."""
     out = []
     for k, after in enumerate(placed.after.characteristics):
@@ -180,6 +180,6 @@ def why_json(placed: Placed) -> list[dict[str, Any]]:
 def map_json(chart: Map) -> dict[str, Any]:
     """The map; null where the fixture or a constraint does not allow a pose."""
     values = [[float(v) if np.isfinite(v) else None for v in row] for row in chart.values]
-    names = [named(n) for n in chart.names]
+    names = [freedom_key(n) for n in chart.names]
     axes = {n: [float(v) for v in a] for n, a in zip(names, (chart.x, chart.y))}
     return {"over": names, **axes, "objective": values}

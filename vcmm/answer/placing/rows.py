@@ -47,13 +47,13 @@ class Rows:
         return cls(scenario, machine, still.task())
 
     @property
-    def placed(self) -> Touches:
+    def touches(self) -> Touches:
         return self.task.touches
 
     @cached_property
     def still(self) -> Run:
         """The touches that are looked at, at the present pose: labels and columns that do not move."""
-        return self.placed.run if self.kept is None else self.placed.run.take(self.kept)
+        return self.touches.run if self.kept is None else self.touches.run.take(self.kept)
 
     @property
     def n(self) -> int:
@@ -67,37 +67,37 @@ class Rows:
     @cached_property
     def zero(self) -> Array:
         """(n, 3): the tip with all axes at zero."""
-        run = self.placed.run
+        run = self.touches.run
         still = Run({a: np.zeros(run.n) for a in self.machine.chain.letters}, run.offset)
         return nominal_tip(self.machine.chain, self.machine.axes, still)
 
     @cached_property
     def balls(self) -> Array:
         """(n, 3): centres of the tip in the drawing frame."""
-        t = self.placed
+        t = self.touches
         return t.points + t.tip_radius[:, None] * t.normals
 
     @cached_property
-    def needed(self) -> frozenset[str]:
+    def needed_columns(self) -> frozenset[str]:
         """Columns that some effect of the machine asks for."""
         return frozenset(c for e in self.machine.effects for c in e.required())
 
-    def wanted(self, six: Array) -> Array:
+    def axis_positions(self, six: Array) -> Array:
         """(m, n, 3): axis positions along x y z that the touches need at poses (m, 6), reachable or not."""
-        return np.asarray(_moved(pose_of(six), self.balls) - self.zero)
+        return np.asarray(_move_points(pose_of(six), self.balls) - self.zero)
 
     def run(self, six: Array) -> Run:
         """The prepared Run of m n rows for poses (m, 6)."""
         m, rows = len(six), slice(None) if self.kept is None else self.kept
-        t, pose, still = self.placed, pose_of(six), self.still
-        tip = _moved(pose, self.balls[rows])
+        t, pose, still = self.touches, pose_of(six), self.still
+        tip = _move_points(pose, self.balls[rows])
         position, flat = tip - self.zero[rows], (m * self.n,)
         axes = {
             a: position[..., "XYZ".index(a)].reshape(flat) for a in self.machine.chain.letters if a in "XYZ"
         }
         axes |= {a: np.zeros(flat) for a in self.machine.chain.letters if is_rotary(a)}
-        normal = _turned(pose, t.normals[rows]).reshape(-1, 3)
-        part = _turned(pose, t.points[rows]).reshape(-1, 3)
+        normal = _turn_vectors(pose, t.normals[rows]).reshape(-1, 3)
+        part = _turn_vectors(pose, t.points[rows]).reshape(-1, 3)
         columns = {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
         columns |= {f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}
         columns |= {f"tip_{c}_mm": tip[..., i].reshape(flat) for i, c in enumerate("xyz")}
@@ -115,7 +115,7 @@ class Rows:
         return tuple(names)
 
     def _probe(self, normal: Array, m: int) -> Mapping[str, Array]:
-        if not {"probe_angle_rad", "probe_lateral", "stylus_length_mm"} & self.needed:
+        if not {"probe_angle_rad", "probe_lateral", "stylus_length_mm"} & self.needed_columns:
             return {}
         direction, length = self._styli
         return probe_angles(np.tile(direction, (m, 1)), np.tile(length, m), normal)
@@ -128,10 +128,14 @@ class Rows:
 
     def _history(self, six: Array) -> dict[str, Array]:
         """Speeds and senses (m, all touches), as `plan.touches` makes them; only where an effect asks for some."""
-        if not any(c.startswith(("speed_", "sense_")) for c in self.needed):
+        if not any(c.startswith(("speed_", "sense_")) for c in self.needed_columns):
             return {}
-        t, touch, pose = self.placed, self.scenario.plan.touch, pose_of(six)
-        position, direction, normal = self.wanted(six), _turned(pose, t.approach), _turned(pose, t.normals)
+        t, touch, pose = self.touches, self.scenario.plan.touch, pose_of(six)
+        position, direction, normal = (
+            self.axis_positions(six),
+            _turn_vectors(pose, t.approach),
+            _turn_vectors(pose, t.normals),
+        )
         out: dict[str, Array] = {}
         for i, letter in enumerate("XYZ"):
             out[f"speed_{letter}_mm_s"] = touch.speed * direction[..., i]
@@ -142,12 +146,12 @@ class Rows:
         return out
 
 
-def _moved(pose: Pose, points: Array) -> Array:
+def _move_points(pose: Pose, points: Array) -> Array:
     """(m, n, 3): points (n, 3) at every pose of a batch."""
-    return _turned(pose, points) + pose.shift[:, None, :]
+    return _turn_vectors(pose, points) + pose.shift[:, None, :]
 
 
-def _turned(pose: Pose, vectors: Array) -> Array:
+def _turn_vectors(pose: Pose, vectors: Array) -> Array:
     return np.asarray(vectors @ pose.rotation.swapaxes(1, 2))
 
 

@@ -20,10 +20,10 @@ from vcmm.core.run import Array
 
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass
-KEPT = 4  # boxes that are searched beyond the sample
+MOST_BOXES = 4  # boxes that are searched beyond the sample
 STARTS = 40  # first steps of descent from so many
 SHORT, FULL = 6, 12  # gradients of the first steps; starts that are followed to the end
-TOLD = 20  # minima that stand in the outcome
+MOST_MINIMA = 20  # minima that stand in the outcome
 
 
 @dataclass
@@ -91,11 +91,12 @@ def search(
     every, asked = asked, sorted((a for a in asked if a.best(1)), key=lambda a: a.best(1)[0][0])
     if not asked:
         raise _nothing(every)
-    minima = _polished(asked, evaluations, report)
+    minima = _polish_minima(asked, evaluations, report)
     value, unit, one = min(minima, key=lambda item: item[0])
     six, _ = one.box.poses(unit[None])
     others = tuple(
-        (v, other.box.poses(u[None])[0][0]) for v, u, other in sorted(minima, key=lambda m: m[0])[:TOLD]
+        (v, other.box.poses(u[None])[0][0])
+        for v, u, other in sorted(minima, key=lambda m: m[0])[:MOST_MINIMA]
     )
     return SearchOutcome(one.box, unit, six[0], value, sum(a.count for a in asked), others)
 
@@ -120,7 +121,7 @@ def _sobol(d: int, count: int, seed: int) -> Array:
     return sobol(d, 2 ** int(np.log2(count)), np.random.default_rng(seed))
 
 
-def _polished(
+def _polish_minima(
     asked: Sequence[CountedObjective], evaluations: int, report: Callable[[str, float], None]
 ) -> list[tuple[float, Array, CountedObjective]]:
     """A few steps of descent from many starts, the rest of the way from the best of those, the compass at the end.
@@ -128,16 +129,16 @@ def _polished(
     What is left of the evaluations is shared out anew before every descent, so that starts that end early leave theirs to
     the others.
     """
-    starts = [(v, u, one) for one in asked[:KEPT] for v, u in one.best(STARTS)]
+    starts = [(v, u, one) for one in asked[:MOST_BOXES] for v, u in one.best(STARTS)]
     kept = sorted(starts, key=lambda item: item[0])[:STARTS]
     for k, (value, unit, one) in enumerate(kept):
         most = min(SHORT * (one.box.d + 1), _left(asked, evaluations) // (2 * (len(kept) - k)))
-        kept[k] = (*_descended(one, unit, value, most), one)
+        kept[k] = (*_descend(one, unit, value, most), one)
         report("descending", 0.6 + 0.2 * (k + 1) / len(kept))
     kept = _different(kept)
     for k, (value, unit, one) in enumerate(kept[:FULL]):
         most = _left(asked, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
-        kept[k] = (*_descended(one, unit, value, most), one)
+        kept[k] = (*_descend(one, unit, value, most), one)
         report("descending", 0.8 + 0.15 * (k + 1) / FULL)
     kept.sort(key=lambda item: item[0])
     for k, (value, unit, one) in enumerate(kept[:3]):
@@ -182,7 +183,7 @@ def _forward(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENC
     return float(value[0]), np.where(np.isfinite(slope), slope, 0.0)
 
 
-def _descended(one: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
+def _descend(one: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
     from scipy.optimize import minimize
 
     if not one.box.d or evaluations < 2 * (one.box.d + 1):
@@ -226,7 +227,7 @@ def polished_from(
     one = CountedObjective(box, objective)
     value = float(one(unit[None])[0])
     if box.d:
-        value, unit = _descended(one, unit, value, evaluations // 2)
+        value, unit = _descend(one, unit, value, evaluations // 2)
         value, unit = _compass(one, unit, value, evaluations // 2)
     count = before.evaluations + one.count
     if value >= before.value:

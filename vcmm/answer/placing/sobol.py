@@ -30,7 +30,7 @@ def sobol(d: int, count: int, rng: np.random.Generator | None = None) -> Array:
     numbers = np.stack([_numbers(k) for k in range(d)])
     shift = np.zeros(d, dtype=np.uint32)
     if rng is not None:
-        shift, numbers = _scrambled(numbers, rng)
+        shift, numbers = _scramble(numbers, rng)
     index = np.arange(count, dtype=np.uint32)
     gray, out = index ^ (index >> np.uint32(1)), np.tile(shift, (count, 1))
     for j in range(max(1, count - 1).bit_length()):
@@ -50,7 +50,7 @@ def _numbers(k: int) -> Bits:
     return np.array([one << (BITS - 1 - j) for j, one in enumerate(m)], dtype=np.uint32)
 
 
-def _scrambled(numbers: Bits, rng: np.random.Generator) -> tuple[Bits, Bits]:
+def _scramble(numbers: Bits, rng: np.random.Generator) -> tuple[Bits, Bits]:
     """Shift (d,), and direction numbers (d, BITS) whose bits went through a random lower triangular matrix with ones on its diagonal."""
     d, place = len(numbers), np.arange(BITS, dtype=np.uint32)
     shift = rng.integers(2, size=(d, BITS), dtype=np.uint32) @ (np.uint32(1) << place)

@@ -22,7 +22,7 @@ from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.part.mesh import Mesh, surface_of
 
 FAR = 1e9
-WORTH = 100_000  # points times triangles (40 ms) from which VTK, which sorts the triangles first (3 to 9 ms), is quicker
+VTK_FROM = 100_000  # points times triangles (40 ms) from which VTK, which sorts the triangles first (3 to 9 ms), is quicker
 
 
 class Solid(Protocol):
@@ -171,7 +171,7 @@ class MeshSolid:
 
     def distance(self, points: Array) -> Array:
         flat = np.ascontiguousarray(points.reshape(-1, 3))
-        if len(flat) * len(self.mesh.faces) > WORTH and self._closed:
+        if len(flat) * len(self.mesh.faces) > VTK_FROM and self._closed:
             import pyvista
 
             found: Any = pyvista.PolyData(flat).compute_implicit_distance(surface_of(self.mesh))

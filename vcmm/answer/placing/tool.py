@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.answer.placing.collision import EDGES, Bodies, joined, lacking, rods
+from vcmm.answer.placing.collision import EDGES, Bodies, join_bodies, lacking, rods
 from vcmm.answer.placing.solid import Solid
 from vcmm.core.pose import Array, triad, unit
 from vcmm.task.measuring.obstacles import SHAFT_SHARE, Head, Surroundings
@@ -45,7 +45,7 @@ def tool_bodies(head: Head, stylus: Stylus) -> Bodies:
     cylinder = _bar(mount + 0.5 * head.length * up, (u, v, w), (head.diameter, head.diameter, head.length))
     cylinder = Bodies(cylinder.centre, cylinder.edges, cylinder.radius, np.array([0.5 * head.diameter]))
     bar = _bar(mount + (head.length + 0.5 * head.quill[2]) * up, (u, v, w), head.quill)
-    return joined([shaft, extension, cylinder, bar])
+    return join_bodies([shaft, extension, cylinder, bar])
 
 
 def _bar(centre: Array, axes: Sequence[Array], sizes: Sequence[float]) -> Bodies:
@@ -150,19 +150,19 @@ class Tooling:
     def need(self, body: int) -> Array:
         return self.shaft_need if body == 0 else np.full(self.rows.n, self.around.safe)
 
-    def placed(self, body: int, which: Ints, tips: Array, rotation: Array) -> Bodies:
+    def place_body(self, body: int, which: Ints, tips: Array, rotation: Array) -> Bodies:
         """One body at the touches `which` (k,), whose tips are at (k, 3); rotation: frame_from_machine."""
         stylus = self.rows.stylus[which]
         groups = [np.flatnonzero(stylus == s) for s in range(len(self.tools))]
         parts = [at_touches(self.tools[s], body, tips[g], rotation) for s, g in enumerate(groups) if len(g)]
         order = np.argsort(np.concatenate([g for g in groups if len(g)]), kind="stable")
-        return joined(parts).take(order)
+        return join_bodies(parts).take(order)
 
     def body(
         self, body: int, which: Ints, begin: Array, end: Array, rotation: Array
     ) -> tuple[Bodies, Array, Array]:
         """One body while the tip goes straight from begin (k, 3) to end (k, 3); what it must keep; how well it is known."""
-        bodies = self.placed(body, which, begin, rotation).swept(np.zeros_like(begin), end - begin)
+        bodies = self.place_body(body, which, begin, rotation).swept(np.zeros_like(begin), end - begin)
         return bodies, self.need(body)[which], np.full(len(which), FINE if body == 0 else COARSE)
 
     def ball(self, which: Ints, begin: Array, end: Array, need: Array) -> tuple[Bodies, Array, Array]:

@@ -46,7 +46,7 @@ class Travels:
         """Shifts (m, 3) low and high that all limits allow for the orientations of poses (m, 6); low > high: none."""
         turned = np.array(six, dtype=float)
         turned[:, :3] = 0.0
-        axis = self.rows.wanted(turned)
+        axis = self.rows.axis_positions(turned)
         both = {"axis": axis, "tip": axis + self.rows.zero}
         low, high = np.full((len(six), 3), -np.inf), np.full((len(six), 3), np.inf)
         for limit in self.limits:
@@ -64,7 +64,7 @@ class Travels:
 
     def problems(self, pose: Pose) -> list[Hindrance]:
         """Every limit that the pose misses, with the point that misses it most."""
-        axis = self.rows.wanted(six_of(pose)[None])[0]
+        axis = self.rows.axis_positions(six_of(pose)[None])[0]
         both = {"axis": axis, "tip": axis + self.rows.zero}
         out = []
         for limit in self.limits:
@@ -72,7 +72,7 @@ class Travels:
             miss = np.maximum(limit.low - at, at - limit.high)
             worst = int(miss.argmax())
             if miss[worst] > EDGE:
-                point, amount = str(self.rows.placed.run.labels["touch"][worst]), float(miss[worst])
+                point, amount = str(self.rows.touches.run.labels["touch"][worst]), float(miss[worst])
                 text = f"{limit.what} at {point}: {amount:.3g} mm too far"
                 kind = "travel" if limit.of == "axis" else "range"
                 out.append(Hindrance(kind, limit.what, point, amount, text))

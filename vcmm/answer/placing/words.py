@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.placing.result import Placed
+from vcmm.answer.placing.result import PlacementResult
 from vcmm.core.run import Array
-from vcmm.task.measuring.fixture import shown
+from vcmm.task.measuring.fixture import format_freedom
 
 UNITS = {"mm": ("um", 1e3), "rad": ("urad", 1e6)}
 
 
-def amount(value: float, placed: Placed) -> str:
+def amount(value: float, placed: PlacementResult) -> str:
     """A value of the objective with its unit."""
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     return f"{value * scale:.4g} {word}".strip()
@@ -40,7 +40,7 @@ def _short(value: float, digits: int) -> str:
     return "0" if text == "-0" else text
 
 
-def changes(placed: Placed) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
+def changes(placed: PlacementResult) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
     """Per characteristic that counts: name, unit, (influence, u present, u best) by size of change, u^2 at present."""
     out = []
     if placed.before is None:
@@ -56,10 +56,10 @@ def changes(placed: Placed) -> list[tuple[str, str, list[tuple[str, float, float
     return out
 
 
-def region_text(placed: Placed) -> str:
+def region_text(placed: PlacementResult) -> str:
     """The region within 2 % in words."""
     flat = placed.region
-    ranges = [f"{n} {shown(n, a)} to {shown(n, b)}" for n, (a, b) in flat.box.items()]
+    ranges = [f"{n} {format_freedom(n, a)} to {format_freedom(n, b)}" for n, (a, b) in flat.box.items()]
     whole = f"{flat.share:.1%} of the poses of the fixture lie within {flat.within:.0%} of the value found"
     if not ranges:
         return whole

@@ -27,7 +27,7 @@ from vcmm.answer.routes.estimate import (
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array
 
-CALIBRATED = "calibrated part"
+METHOD = "calibrated part"
 ENOUGH, LEAST = 20, 2  # repeats that ISO 15530-3 asks for; without two there is no scatter
 
 
@@ -81,4 +81,4 @@ def calibrated_part(
     if n < ENOUGH:
         k = coverage_factor(effective_dof(kept))
         remarks = [f"{n} repeats; ISO 15530-3 asks for {ENOUGH}, so k is Student's {k:.2f} and not 2"]
-    return RouteEstimate(CALIBRATED, reading - systematic, kept, k, tuple(remarks))
+    return RouteEstimate(METHOD, reading - systematic, kept, k, tuple(remarks))

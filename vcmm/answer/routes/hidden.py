@@ -28,7 +28,7 @@ from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.task.response.trials import Draws
 
-KEPT = (
+SAME_EACH_TIME = (
     "machine",
     "stylus",
     "instrument",
@@ -41,7 +41,7 @@ OFF, SHIFTED, RANGE = (
 PER_POSITION = 5
 FIRST_ANEW = 16  # trial from which on measurements are counted; below it stand the machine and the parts
 OWN, CALIBRATED_ONE, STANDARD = 1, 2, 3  # trials of the parts' own properties
-FORMED = ("line", "plane", *ROUND)
+FORM_KINDS = ("line", "plane", *ROUND)
 SHORTEST_STANDARD, U_LENGTH, U_PER_LENGTH, U_RING = 50.0, 0.05e-3, 0.25e-6, 0.1e-3  # mm; k = 1
 RING_DIAMETER = 20.0
 
@@ -52,15 +52,15 @@ class HiddenMachine:
 
     seed: int
 
-    def measured(self, task: Task, part: int, first: int, count: int) -> Array:
+    def measure(self, task: Task, part: int, first: int, count: int) -> Array:
         """(count, C): a part measured `count` times. part: trial of its own properties; first: number of the first measurement."""
         model = build(task)
         kept = draw_inputs(model, self.seed, 0, FIRST_ANEW)
         anew = draw_inputs(model, self.seed, FIRST_ANEW + first, count)
-        return exact_values(model, [_chosen(a, b, part, count) for a, b in zip(kept, anew)])
+        return exact_values(model, [_draw_inputs(a, b, part, count) for a, b in zip(kept, anew)])
 
 
-def _chosen(kept: Draws, anew: Draws, part: int, count: int) -> Draws:
+def _draw_inputs(kept: Draws, anew: Draws, part: int, count: int) -> Draws:
     """The draws of one Input for `count` measurements: kept from one trial, or drawn anew."""
     which = _trial(anew.influence.input, part)
     if which is None:
@@ -73,7 +73,7 @@ def _trial(one: Input, part: int) -> int | None:
     """The trial in which an Input is kept; None where it is drawn anew."""
     if one.effect == FORM or one.effect == PartExpansion.name:
         return part
-    return None if one.is_channel or one.redraw not in KEPT else 0
+    return None if one.is_channel or one.redraw not in SAME_EACH_TIME else 0
 
 
 def anew(one: Input) -> bool:
@@ -89,7 +89,7 @@ def hidden_part(task: Task, seed: int, name: str) -> Task:
         feature = task.part.features[feature_name]
         shift, size = rng.normal(0.0, SHIFTED, 3), rng.normal(0.0, OFF)
         form[rows] += normal(feature, task.touches.points[rows]) @ shift + size
-        if feature.kind in FORMED:
+        if feature.kind in FORM_KINDS:
             form[rows] += RANGE * random_forms(feature, task.touches.points[rows], 1, SMOOTH, rng)[0]
     return replace(task, form=form)
 
@@ -188,7 +188,7 @@ def _standard(
     plan = replace(scenario.plan, steps=steps, alignment=None)
     job = replace(scenario, part=part, plan=plan, forms={})
     readings = [
-        machine.measured(job.at(pose).task(), STANDARD, 1000 + 50 * i, PER_POSITION)[:, 0]
+        machine.measure(job.at(pose).task(), STANDARD, 1000 + 50 * i, PER_POSITION)[:, 0]
         for i, pose in enumerate(positions.values())
         if _within_reach(job.at(pose))
     ]

@@ -75,7 +75,7 @@ class RoutedCharacteristic:
 
 
 @dataclass(frozen=True, eq=False)
-class Routed:
+class RoutesResult:
     """All characteristics; simulated: everything was measured on a drawn machine. left_out: name -> why a route says nothing of it."""
 
     characteristics: tuple[RoutedCharacteristic, ...]
@@ -94,11 +94,11 @@ def routes(
     *,
     settings: Settings | None = None,
     progress: Progress | None = None,
-) -> Routed:
+) -> RoutesResult:
     """All routes of a scenario. data None: measured on a drawn machine. UsageError: no second route."""
     chosen = replace(settings or scenario.settings, known_bias=CORRECTED)
     task = scenario.task()
-    modelled = _modelled(task, chosen, progress)
+    modelled = _evaluate_models(task, chosen, progress)
     names = [c.name for c in task.part.characteristics]
     remarks = [
         f"{n}: an extreme value is no sum of a true value and an error that is the same for all parts; only a calibrated part of "
@@ -108,30 +108,32 @@ def routes(
     ]
     truth: dict[str, float] = {}
     if data is None:
-        given, truth = simulated(scenario, task, modelled, seed=chosen.seed, progress=progress)
+        given, truth = simulate(scenario, task, modelled, seed=chosen.seed, progress=progress)
     else:
         given = data
     nominal = np.asarray(hidden.indicated_values(task))
     known, seen = corrections(given.standards), hidden.shows(task)
     found = []
     for i, c in enumerate(task.part.characteristics):
-        one = _Asked(
+        one = _Question(
             c.name,
             gps.unit(c),
             float(nominal[i]),
             (float(seen[i, 0]), float(seen[i, 1])),
             modelled.get(c.name),
         )
-        found.append(_routed(scenario, one, given, known, truth.get(c.name)))
+        found.append(_ask_routes(scenario, one, given, known, truth.get(c.name)))
     found = [c for c in found if c.routes]
     if not any(r.route != MODEL for c in found for r in c.routes):
         raise UsageError(
             "there is no second route here: give --calibrated with --repeats, or --positions, for a characteristic of the part"
         )
-    return Routed(tuple(found), data is None, chosen.seed, tuple(remarks))
+    return RoutesResult(tuple(found), data is None, chosen.seed, tuple(remarks))
 
 
-def _modelled(task: Task, settings: Settings, progress: Progress | None) -> dict[str, UncertaintyResult]:
+def _evaluate_models(
+    task: Task, settings: Settings, progress: Progress | None
+) -> dict[str, UncertaintyResult]:
     """The evaluation of those characteristics that are a true value and an error, under the name of each."""
     smooth = tuple(c for c in task.part.characteristics if gps.is_linear(c, task.part.features))
     if not smooth:
@@ -151,7 +153,7 @@ def _of(result: UncertaintyResult, name: str) -> CharacteristicResult:
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
+class _Question:
     """One characteristic: what is indicated of the nominal part, what points scaled and moved outwards do, its evaluation or None."""
 
     name: str
@@ -161,8 +163,8 @@ class _Asked:
     modelled: UncertaintyResult | None
 
 
-def _routed(
-    scenario: Scenario, one: _Asked, data: RouteData, known: Corrections, truth: float | None
+def _ask_routes(
+    scenario: Scenario, one: _Question, data: RouteData, known: Corrections, truth: float | None
 ) -> RoutedCharacteristic:
     y = data.readings.get(one.name)
     reading = one.indicated if y is None else y
@@ -206,7 +208,7 @@ def _warmth(scenario: Scenario, length: float) -> Warmth:
     return Warmth(scenario.constants.get("temp_part_C", T0_DEG_C), u[0] if u else 0.0, abs(length))
 
 
-def simulated(
+def simulate(
     scenario: Scenario,
     task: Task,
     modelled: Mapping[str, UncertaintyResult],
@@ -221,7 +223,7 @@ def simulated(
     same = hidden.hidden_part(task, machine.seed, "the calibrated part")
     report("repeats of a calibrated part", 0.0)
     rng = np.random.default_rng(machine.seed)
-    true_same, repeats = hidden.true_values(same), machine.measured(same, hidden.CALIBRATED_ONE, 100, REPEATS)
+    true_same, repeats = hidden.true_values(same), machine.measure(same, hidden.CALIBRATED_ONE, 100, REPEATS)
     better = [
         BETTER * (_of(modelled[n], n).u if n in modelled else float(np.std(repeats[:, i], ddof=1)))
         for i, n in enumerate(names)
@@ -230,11 +232,11 @@ def simulated(
         n: CalibratedValue(float(v + u * rng.standard_normal()), u)
         for n, v, u in zip(names, true_same, better)
     }
-    reading = machine.measured(own, hidden.OWN, 0, 1)[0]
+    reading = machine.measure(own, hidden.OWN, 0, 1)[0]
     report("repeats in several positions", 0.4)
     places = hidden.usable_positions(scenario)
     found = {
-        name: machine.measured(_placed(scenario, pose, own), hidden.OWN, 200 + 50 * i, hidden.PER_POSITION)
+        name: machine.measure(_task_at(scenario, pose, own), hidden.OWN, 200 + 50 * i, hidden.PER_POSITION)
         for i, (name, pose) in enumerate(places.items())
     }
     positions = {n: {place: values[:, i] for place, values in found.items()} for i, n in enumerate(names)}
@@ -248,6 +250,6 @@ def simulated(
     return data, dict(zip(names, map(float, hidden.true_values(own))))
 
 
-def _placed(scenario: Scenario, pose: Pose, own: Task) -> Task:
+def _task_at(scenario: Scenario, pose: Pose, own: Task) -> Task:
     """The same part elsewhere in the machine."""
     return replace(scenario.at(pose).task(), form=own.form)

@@ -150,9 +150,9 @@ def run(words: list[str]) -> int:
         sys.stdout.flush()
         return code
     except VcmmError as error:
-        from vcmm.show.console.complaints import said
+        from vcmm.show.console.complaints import list_problems
 
-        print(said(getattr(error, "problems", (str(error),))), file=sys.stderr)
+        print(list_problems(getattr(error, "problems", (str(error),))), file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt as error:
         told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
@@ -203,10 +203,10 @@ def _dispatch(words: list[str]) -> int:
     try:
         code = app(words, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        from vcmm.show.console.complaints import said
+        from vcmm.show.console.complaints import list_problems
 
         text = _refusal(error, words)
-        Console(stderr=True, highlight=False, soft_wrap=True).print(said((text,)), markup=False)
+        Console(stderr=True, highlight=False, soft_wrap=True).print(list_problems((text,)), markup=False)
         return WRONG
     return code if isinstance(code, int) else 0
 

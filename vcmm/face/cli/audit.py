@@ -61,32 +61,32 @@ def audit_command(
     files = files_of(scenarios_in(scenarios)) if several else files_of(scenarios)
     asked = {"scenarios": [str(s) for s in scenarios], **options}
     shared = write_shard(
-        "audit", asked, files, sharing.share, lambda: counted(scenarios, options, sharing, not json)
+        "audit", asked, files, sharing.share, lambda: count_scenarios(scenarios, options, sharing, not json)
     )
     return put_shard(shared, scenarios[0].stem or "audit", json, out)
 
 
-def counted(scenarios: list[Path], options: dict[str, Any], sharing: Any, shown: bool) -> Any:
+def count_scenarios(scenarios: list[Path], options: dict[str, Any], sharing: Any, shown: bool) -> Any:
     """Rows of one task, or the records of several. Raises ShardDone where a share is wanted."""
     if len(scenarios) > 1 or scenarios[0].is_dir():
         from vcmm.face.cli.audit_several import audited_tasks
 
         return audited_tasks(scenarios, options, sharing, shown)
-    return _counted(scenarios[0], options, sharing, shown)
+    return _count_scenario(scenarios[0], options, sharing, shown)
 
 
-def _counted(scenario: Path, options: dict[str, Any], sharing: Any, shown: bool) -> Any:
+def _count_scenario(scenario: Path, options: dict[str, Any], sharing: Any, shown: bool) -> Any:
     """(rows, seed) of one task; complaints get file and line."""
     from vcmm.answer.inference.audit import audit
     from vcmm.core.blocks import key_of
-    from vcmm.face.cli.audit_several import seeded
+    from vcmm.face.cli.audit_several import with_seed
     from vcmm.files.own.scenario import load_scenario
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import sources
     from vcmm.show.console.terminal import progress
 
     loaded = load_scenario(scenario)
-    settings = seeded(loaded.settings, options["seed"])
+    settings = with_seed(loaded.settings, options["seed"])
     key = key_of("audit", options, sources(scenario))
     with progress(shown) as report, about(scenario):
         rows = audit(
@@ -106,11 +106,11 @@ def run_audit(
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.audited import audit_json, audit_table, not_claimed
+    from vcmm.show.tables.audited import audit_json, audit_table, missing_claims
     from vcmm.show.tables.table import csv_text
 
     folder = output_folder(out) if out else None
-    rows, seed = _counted(scenarios[0], options, sharing, not json)
+    rows, seed = _count_scenario(scenarios[0], options, sharing, not json)
     content = document("vcmm.audit/1", audit_json(rows), seed=seed, files=sources(scenarios[0]))
     table = audit_table(rows)
     if folder:
@@ -119,6 +119,6 @@ def run_audit(
         print_json(content)
     else:
         show_table(table)
-        for sentence in not_claimed(rows):
+        for sentence in missing_claims(rows):
             say(sentence)
     return int(any(row.outside for row in rows))

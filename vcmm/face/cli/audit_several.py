@@ -12,7 +12,7 @@ def run_several(
     scenarios: Sequence[Path], options: dict[str, Any], sharing: Any, json: bool, out: Path | None
 ) -> int:
     """Document, files, table. Exit code 1: a claimed coverage lies outside; 70: a task met a fault of ours."""
-    from vcmm.answer.inference.audit import Audited
+    from vcmm.answer.inference.audit import AuditResult
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, show_table
@@ -22,7 +22,7 @@ def run_several(
     folder = output_folder(out) if out else None
     found = audited_tasks(scenarios, options, sharing, not json)
     files = files_of([Path(r["file"]) for r in found])
-    rows = [OfTask(r["file"], Audited(**one)) for r in found for one in r["rows"]]
+    rows = [OfTask(r["file"], AuditResult(**one)) for r in found for one in r["rows"]]
     refused = {r["file"]: r["problem"] for r in found if r["problem"]}
     body = {"tasks": tasks_json(rows, [r["file"] for r in found], refused)}
     content, table = document("vcmm.audit/1", body, seed=options["seed"], files=files), tasks_table(rows)
@@ -77,7 +77,7 @@ def audited_tasks(
     from vcmm.show.console.terminal import progress
 
     files = scenarios_in(named)
-    items = [_loaded(file) for file in files]
+    items = [_load(file) for file in files]
     key = key_of("audit", {**options, "files": [str(f) for f in files]}, files_of(files))
     with progress(shown) as bar:
         count = len(files)
@@ -89,7 +89,7 @@ def audited_tasks(
         )
 
 
-def _loaded(file: Path) -> tuple[str, Any]:
+def _load(file: Path) -> tuple[str, Any]:
     """(file, scenario), or what is wrong with it as text."""
     from vcmm.core.errors import VcmmError, first_of
     from vcmm.files.own.scenario import load_scenario
@@ -110,7 +110,7 @@ def record_of(options: Mapping[str, Any], item: tuple[str, Any]) -> dict[str, An
     if isinstance(scenario, str):
         return {**known, "problem": scenario}
     try:
-        rows = audit(scenario, parts=options["parts"], settings=seeded(scenario.settings, options["seed"]))
+        rows = audit(scenario, parts=options["parts"], settings=with_seed(scenario.settings, options["seed"]))
     except VcmmError as error:
         return {**known, "problem": first_of(error)}
     except Exception as error:  # a fault of ours in one of hundreds is told and does not end the others
@@ -122,7 +122,7 @@ def record_of(options: Mapping[str, Any], item: tuple[str, Any]) -> dict[str, An
     return {**known, "problem": None, "rows": [asdict(r) for r in rows]}
 
 
-def seeded(settings: Any, seed: int | None) -> Any:
+def with_seed(settings: Any, seed: int | None) -> Any:
     """The settings with another seed, where one is given."""
     from dataclasses import replace
 

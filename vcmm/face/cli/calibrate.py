@@ -61,11 +61,11 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
-    from vcmm.face.cli.calibrate_given import CalibrationWanted
+    from vcmm.face.cli.calibrate_given import CalibrationFiles
 
-    wanted = CalibrationWanted(list(recordings), structure, machine, out, test or [])
+    wanted = CalibrationFiles(list(recordings), structure, machine, out, test or [])
     if design is not None or simulate is not None:
-        return _planned(design, simulate, wanted, seed, json)
+        return _plan(design, simulate, wanted, seed, json)
     given: dict[str, Any] = {
         "machine": machine, "errors": errors, "interpolation": interpolation, "thermal": thermal, "sensors": sensors,
         "test": test, "residual": residual, "report": report, "growth": growth, "nodes": nodes,
@@ -75,13 +75,13 @@ def calibrate_command(
 
 def _run(wanted: Any, given: dict[str, Any], months: float, compare: bool, json: bool) -> int:
     """The calibration, or the job besides one that is asked for. given: options of the command."""
-    wanted.check_named()
+    wanted.check_recordings()
     kind = given["interpolation"]
     special = _special(wanted, given | {"interpolation": kind != "spline"}, compare, json)
     if special is None:
         names = given["errors"].replace(",", " ").split()
-        asked = CalibrationAsked(names, kind, _growth(given["growth"], months, given["machine"]))
-        _answer(_calibrated(wanted, asked, given["residual"]), wanted, given["report"], json)
+        asked = CalibrationOptions(names, kind, _growth(given["growth"], months, given["machine"]))
+        _answer(_calibrate(wanted, asked, given["residual"]), wanted, given["report"], json)
     return special or 0
 
 
@@ -121,7 +121,7 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
     return None
 
 
-def _planned(design: Path | None, simulate: Path | None, wanted: Any, seed: int, json: bool) -> int:
+def _plan(design: Path | None, simulate: Path | None, wanted: Any, seed: int, json: bool) -> int:
     """What planned set-ups identify, or what they would read."""
     if design is not None:
         from vcmm.face.cli.calibrate_design import design_command
@@ -153,7 +153,7 @@ def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
 
 
 @dataclass(frozen=True)
-class CalibrationAsked:
+class CalibrationOptions:
     """Names of the errors to look for, the interpolation, and by how much (mm) errors may have grown."""
 
     only: list[str]
@@ -176,7 +176,7 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
     return float(rate * months**0.5)
 
 
-def _calibrated(wanted: Any, asked: CalibrationAsked, residual: Path | None) -> Any:
+def _calibrate(wanted: Any, asked: CalibrationOptions, residual: Path | None) -> Any:
     """The calibration; its machine files are written where they shall be."""
     from vcmm.learn.calibration.interpolation import interpolation_of
     from vcmm.learn.calibration.job import calibrate
@@ -188,7 +188,7 @@ def _calibrated(wanted: Any, asked: CalibrationAsked, residual: Path | None) -> 
     for target in (out, residual):
         if target is not None:
             output_folder(target.parent)
-    given = wanted.given()
+    given = wanted.load()
     with progress() as show:
         found = calibrate(
             given.recordings,

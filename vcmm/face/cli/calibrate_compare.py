@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from vcmm.face.cli.calibrate_given import CalibrationWanted
+    from vcmm.face.cli.calibrate_given import CalibrationFiles
 
 
-def interpolations_command(wanted: CalibrationWanted, only: list[str], json: bool) -> int:
+def interpolations_command(wanted: CalibrationFiles, only: list[str], json: bool) -> int:
     """Fit and score every interpolation; the document is vcmm.interpolations/1."""
     from vcmm.learn.calibration.held_out import compare_interpolations
     from vcmm.show.console.documents import document, print_json
@@ -16,7 +16,7 @@ def interpolations_command(wanted: CalibrationWanted, only: list[str], json: boo
     from vcmm.show.tables.calibrated import HELD_OUT, interpolations
     from vcmm.show.tables.table import records
 
-    given = wanted.given()
+    given = wanted.load()
     with progress() as show:
         found = compare_interpolations(given.recordings, given.machine, given.certificates, only, show)
     if json:

@@ -8,7 +8,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Given:
+class CalibrationInput:
     """Recordings, the machine as far as known, the certificates of the instruments, and joint covariances of readings."""
 
     recordings: Any
@@ -18,7 +18,7 @@ class Given:
 
 
 @dataclass(frozen=True)
-class CalibrationWanted:
+class CalibrationFiles:
     """Files of the command line: recordings, structure or machine file, machine file to write, recordings of tests."""
 
     files: list[Path]
@@ -27,7 +27,7 @@ class CalibrationWanted:
     out: Path | None
     test: list[Path]
 
-    def check_named(self) -> None:
+    def check_recordings(self) -> None:
         """Raises UsageError where no recording is named."""
         from vcmm.core.errors import UsageError
 
@@ -73,7 +73,7 @@ class CalibrationWanted:
                 f"{job} takes no {' and no '.join(given)}; leave {'it' if len(given) == 1 else 'them'} out"
             )
 
-    def given(self) -> Given:
+    def load(self) -> CalibrationInput:
         """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""
         from vcmm.files.own.instruments import load_certificate
         from vcmm.files.own.machine import load_machine
@@ -92,7 +92,7 @@ class CalibrationWanted:
         stated = {r.name: load_certificate(path, r) for path, r in zip(others, loaded)}
         separated, correlated = reversed_recordings([load_reversal(path) for path in turned], known)
         certificates = {name: one for name, one in stated.items() if one is not None}
-        return Given([*loaded, *separated], known, certificates, correlated)
+        return CalibrationInput([*loaded, *separated], known, certificates, correlated)
 
     def read(self) -> list[Path]:
         """All files that were read."""
@@ -109,5 +109,5 @@ class CalibrationWanted:
 
         if not self.test or self.out is None:
             return []
-        before, after = self.given().machine, load_machine(self.out)
+        before, after = self.load().machine, load_machine(self.out)
         return [put_to_test(load_recording(path, after)[0], before, after) for path in self.test]

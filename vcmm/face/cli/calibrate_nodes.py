@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vcmm.face.cli.calibrate_given import CalibrationWanted
+    from vcmm.face.cli.calibrate_given import CalibrationFiles
 
 
-def nodes_command(wanted: CalibrationWanted, json: bool) -> int:
+def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
     """Multilaterate, tell the nodes, write the machine file; the document is vcmm.nodes/1."""
     from vcmm.core.errors import UsageError
     from vcmm.learn.calibration.field_process import fitted
@@ -23,7 +23,7 @@ def nodes_command(wanted: CalibrationWanted, json: bool) -> int:
         raise UsageError(
             f"--nodes takes one recording with all stations, not {len(wanted.files)}; put their rows into one file, told apart by setup"
         )
-    given, out = wanted.given(), wanted.out
+    given, out = wanted.load(), wanted.out
     found = node_scatter(given.recordings[0], given.machine)
     if out is not None:
         check_nodes(found, given.machine)
@@ -57,6 +57,6 @@ def node_body(found: Any, fit: Any, out: Any) -> dict[str, Any]:
             {"place_mm": s.tolist(), "dead_path_mm": float(p)} for s, p in zip(one.stations, one.dead_paths)
         ],
         "process": process_json(fit, int(found.dof.min())),
-        "rejected_share": found.rejected(),
+        "rejected_share": found.rejection_share(),
         "nodes": records(NODE_COLUMNS, nodes_table(found).rows),
     }

@@ -69,7 +69,7 @@ def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int)
     above = next(p for p in out.absolute().parents if p.is_dir())
     with TemporaryDirectory(prefix=".vcmm-", dir=above) as made:
         folder = Path(made)
-        rows = _written(setups, planned, truth, folder, seed)
+        rows = _write_recordings(setups, planned, truth, folder, seed)
         for path in sorted(p for p in folder.rglob("*") if p.is_file()):
             target = out / path.relative_to(folder)
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -77,7 +77,7 @@ def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int)
     return [row | {"file": str(out / row["file"])} for row in rows]
 
 
-def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
+def _write_recordings(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
     """One row per recording. What the instruments read follows from the file as it was written: order of the rows and all."""
     import numpy as np
 
@@ -87,7 +87,7 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
     from vcmm.files.own.recording_writer import save_recording
     from vcmm.learn.calibration.machine_file import bare_text, stated_repeatability
     from vcmm.show.console.files import write_text
-    from vcmm.task.instruments.laying import simulated
+    from vcmm.task.instruments.laying import simulate_reading
 
     rng, rows, seen = np.random.default_rng(seed), [], set()
     drawn: dict[str, Any] = {}
@@ -103,7 +103,7 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
             path = out / f"{stem}.toml"
             save_recording(recording, path, BARE)
             meant, _ = load_recording(path, truth)
-            read = simulated(meant, truth, rng, certificate, drawn)
+            read = simulate_reading(meant, truth, rng, certificate, drawn)
             save_recording(read, path, BARE)
             write_text(path, path.read_text(encoding="utf-8") + instrument_text(certificate))
             rows.append(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vcmm.face.cli.calibrate_given import CalibrationWanted
+    from vcmm.face.cli.calibrate_given import CalibrationFiles
 
 
-def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -> int:
+def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) -> int:
     """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.thermal import thermal_model
@@ -21,7 +21,7 @@ def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -
     from vcmm.show.tables.table import records
     from vcmm.show.tables.thermal import TERMS, term_rows, terms
 
-    given, out = wanted.given(), wanted.out
+    given, out = wanted.load(), wanted.out
     assert wanted.machine is not None
     if out is not None:
         output_folder(out.parent)

@@ -79,14 +79,14 @@ def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
     certificate = stated_certificate(file)
     if certificate is None:
         return []
-    from vcmm.learn.calibration.acceptance import predicted
+    from vcmm.learn.calibration.acceptance import predict_figures
 
     if any(i.evidence == certificate.words() for i in machine.inputs):
         return [["certificate", f"{certificate.words()}; the errors are drawn from it"]]
     rows = []
     for test in ("10360-2", "230-2"):
         if limits := certificate.limits(test):
-            for figure in predicted(machine, test, limits, trials=400):
+            for figure in predict_figures(machine, test, limits, trials=400):
                 if figure.p_pass is not None:
                     told = "" if figure.p_pass >= 0.5 else ": errors or certificate are wrong"
                     rows.append(
@@ -283,13 +283,13 @@ def _measuring_rows(file: Path) -> list[list[str]]:
 
 def _evaluate(task: Any) -> list[str]:
     """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
-    from vcmm.answer.evaluation.linear import prepared
+    from vcmm.answer.evaluation.linear import prepare_model
     from vcmm.task.measuring.task import evaluate_all, fit_features, measured_points
 
     errors = task.machine.indication_error(task.touches.run)
     evaluate_all(task, fit_features(task, measured_points(task, errors)))
     if task.part.characteristics and task.inputs:
-        prepared(task)
+        prepare_model(task)
         return []
     missing = "characteristics" if task.inputs else "inputs (nothing is uncertain)"
     return [f"measure works, uncertainty and place do not: the scenario has no {missing}"]

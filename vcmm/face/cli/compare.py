@@ -44,8 +44,8 @@ def compare_command(
     folder = output_folder(out) if out else None
     recordings = [recording_file(path) for path in recordings]
     others = [(file, load_machine(file)) for file in machine or ()]
-    rows = [_compared(recordings, None, None, seed)]
-    rows += [_compared(recordings, file, known, seed) for file, known in others]
+    rows = [_compare(recordings, None, None, seed)]
+    rows += [_compare(recordings, file, known, seed) for file, known in others]
     inputs = [p for recording in recordings for p in sources(recording)]
     inputs += [p for file in machine or () for p in sources(file)]
     warnings, files = _left_out(rows), list(dict.fromkeys(inputs))
@@ -65,12 +65,12 @@ def compare_command(
     return 0
 
 
-def _compared(recordings: list[Path], file: Path | None, machine: Any, seed: int) -> Any:
+def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int) -> Any:
     """One machine (None: the one that each recording names) against all recordings."""
     from dataclasses import replace
 
     from vcmm.files.own.recording import load_recording
-    from vcmm.learn.diagnosis.comparison import compared
+    from vcmm.learn.diagnosis.comparison import compare_machines
     from vcmm.show.console.complaints import about
 
     pairs = []
@@ -78,7 +78,7 @@ def _compared(recordings: list[Path], file: Path | None, machine: Any, seed: int
         recording, known = load_recording(path, machine, gaps=True)
         pairs.append((replace(recording, name=str(path)) if len(recordings) > 1 else recording, known))
     with about(recordings[0]):
-        return compared(str(file) if file else _own(recordings), pairs, seed)
+        return compare_machines(str(file) if file else _machine_name(recordings), pairs, seed)
 
 
 def _left_out(rows: list[Any]) -> list[str]:
@@ -91,7 +91,7 @@ def _left_out(rows: list[Any]) -> list[str]:
     ]
 
 
-def _own(recordings: list[Path]) -> str:
+def _machine_name(recordings: list[Path]) -> str:
     """Name of the machine file that the recordings name."""
     from vcmm.files.toml import read_toml
 

@@ -64,7 +64,7 @@ def compensate_command(
     _only_a_program(asked, {"--offset-only": offset_only, "--points": points, "--table": table})
     if points is not None or table is not None:
         return _machine_form(program, points, table, out, json)
-    given = _given(program, setup, dialect, set_on)
+    given = _load_program(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
     options = {"tolerance": _length(tolerance), "decimals": decimals, "carry": carry, "growth": growth, "inline": inline,
@@ -99,7 +99,7 @@ class _GivenProgram:
     scenario: Any = None
 
 
-def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _GivenProgram:
+def _load_program(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _GivenProgram:
     """Raises UsageError: no set-up is known, or --set-on is none of its two words."""
     from vcmm.core.errors import UsageError, choose_from
 

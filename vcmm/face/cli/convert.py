@@ -38,7 +38,7 @@ def convert_command(
     from vcmm.show.console.terminal import say
 
     target = out or Path(file.stem)
-    made, read = _made(file, machine, target)
+    made, read = _convert(file, machine, target)
     folder = output_folder(target)
     taken = [folder / n for n in made.texts if (folder / n).exists()]
     if taken:
@@ -62,7 +62,7 @@ def convert_command(
     return 0
 
 
-def _made(file: Path, machine: Path | None, target: Path) -> tuple[Any, list[str]]:
+def _convert(file: Path, machine: Path | None, target: Path) -> tuple[Any, list[str]]:
     """The files, and what `vcmm check` says against them. A characteristic that contradicts the drawing is left out."""
     from vcmm.files.foreign.convert import Beside, convert
 

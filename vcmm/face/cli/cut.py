@@ -67,13 +67,13 @@ def cut_command(
 
     sharing, options = sharing_of(workers, cluster, shard), {"trials": trials, "seed": seed, "engine": engine}
     back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
-    other = _other(inspect, tolerance, back is not None or sharing.share is not None)
+    other = _inspection_program(inspect, tolerance, back is not None or sharing.share is not None)
     if sharing.share is None:
         return run_cut(scenario, options, sharing, json, out, returned=back, other=other)
     return _shard(scenario, options, sharing, json, out, back is not None)
 
 
-def _other(inspect: Path | None, tolerance: str, taken: bool) -> tuple[Path, str] | None:
+def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tuple[Path, str] | None:
     """(program, tolerance) of --inspect. UsageError for options that do not go together."""
     from vcmm.core.errors import UsageError
 

@@ -27,7 +27,7 @@ class CameBack:
         from vcmm.show.console.terminal import say, show_table
         from vcmm.show.tables import measured_cut as tables
 
-        show_table(tables.compared(self.cut))
+        show_table(tables.prediction_table(self.cut))
         if self.cut.mismatch:
             show_table(tables.mismatch(self.cut))
         else:

@@ -56,13 +56,13 @@ def diagnose_command(
         return _folder(recordings, options, (workers, cluster, shard), json, out)
     if any(word is not None for word in (workers, cluster, shard)):
         raise UsageError("--workers, --cluster and --shard share the recordings of a folder; name one")
-    from vcmm.face.cli.diagnose_several import Wanted, diagnose_files
+    from vcmm.face.cli.diagnose_several import SeveralRequest, diagnose_files
     from vcmm.files.own.recording import recording_file
 
     extra = [_own_class(word) for word in effect or ()]
     files, wanted = (
         [recording_file(path) for path in recordings],
-        Wanted(machine, seed, extra, report, json, out),
+        SeveralRequest(machine, seed, extra, report, json, out),
     )
     return _diagnose_file(files[0], wanted) if len(files) == 1 else diagnose_files(files, wanted, _show)
 
@@ -184,14 +184,14 @@ def improved_files(
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     from vcmm.files.toml import read_toml
-    from vcmm.learn.diagnosis.accepted import anew, written
+    from vcmm.learn.diagnosis.accepted import anew, answers_to_write
     from vcmm.learn.diagnosis.machine_file import (
         improved_machine,
         repaired_in_place,
         repaired_table,
         with_table,
     )
-    from vcmm.learn.diagnosis.renewed_file import naming_renewed, renewed_files
+    from vcmm.learn.diagnosis.renewed_file import name_tables, renewed_files
 
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)
@@ -201,12 +201,12 @@ def improved_files(
     tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
     new = anew(diagnosis.answer)
     edits = repaired_in_place(known, mistake, recording.name) if mistake is not None and not tables else ""
-    if not tables and not edits and new is None and not written(diagnosis.answer):
+    if not tables and not edits and new is None and not answers_to_write(diagnosis.answer):
         return {}
     text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
     if new is not None:
         files = renewed_files(original, known, new, recording.name)
-        return {"machine.toml": naming_renewed(text, recording.name), **files}
+        return {"machine.toml": name_tables(text, recording.name), **files}
     return {"machine.toml": with_table(text) if tables else text + edits, **tables}
 
 

@@ -14,7 +14,7 @@ def folder_job(folder: Path, options: dict[str, Any], sharing: Any, json: bool, 
     from vcmm.show.console.files import output_folder
 
     target = output_folder(out) if out else None
-    records, files = diagnosed(folder, options, sharing, json)
+    records, files = diagnose_folder(folder, options, sharing, json)
     from vcmm.learn.diagnosis.fleet import changes, in_time
 
     records = in_time(records)
@@ -29,7 +29,7 @@ def folder_job(folder: Path, options: dict[str, Any], sharing: Any, json: bool, 
     return 70 if any(r["ours"] for r in records) else 0
 
 
-def diagnosed(
+def diagnose_folder(
     folder: Path, options: dict[str, Any], sharing: Any, quiet: bool
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """A record of every recording, and all files that were read. Raises ShardDone where a share is wanted."""
@@ -65,7 +65,7 @@ def shard_of_folder(folder: Path, options: dict[str, Any], sharing: Any, json: b
     files = read_files(recordings_in(folder), Path(options["machine"]) if options["machine"] else None)
     shared = write_shard(
         "diagnose", {"scenario": str(folder), **options}, files, sharing.share,
-        lambda: diagnosed(folder, options, sharing, json),
+        lambda: diagnose_folder(folder, options, sharing, json),
     )  # fmt: skip
     return put_shard(shared, folder.name or "diagnose", json, out)
 

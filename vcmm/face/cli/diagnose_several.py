@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 WRITTEN, READ = "write the machine file", "read the machine file back"
-COMPARED = "compare the machine file that was written with the recording"
+STEP_COMPARE = "compare the machine file that was written with the recording"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class SeveralRequest:
     """What the command line asks for."""
 
     machine: Path | None
@@ -23,7 +23,7 @@ class Wanted:
     out: Path | None
 
 
-def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], None]) -> int:
+def diagnose_files(files: Sequence[Path], wanted: SeveralRequest, show: Callable[[Any], None]) -> int:
     """Diagnose recordings together, print and write what was asked for. Raises UsageError where they name two machines.
 
     show: prints a diagnosis.
@@ -42,7 +42,7 @@ def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], 
     attempt = Attempt.none()
     texts: dict[str, str] = {}
     if wanted.out:
-        texts = attempt(WRITTEN, lambda: _improved(found, known, original, wanted.out), {})
+        texts = attempt(WRITTEN, lambda: _write_common(found, known, original, wanted.out), {})
         together, texts = read_back(wanted.out, texts, files, found.together, attempt)
         found = replace(found, together=together)
     page = ""
@@ -116,7 +116,7 @@ def read_back(
         for name in improved:
             (folder / name).unlink(missing_ok=True)
         return diagnosis, {}
-    after = attempt(COMPARED, lambda: left(machine), diagnosis.fit.after)
+    after = attempt(STEP_COMPARE, lambda: left(machine), diagnosis.fit.after)
     return replace(diagnosis, fit=replace(diagnosis.fit, after=after)), improved
 
 
@@ -136,20 +136,20 @@ def _body(found: Any, folder: Path | None) -> dict[str, Any]:
     return body | several_json(found) | {"improved_machine": str(folder / "machine.toml") if folder else None}
 
 
-def _improved(found: Any, known: Any, original: Path | None, out: Path | None) -> dict[str, str]:
+def _write_common(found: Any, known: Any, original: Path | None, out: Path | None) -> dict[str, str]:
     """machine.toml with what is common; empty where there is nothing to write."""
-    from vcmm.learn.diagnosis.accepted import anew, written
+    from vcmm.learn.diagnosis.accepted import anew, answers_to_write
     from vcmm.learn.diagnosis.machine_file import improved_machine
-    from vcmm.learn.diagnosis.renewed_file import naming_renewed, renewed_files
+    from vcmm.learn.diagnosis.renewed_file import name_tables, renewed_files
 
     answers, source = found.together.answer, found.recording.name
     new = anew(answers)
-    if out is None or original is None or (new is None and not written(answers)):
+    if out is None or original is None or (new is None and not answers_to_write(answers)):
         return {}
     text = improved_machine(original, out / "machine.toml", known, answers, source)
     if new is None:
         return {"machine.toml": text}
-    return {"machine.toml": naming_renewed(text, source), **renewed_files(original, known, new, source)}
+    return {"machine.toml": name_tables(text, source), **renewed_files(original, known, new, source)}
 
 
 def _page(found: Any, known: Any) -> str:
@@ -158,7 +158,7 @@ def _page(found: Any, known: Any) -> str:
     return diagnosis_page(found.recording, known, found.together, found)
 
 
-def _write(page: str, content: dict[str, Any], texts: dict[str, str], wanted: Wanted) -> None:
+def _write(page: str, content: dict[str, Any], texts: dict[str, str], wanted: SeveralRequest) -> None:
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import output_folder, write_files, write_text
     from vcmm.show.console.terminal import say

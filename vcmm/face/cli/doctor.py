@@ -14,7 +14,17 @@ WARMING = (
     "turned_shaft",
     "pallet_block",
 )  # cuts that together use every kernel of cutting and motion
-REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "pydantic", "cyclopts", "rich", "tomlkit")
+REQUIRED_PACKAGES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "trimesh",
+    "pyvista",
+    "pydantic",
+    "cyclopts",
+    "rich",
+    "tomlkit",
+)
 
 
 def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
@@ -38,9 +48,9 @@ def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="
         ["vcmm", __version__, "ok"],
         ["Python", platform.python_version(), "ok" if sys.version_info >= (3, 11) else "needs 3.11"],
     ]
-    rows += [_package(name) for name in REQUIRED]
+    rows += [_package(name) for name in REQUIRED_PACKAGES]
     if warm:
-        rows.append(_warmed())
+        rows.append(_warm_up())
     rows += [_rendering(), _cache(), ["cores", str(os.cpu_count()), "ok"]]
     missing = [row for row in rows if row[2].startswith("missing")]
     if json:
@@ -78,7 +88,7 @@ def _rendering() -> list[str]:
     return ["off-screen OpenGL", "no", hint]
 
 
-def _warmed() -> list[str]:
+def _warm_up() -> list[str]:
     """Compile the kernels by small jobs that use them: sampling, fits by extremes, milling, turning, a rotary table."""
     import contextlib
     import io

@@ -65,9 +65,9 @@ def evaluate_command(
     }  # fmt: skip
     places = Places(out, export, evidence)
     if compare or cut:
-        from vcmm.face.cli.evaluate_compare import compare_measured
+        from vcmm.face.cli.evaluate_compare import compare_with_cut
 
-        return compare_measured(scenario, cut, options, json, places)
+        return compare_with_cut(scenario, cut, options, json, places)
     return _run(scenario, options, json, places)
 
 
@@ -81,7 +81,7 @@ class Places:
 
 
 def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
-    from vcmm.face.api import check_measured, evaluate
+    from vcmm.face.api import check_inputs, evaluate
     from vcmm.face.cli.evaluated_parts import show_parts
     from vcmm.face.cli.options import keep_evidence
     from vcmm.files.own.scenario import load_scenario
@@ -92,7 +92,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
 
     # before the scenario is read: no line of it is wrong
     given = options["points"], options["values"], options["frame"] or "part", options["tip_centres"]
-    check_measured(*given)
+    check_inputs(*given)
     folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
     measured = options["points"] or options["values"]
@@ -126,12 +126,12 @@ def _places(out: Path | None, export: Path | None) -> Path | None:
 
 def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:
     """The file for another system, from the document that is shown."""
-    from vcmm.files.foreign.export import exported
+    from vcmm.files.foreign.export import export_text
     from vcmm.show.console.files import output_folder, write_text
     from vcmm.show.console.terminal import say
 
     output_folder(export.parent)
-    text, notes = exported(export, scenario.name or "part", scenario.part, content)
+    text, notes = export_text(export, scenario.name or "part", scenario.part, content)
     write_text(export, text)
     for note in notes:
         say(f"note: {note}")

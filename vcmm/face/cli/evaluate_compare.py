@@ -13,7 +13,7 @@ from typing import Any
 OPTIONS = {"values": "--values", "tip_centres": "--tip-centres"}
 
 
-def compare_measured(
+def compare_with_cut(
     scenario: Path, cut: Path | None, options: dict[str, Any], json: bool, places: Any
 ) -> int:
     """The whole job. scenario: with [cut] and [inspection], or of the measurement, and cut: of the cut part."""
@@ -87,13 +87,13 @@ def _both(scenario: Path, cut: Path | None) -> tuple[Path, Any, Any]:
             f"{scenario} says nothing of how the part was cut: add --cut block.toml, the scenario with the table [cut]"
         )
     measuring = load_scenario(scenario)
-    return cut, inspected(load_cut(cut), measuring), measuring
+    return cut, inspect_cut(load_cut(cut), measuring), measuring
 
 
-def inspected(cut: Any, measuring: Any) -> Any:
+def inspect_cut(cut: Any, measuring: Any) -> Any:
     """The cut scenario, its part measured as a measuring scenario says. UsageError: features that are not of the cut part."""
     from vcmm.core.errors import UsageError, choose_from
-    from vcmm.core.knowledge import informed
+    from vcmm.core.knowledge import add_knowledge
     from vcmm.shop.machining.scenario import OTHER, Inspection
 
     for name in measuring.part.features:
@@ -101,7 +101,7 @@ def inspected(cut: Any, measuring: Any) -> Any:
             raise UsageError(
                 f'the feature "{name}" is measured, but the part that is cut has none of that name.{choose_from(name, cut.part.features)}'
             )
-    machine = informed(measuring.machine, inputs=measuring.inputs)
+    machine = add_knowledge(measuring.machine, inputs=measuring.inputs)
     how = Inspection(OTHER, machine, measuring.pose, measuring.constants)
     return replace(
         cut, part=measuring.part, plan=measuring.plan, qualifications=measuring.qualifications, inspection=how

@@ -16,11 +16,11 @@ def show_parts(parts: Any, warnings: Collection[str]) -> None:
         stated_with,
         undecided_because,
     )
-    from vcmm.show.tables.inferred import batch, joint_words, shown, told_once, wholes
+    from vcmm.show.tables.inferred import batch, joint_words, part_table, told_once, wholes
 
     several = len(parts) > 1
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
-    show_table(batch(parts) if several else shown(parts[0]))
+    show_table(batch(parts) if several else part_table(parts[0]))
     said = told_once(
         [(n, [*stated_with(found), *undecided_because(found), *not_covered(found)]) for n, found in results]
     )

@@ -20,7 +20,7 @@ def explain_command(word: str, *, json: Annotated[bool, Parameter(name="--json")
     json
         Print one JSON document.
     """
-    from vcmm.core.error_names import known
+    from vcmm.core.error_names import is_known
     from vcmm.core.errors import UsageError
     from vcmm.core.figures import standard_figures
     from vcmm.physics import BY_NAME, find
@@ -30,7 +30,7 @@ def explain_command(word: str, *, json: Annotated[bool, Parameter(name="--json")
         return _effect(word, json)
     if figures:
         return _figures(word, figures, json)
-    if known(word):
+    if is_known(word):
         return _error(word, json)
     try:
         find(word)
@@ -60,12 +60,12 @@ def _figures(word: str, figures: tuple[StandardFigure, ...], json: bool) -> int:
 def _error(word: str, json: bool) -> int:
     from vcmm.core.axes import is_location
     from vcmm.core.effect import place_fields
-    from vcmm.core.error_names import canonical, described
+    from vcmm.core.error_names import canonical, describe_error
     from vcmm.physics.structure.component import ComponentTable
     from vcmm.physics.structure.squareness import RotaryLocation, Squareness
     from vcmm.show.console.documents import document, print_json
 
-    row = described(canonical(word))
+    row = describe_error(canonical(word))
     of_axis = RotaryLocation if is_location(row.name) else Squareness
     kind = ComponentTable if row.name.startswith("E") else of_axis
     key = next(f.name for f in place_fields(kind))

@@ -44,12 +44,12 @@ def field_command(
     from vcmm.show.console.terminal import say, show_table
     from vcmm.show.tables.error_field import field_json, maxima
     from vcmm.task.response.logs import with_logs
-    from vcmm.task.response.volumetric import field, grid, not_mapped
+    from vcmm.task.response.volumetric import field, grid, missing_columns
 
     folder = output_folder(out) if out else None
     loaded = load_machine(machine)
     run = with_logs(read_positions(at, loaded.chain.letters)) if at else None
-    absent = not_mapped(loaded, run or grid(loaded, 2))
+    absent = missing_columns(loaded, run or grid(loaded, 2))
     with rows_of(machine, at):
         error_map = field(loaded, run, exact, nodes)
     files = sources(machine) + ([at] if at else [])

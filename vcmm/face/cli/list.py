@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-What = Literal[
+TopicName = Literal[
     "scenarios",
     "effects",
     "features",
@@ -19,7 +19,9 @@ What = Literal[
 ]
 
 
-def list_command(what: What = "scenarios", *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+def list_command(
+    what: TopicName = "scenarios", *, json: Annotated[bool, Parameter(name="--json")] = False
+) -> int:
     """List scenarios, effects, features, strategies, characteristics, criteria, laws, aliases of error names, or units.
 
     Parameters

@@ -52,8 +52,10 @@ def loop_command(
 
     given = measured_points(measured, u_point)
     folder = output_folder(out or Path(f"{scenario.stem}-next"))
-    found = _found(scenario, given, frame == "machine", seed, folder)
-    result = _next(found, scenario, folder, _Wanted(tolerance, decimals, surface, given, frame == "machine"))
+    found = _diagnose_cut(scenario, given, frame == "machine", seed, folder)
+    result = _next(
+        found, scenario, folder, _LoopRequest(tolerance, decimals, surface, given, frame == "machine")
+    )
     files = [*sources(scenario), measured]
     content = document("vcmm.loop/1", loop_json(result), seed=seed, files=files, warnings=result.warnings)
     write_files(folder, {"loop.json": json_text(content)})
@@ -68,12 +70,12 @@ def loop_command(
     return 0 if result.met else 1
 
 
-ACCUSED = 1e-3  # of parts that hold no more than the scatter of their points, told all the same
+LEAST_SHARE = 1e-3  # of parts that hold no more than the scatter of their points, told all the same
 LEAST_SCATTER = 1e-5  # mm: below it points are given without any
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _LoopRequest:
     tolerance: str
     decimals: int | None
     surface: bool
@@ -82,7 +84,7 @@ class _Wanted:
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _LoopFindings:
     """The comparison, the diagnosis and the machine file to go on with."""
 
     cut: Any
@@ -131,7 +133,7 @@ class Loop:
         from scipy.stats import chi2
 
         n, scatter = len(self.rest), max(self.cut.scatter, LEAST_SCATTER)
-        if float(self.rest @ self.rest) <= scatter**2 * float(chi2.ppf(1.0 - ACCUSED, n)):
+        if float(self.rest @ self.rest) <= scatter**2 * float(chi2.ppf(1.0 - LEAST_SHARE, n)):
             return ""
         size = abs(self.rest) * 1e3
         return (
@@ -145,7 +147,7 @@ class Loop:
         return bool(self.proof.met and not (self.refused or self.left or self.setting))
 
 
-def _found(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path) -> _Found:
+def _diagnose_cut(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path) -> _LoopFindings:
     """Cut, compare and diagnose; the recording and the improved machine file are written."""
     from vcmm.core.errors import UsageError
     from vcmm.face.cli.cut_measured import came_back, machine_file
@@ -174,10 +176,10 @@ def _found(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path
     diagnosis = replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures))
     machine = folder / "machine.toml" if improved else machine_of(written)[0]
     assert machine is not None
-    return _Found(back, diagnosis, machine, bool(improved), (written.name, *improved))
+    return _LoopFindings(back, diagnosis, machine, bool(improved), (written.name, *improved))
 
 
-def _next(found: _Found, scenario: Path, folder: Path, wanted: _Wanted) -> Loop:
+def _next(found: _LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest) -> Loop:
     """The program of the next part: compensated, cut on the machine with what was found, and written where it is no worse."""
     from math import sqrt
 

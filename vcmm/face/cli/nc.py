@@ -46,7 +46,7 @@ def nc_command(
     json
         Print one JSON document.
     """
-    loaded = _loaded(setup) if setup else None
+    loaded = _load_setup(setup) if setup else None
     if program.is_dir():
         from vcmm.face.cli.nc_folder import folder_job
 
@@ -56,7 +56,7 @@ def nc_command(
 
         return json_job(program, dialect, _level(None, strict))
     read = _read(program, dialect, loaded, strict)
-    path = _timed(read, loaded) if time else None
+    path = _time_program(read, loaded) if time else None
     written = _page(program, read, loaded, out) if plot else []
     if write_setup is not None:
         written.append(_write_setup(program, read, write_setup))
@@ -67,7 +67,7 @@ def nc_command(
     return 0
 
 
-def _loaded(setup: Path) -> Any:
+def _load_setup(setup: Path) -> Any:
     from vcmm.files.own.setup import load_setup
 
     return load_setup(setup)
@@ -151,16 +151,16 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     machine = _machine(setup)
     said = list(remarks_on(read, setup, machine))
     if machine is not None and read.moves:
-        from vcmm.shop.motion.tool_centre import oriented
+        from vcmm.shop.motion.tool_centre import orient_moves
 
-        moves, singular = oriented(read.moves, machine, str(program))
+        moves, singular = orient_moves(read.moves, machine, str(program))
         read, said = replace(read, moves=moves), [*said, *singular]
     if setup.machine and machine is None:
         said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
     return replace(read, warnings=(*read.warnings, *said))
 
 
-def _timed(read: Any, setup: Any) -> Any:
+def _time_program(read: Any, setup: Any) -> Any:
     """The motion of the program in time, on the machine of the set-up."""
     from vcmm.core.errors import UsageError
     from vcmm.files.own.machine import load_machine
@@ -192,13 +192,13 @@ def _show(program: Path, read: Any, total: Any, moves: bool) -> None:
 
     name = program.name
     if read.unused:
-        show_table(tables.unused(name, read))
+        show_table(tables.unused_table(name, read))
     if moves:
         show_table(tables.moves(name, read))
     show_table(tables.kinds(name, read, total))
     show_table(tables.extents(read, total))
     if read.assumed:
-        show_table(tables.assumed(name, read))
+        show_table(tables.assumption_table(name, read))
     remarks = tables.remarks(name, read)
     if remarks.rows:
         show_table(remarks)

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lt=2**63))]  # the streams take 64 bits
-Counted = Annotated[int | None, Parameter(validator=Number(gte=1))]  # 0 would be taken for "not given"
+CountOption = Annotated[int | None, Parameter(validator=Number(gte=1))]  # 0 would be taken for "not given"
 Decimals = Annotated[int | None, Parameter(validator=Number(gte=0, lte=9))]  # a control reads no more
 Workers = Annotated[int | None, Parameter(name="--workers")]
 Cluster = Annotated[str | None, Parameter(name="--cluster")]

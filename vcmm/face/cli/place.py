@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Cluster, Counted, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, CountOption, Seed, Shard, Workers
 
 
 def place_command(
@@ -17,10 +17,10 @@ def place_command(
     budget: str | None = None,
     machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
     seed: Seed | None = None,
-    evaluations: Counted = None,
-    scan: Counted = None,
-    trials: Counted = None,
-    draws: Counted = None,
+    evaluations: CountOption = None,
+    scan: CountOption = None,
+    trials: CountOption = None,
+    draws: CountOption = None,
     workers: Workers = None,
     cluster: Cluster = None,
     shard: Shard = None,
@@ -65,11 +65,11 @@ def place_command(
     """
     _check(plan, machines, draws, budget, (evaluations, scan, trials), (workers, cluster, shard))
     if plan:
-        return _planned(scenario, budget or "5 min", seed, json, out)
+        return _plan_points(scenario, budget or "5 min", seed, json, out)
     options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
     if machines and not (scenario.is_file() and _cuts(scenario)) and str(scenario) != "gaska2014":
-        return _chosen((scenario, machines), options, (workers, cluster, shard), json, out)
-    return _one(scenario, machines, draws, options, json, out)
+        return _choose_machine((scenario, machines), options, (workers, cluster, shard), json, out)
+    return _place_scenario(scenario, machines, draws, options, json, out)
 
 
 def _check(
@@ -93,7 +93,7 @@ def _check(
         _refuse("the machines are those of --machines", {"--draws": draws})
 
 
-def _one(
+def _place_scenario(
     scenario: Path,
     machines: list[Path] | None,
     draws: int | None,
@@ -112,7 +112,7 @@ def _one(
     return _any(scenario, machines, given, json, folder)
 
 
-def _chosen(
+def _choose_machine(
     named: tuple[Path, list[Path]],
     options: dict[str, Any],
     shared: tuple[Any, ...],
@@ -176,7 +176,7 @@ def _any(
 
         _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
         return placed_cut(scenario, options, json, folder)
-    return _placed(scenario, options, json, folder)
+    return _place(scenario, options, json, folder)
 
 
 def _cuts(scenario: Path) -> bool:
@@ -186,7 +186,7 @@ def _cuts(scenario: Path) -> bool:
     return "cut" in read_toml(scenario).data
 
 
-def _planned(scenario: Path, budget: str, seed: int | None, json: bool, out: Path | None) -> int:
+def _plan_points(scenario: Path, budget: str, seed: int | None, json: bool, out: Path | None) -> int:
     """Points, styli and order under a time budget."""
     from vcmm.face.cli.place_plan import run_plan_option
     from vcmm.files.own.scenario import load_scenario
@@ -202,7 +202,7 @@ def _planned(scenario: Path, budget: str, seed: int | None, json: bool, out: Pat
     )
 
 
-def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
+def _place(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
     """Place one scenario and say what was found."""
     from vcmm.answer.placing.advice import advice
     from vcmm.answer.placing.placement import place

@@ -31,7 +31,7 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 
 
 def _json(placed: Any) -> dict[str, Any]:
-    from vcmm.answer.placing.result import map_json, named, pose_json
+    from vcmm.answer.placing.result import freedom_key, map_json, pose_json
     from vcmm.part.gps.characteristics import unit
     from vcmm.show.tables.placed import GAINS, gains
     from vcmm.show.tables.table import records
@@ -55,7 +55,7 @@ def _json(placed: Any) -> dict[str, Any]:
             "better": certificate.better, "earlier": certificate.earlier, "hidden": certificate.hidden,
             "spacing": certificate.spacing,
         },
-        "flat": {"within": flat.within, "share": flat.share, "box": {named(n): list(r) for n, r in flat.box.items()}},
+        "flat": {"within": flat.within, "share": flat.share, "box": {freedom_key(n): list(r) for n, r in flat.box.items()}},
         "conforming": records(GAINS, gains(placed).rows),
         "map": map_json(placed.map),
     }  # fmt: skip

@@ -85,7 +85,7 @@ def placed_on_all(
     from vcmm.core.errors import UsageError
     from vcmm.show.console.terminal import progress
 
-    loaded = _loaded(scenario, machines)
+    loaded = _load_tasks(scenario, machines)
     key = key_of("place", options, _read(scenario, machines))
     with progress(shown) as bar:
         count = len(machines)
@@ -100,7 +100,7 @@ def placed_on_all(
     return found
 
 
-def _loaded(scenario: Path, machines: list[Path]) -> list[Any]:
+def _load_tasks(scenario: Path, machines: list[Path]) -> list[Any]:
     """The task on every machine, or what is wrong with a machine file as text. Raises what the last raises where none can be read."""
     from vcmm.core.errors import VcmmError, first_of
     from vcmm.files.own.scenario import load_scenario

@@ -18,10 +18,10 @@ def proved_by_cut(scenario: Any, data: bytes, suffix: str, allowed: float) -> An
     Raises ModelLimit where the part comes out worse than with the program as it is.
     """
     from vcmm.core.errors import ModelLimit
-    from vcmm.shop.machining.proof import not_inspected
+    from vcmm.shop.machining.proof import proof_without_inspection
 
     if scenario is None:
-        return not_inspected(NO_PART)
+        return proof_without_inspection(NO_PART)
     proof = proof_of(scenario, data, suffix, allowed)
     if proof.worse:
         raise ModelLimit(

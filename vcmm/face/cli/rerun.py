@@ -40,14 +40,14 @@ def rerun_command(
 
     from vcmm import __version__
     from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.evidence import ALIKE, differences, unpacked
+    from vcmm.show.console.evidence import TOLERANCE, differences, unpack_evidence
 
     with TemporaryDirectory() as folder:
-        said = unpacked(pack, Path(folder))
+        said = unpack_evidence(pack, Path(folder))
         found = _run_again(said, Path(folder), most_trials)
     changed = list(differences(said["document"], found))
     largest = max((c.relative for c in changed), default=0.0)
-    same = largest <= ALIKE
+    same = largest <= TOLERANCE
     body = {
         "command": said["command"], "same": same, "identical": not changed, "largest_relative_difference": largest,
         "version_then": said["version"], "libraries_then": said["libraries"],
@@ -66,7 +66,7 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
     import io
     import json
 
-    from vcmm.core.confinement import confined
+    from vcmm.core.confinement import confine
     from vcmm.core.errors import DataError
     from vcmm.face.cli import run
 
@@ -78,7 +78,7 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
             f"the command of the pack is no job that --evidence writes ({' '.join(said['command'])}); nothing was run"
         )
     caught = io.StringIO()
-    with confined(folder):
+    with confine(folder):
         _check_cost(words, most_trials)
         with contextlib.redirect_stdout(caught):
             code = run([*words, "--json"])

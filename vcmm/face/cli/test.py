@@ -10,7 +10,9 @@ from cyclopts.validators import Number
 
 from vcmm.face.cli.options import Seed
 
-Drawn = Annotated[int, Parameter(validator=Number(gte=40, lte=10**6))]  # 40: one draw in either tail of 2.5 %
+DrawsOption = Annotated[
+    int, Parameter(validator=Number(gte=40, lte=10**6))
+]  # 40: one draw in either tail of 2.5 %
 
 
 def test_command(
@@ -19,7 +21,7 @@ def test_command(
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
-    trials: Drawn = 1000,
+    trials: DrawsOption = 1000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.
@@ -43,7 +45,7 @@ def test_command(
     """
     from vcmm.files.own.machine import load_machine_of
     from vcmm.files.toml import read_toml
-    from vcmm.learn.calibration.acceptance import predicted
+    from vcmm.learn.calibration.acceptance import predict_figures
     from vcmm.learn.calibration.limits import limits_of
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import show_table
@@ -54,15 +56,15 @@ def test_command(
     drawn = False
     limits = limits_of(limit or [], angles=iso == "230-7")
     if iso == "230-7":
-        figures = _spindle(_one([file, *more]), limits, warnings, seed=seed, trials=trials)
+        figures = _spindle(_only_file([file, *more]), limits, warnings, seed=seed, trials=trials)
     elif more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
-        figures = _recorded([file, *more], iso, limits, warnings)
+        figures = _evaluate_recordings([file, *more], iso, limits, warnings)
     else:
         machine = load_machine_of(file)
-        stated, drawn = _stated(file, machine, iso, warnings)
+        stated, drawn = _stated_limits(file, machine, iso, warnings)
         limits = {**stated, **limits}
-        figures = _told(predicted(machine, iso, limits, seed, trials), warnings)
-    _refuse_unused(limits, figures, parts=iso == "230-7")
+        figures = _drop_rounding(predict_figures(machine, iso, limits, seed, trials), warnings)
+    _refuse_unused_limits(limits, figures, parts=iso == "230-7")
     read = [f for one in (file, *more) for f in sources(one)]
     body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
     content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
@@ -82,7 +84,7 @@ def _table(iso: str, figures: Any) -> Any:
     return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
 
 
-def _stated(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:
+def _stated_limits(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:
     """Limits of the file's own [certificate] by figure, and whether its errors were drawn from it."""
     from vcmm.files.own.certificate import stated_certificate
 
@@ -98,7 +100,7 @@ def _stated(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[di
     return dict(certificate.limits(iso)), drawn
 
 
-def _refuse_unused(limits: Any, figures: Any, parts: bool) -> None:
+def _refuse_unused_limits(limits: Any, figures: Any, parts: bool) -> None:
     """parts: the beginning of a name stands for all figures that begin so."""
     from vcmm.core.errors import UsageError, choose_from
     from vcmm.learn.calibration.spindle import ANGLE, is_of
@@ -132,10 +134,10 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
             f'{file}: a spindle test says in [reversal] how artefact and probe were turned; test = "direct" where the artefact is '
             "taken as perfect (docs/reversal.md)"
         )
-    return _told(predicted_spindle(load_machine(file), limits, seed, trials), warnings)
+    return _drop_rounding(predicted_spindle(load_machine(file), limits, seed, trials), warnings)
 
 
-def _told(figures: Any, warnings: list[str]) -> Any:
+def _drop_rounding(figures: Any, warnings: list[str]) -> Any:
     """Figures without those that are rounding, and a warning of these."""
     from vcmm.learn.calibration.acceptance import without_rounding
 
@@ -144,7 +146,7 @@ def _told(figures: Any, warnings: list[str]) -> Any:
     return figures
 
 
-def _one(files: list[Path]) -> Path:
+def _only_file(files: list[Path]) -> Path:
     """A spindle test is one file. UsageError for several."""
     from vcmm.core.errors import UsageError
 
@@ -155,11 +157,11 @@ def _one(files: list[Path]) -> Path:
     return files[0]
 
 
-def _recorded(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> Any:
+def _evaluate_recordings(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> Any:
     from vcmm.files.own.instruments import load_certificate
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.deviations import RecordedTest
-    from vcmm.learn.calibration.recorded import evaluated
+    from vcmm.learn.calibration.recorded import evaluate_recordings
 
     tests = []
     for file in files:
@@ -170,6 +172,6 @@ def _recorded(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> 
                 f"{file.name} names no [instrument]; its uncertainty is not known, so u is left out"
             )
         tests.append(RecordedTest(recording, machine, certificate))
-    figures, notes = evaluated(tests, iso, limits)
+    figures, notes = evaluate_recordings(tests, iso, limits)
     warnings += notes
     return figures

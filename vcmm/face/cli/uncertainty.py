@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import Cluster, Counted, Evidence, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, CountOption, Evidence, Seed, Shard, Workers
 
 
 def uncertainty_command(
@@ -17,7 +17,7 @@ def uncertainty_command(
     trials: int | None = None,
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
-    digits: Counted = None,
+    digits: CountOption = None,
     workers: Workers = None,
     cluster: Cluster = None,
     shard: Shard = None,
@@ -68,12 +68,12 @@ def uncertainty_command(
         )
     shared = write_shard(
         "uncertainty", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
-        lambda: _evaluated(scenario, options, sharing),
+        lambda: _evaluate(scenario, options, sharing),
     )  # fmt: skip
     return put_shard(shared, scenario.stem, json, out)
 
 
-def _evaluated(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
+def _evaluate(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
     """(scenario, result); complaints get file and line."""
     from vcmm.face.api import uncertainty
     from vcmm.files.own.scenario import load_scenario
@@ -99,7 +99,7 @@ def run_uncertainty(
     from vcmm.show.tables.evaluated import uncertainty_json
 
     folder = output_folder(out) if out else None
-    loaded, result = _evaluated(scenario, options, sharing)
+    loaded, result = _evaluate(scenario, options, sharing)
     content = document(
         "vcmm.uncertainty/1",
         uncertainty_json(result),
@@ -128,7 +128,7 @@ def show(result: Any) -> None:
     from vcmm.answer.evaluation.result import common_causes
     from vcmm.show.console.terminal import say, show_table
     from vcmm.show.tables.evaluated import (
-        computed,
+        computation_table,
         largest,
         not_added_up,
         results,
@@ -139,7 +139,7 @@ def show(result: Any) -> None:
     show_table(results(result))
     for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
         say(sentence)
-    for table in (largest(result.characteristics), computed(result)):
+    for table in (largest(result.characteristics), computation_table(result)):
         show_table(table)
     for c in result.characteristics:
         for cause, (share, names) in common_causes(c.budget).items():

@@ -50,7 +50,7 @@ def _items(file: Path, close: bool) -> tuple[Any, str]:
         return volume_scene(machine), machine.name or file.stem
     if kind != "scenario":
         raise UsageError(f"{file}: a scenario/1 or machine/1 is shown, this is {kind or 'neither'}")
-    from vcmm.answer.evaluation.linear import prepared
+    from vcmm.answer.evaluation.linear import prepare_model
     from vcmm.files.own.scenario import load_scenario
     from vcmm.show.pages.view import task_in_machine, touches_of
     from vcmm.task.measuring.scenario import Scenario
@@ -59,6 +59,6 @@ def _items(file: Path, close: bool) -> tuple[Any, str]:
     if not isinstance(loaded, Scenario):
         raise UsageError(f"{file}: this scenario cuts; vcmm cut --out shows its part")
     task = loaded.task()
-    return touches_of(task, prepared(task).influences) if close else task_in_machine(
+    return touches_of(task, prepare_model(task).influences) if close else task_in_machine(
         task
     ), loaded.name or file.stem

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from vcmm.learn.calibration.machine_file import bare_text
-from vcmm.learn.calibration.net import CHOSEN, EPOCHS, LAYOUTS, AxisNet, folds, share_left, trained
+from vcmm.learn.calibration.net import BEST_LAYOUT, EPOCHS, LAYOUTS, AxisNet, folds, share_left, train_net
 from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
 
 __all__ = [
-    "CHOSEN",
+    "BEST_LAYOUT",
     "EPOCHS",
     "LAYOUTS",
     "AxisNet",
@@ -16,5 +16,5 @@ __all__ = [
     "folds",
     "node_scatter",
     "share_left",
-    "trained",
+    "train_net",
 ]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.accepted import answers_to_write
 from vcmm.learn.diagnosis.estimates import Estimate
-from vcmm.learn.diagnosis.improve import improved
+from vcmm.learn.diagnosis.improve import improve_machine
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.show.pages.diagnosis import sentences
 from vcmm.show.tables.diagnosed import FOLDS, FoldRow, folds
@@ -16,10 +16,10 @@ __all__ = [
     "Diagnosis",
     "Estimate",
     "FoldRow",
+    "answers_to_write",
     "baseline",
     "calibration_columns",
     "folds",
-    "improved",
+    "improve_machine",
     "sentences",
-    "written",
 ]

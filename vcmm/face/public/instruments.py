@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from vcmm.files.own.recording_writer import recording_texts
 from vcmm.task.instruments.instrument import InstrumentCertificate
-from vcmm.task.instruments.laying import joined, layout, rows, simulated
+from vcmm.task.instruments.laying import join_layouts, layout, rows, simulate_reading
 from vcmm.task.instruments.tracker import LASER_TRACER, lengths_to
 
 __all__ = [
     "LASER_TRACER",
     "InstrumentCertificate",
-    "joined",
+    "join_layouts",
     "layout",
     "lengths_to",
     "recording_texts",
     "rows",
-    "simulated",
+    "simulate_reading",
 ]

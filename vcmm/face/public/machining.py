@@ -9,7 +9,7 @@ from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.maps import Net, net
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
-from vcmm.shop.machining.warming import warmed
+from vcmm.shop.machining.warming import add_temperatures
 from vcmm.shop.machining.world import Cutting
 
 __all__ = [
@@ -19,11 +19,11 @@ __all__ = [
     "Net",
     "PreparedCut",
     "TemperatureLog",
+    "add_temperatures",
     "cut_net",
     "decisive_contacts",
     "departure",
     "finished_part",
     "net",
     "set_up",
-    "warmed",
 ]

@@ -6,7 +6,7 @@ from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.evaluation.virtual_measurement import measure_task
-from vcmm.part.gps.decision import undecided
+from vcmm.part.gps.decision import no_decision
 from vcmm.part.part import Feature, normal, surface_point
 from vcmm.task.measuring.plan import Plan, Step, Stylus, touches
 from vcmm.task.measuring.strategies import Grid, Levels, plan_points
@@ -30,9 +30,9 @@ __all__ = [
     "grid",
     "measure_task",
     "measured_points",
+    "no_decision",
     "normal",
     "plan_points",
     "surface_point",
     "touches",
-    "undecided",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vcmm.answer.placing.placement import place
-from vcmm.answer.placing.result import Placed, place_json, pose_json
+from vcmm.answer.placing.result import PlacementResult, place_json, pose_json
 from vcmm.answer.placing.words import pose_text
 from vcmm.show.pages.place import maps
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal, six_of
@@ -12,7 +12,7 @@ __all__ = [
     "Fixture",
     "Freedom",
     "Goal",
-    "Placed",
+    "PlacementResult",
     "maps",
     "place",
     "place_json",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vcmm.task.instruments.reversal import NORMAL, REVERSED, ReversalTest, Separated, separated
+from vcmm.task.instruments.reversal import NORMAL, REVERSED, ReversalTest, SeparationResult, separate_errors
 from vcmm.task.instruments.reversal_line import (
     LineScan,
     SquarenessReversal,
@@ -19,12 +19,12 @@ __all__ = [
     "LineScan",
     "ReversalTest",
     "Sampling",
-    "Separated",
+    "SeparationResult",
     "SquarenessReversal",
     "StraightnessReversal",
     "TurnGroup",
     "reading",
-    "separated",
+    "separate_errors",
     "simulated_values",
     "squareness_reversal",
     "straightness_reversal",

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vcmm.core.confinement import confined
+from vcmm.core.confinement import confine
 from vcmm.core.errors import UsageError, VcmmError
 from vcmm.face import api
-from vcmm.face.workbench.knobs import knobs_of, turned
+from vcmm.face.workbench.knobs import knobs_of, with_knobs
 from vcmm.face.workbench.live import preview
 from vcmm.show.console.documents import document
 from vcmm.show.pages.uncertainty import scenes
@@ -43,23 +43,23 @@ class Bench:
     def preview(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
         """Raises UsageError for knobs that do not exist; GivenUp when the page has asked something newer meanwhile."""
         mine = self._ask(page)
-        chosen = turned(self.scenario, values)
+        chosen = with_knobs(self.scenario, values)
         with self._working:
-            self._wanted(mine)
+            self._check_newest(mine)
             return preview(chosen, chosen.settings.seed)
 
-    def settled(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
+    def settle(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
         """The whole evaluation with its scenes. GivenUp as soon as the page has asked something newer."""
         mine = self._ask(page)
-        chosen = turned(self.scenario, values)
+        chosen = with_knobs(self.scenario, values)
 
         def report(text: str, share: float | None) -> None:
-            self._wanted(mine)
+            self._check_newest(mine)
 
         with self._working:
-            self._wanted(mine)
+            self._check_newest(mine)
             result = api.uncertainty(chosen, progress=report)
-            self._wanted(mine)
+            self._check_newest(mine)
         figures = [figure_of(items)[0] for items in scenes(result)]
         body = {"preview": False, **uncertainty_json(result), "figures": figures}
         return document("vcmm.uncertainty/1", body, seed=result.seed, files=[], warnings=result.warnings)
@@ -72,13 +72,13 @@ class Bench:
                 del self._newest[next(iter(self._newest))]
             return page, number
 
-    def _wanted(self, question: Question) -> None:
+    def _check_newest(self, question: Question) -> None:
         page, number = question
         if self._newest.get(page) != number:
             raise GivenUp
 
 
-def diagnosed(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
+def diagnose_files(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
     """What physics a dropped recording holds: its .toml and the tables that it names. Raises UsageError for other sets of files.
 
     files: by plain name (checked by the caller); folder: an empty one, in which they are read. What they name elsewhere on this
@@ -96,7 +96,7 @@ def diagnosed(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
         )
     for name, content in files.items():
         (folder / name).write_bytes(content)
-    with confined(folder):
+    with confine(folder):
         try:
             recording, machine = load_recording(folder / heads[0])
         except VcmmError as error:

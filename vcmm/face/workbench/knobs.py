@@ -58,10 +58,10 @@ def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
     return tuple(out)
 
 
-def turned(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+def with_knobs(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     """The scenario with the knobs at `values`; knobs that are not named stay. Raises UsageError: no such knob, beyond its range."""
     known = {k.name: k for k in knobs_of(scenario)}
-    at = {name: _checked(known, name, value) for name, value in values.items()}
+    at = {name: _check_knob(known, name, value) for name, value in values.items()}
     pose = scenario.pose
     shift = np.array([at.get(c, float(pose.shift[i])) for i, c in enumerate("xyz")])
     turns = pose.turns()
@@ -72,14 +72,14 @@ def turned(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
         scenario,
         pose=Pose.from_turns(shift, turns),
         constants={n: v + warmer if _is_temperature(n) else v for n, v in scenario.constants.items()},
-        plan=_planned(scenario.plan, at.get("styli", 1.0), round(at.get("touches", 1.0))),
+        plan=_plan_with(scenario.plan, at.get("styli", 1.0), round(at.get("touches", 1.0))),
         machine=replace(scenario.machine, inputs=tuple(_wider(i, factor) for i in scenario.machine.inputs)),
         inputs=tuple(_wider(i, factor) for i in scenario.inputs),
         forms=scenario.forms,
     )
 
 
-def _checked(known: Mapping[str, Knob], name: str, value: Any) -> float:
+def _check_knob(known: Mapping[str, Knob], name: str, value: Any) -> float:
     if name not in known:
         raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, known)}')
     knob = known[name]
@@ -95,13 +95,13 @@ def _is_temperature(column: str) -> bool:
     return column.startswith(RISING) and column.endswith("_C") and not column.endswith(DIFFERENCE)
 
 
-def _planned(plan: Plan, longer: float, times: int) -> Plan:
+def _plan_with(plan: Plan, longer: float, times: int) -> Plan:
     """Styli `longer` times as long, every place touched `times` times in a row."""
     styli = {n: replace(s, offset=s.offset * longer, length=s.length * longer) for n, s in plan.styli.items()}
-    return replace(plan, styli=styli, steps=tuple(_repeated(s, times) for s in plan.steps))
+    return replace(plan, styli=styli, steps=tuple(_repeat_step(s, times) for s in plan.steps))
 
 
-def _repeated(step: Step, times: int) -> Step:
+def _repeat_step(step: Step, times: int) -> Step:
     if times == 1:
         return step
     approach = None if step.approach is None else np.repeat(step.approach, times, axis=0)

@@ -33,7 +33,7 @@ def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
     task = scenario.task()
     found = at_once(task, scenario.settings)
     model = build(task)
-    spread = _drawn(model, model.terms(), seed) if None in found else np.zeros(len(found))
+    spread = _preview_spread(model, model.terms(), seed) if None in found else np.zeros(len(found))
     rows = []
     for i, c in enumerate(model.characteristics):
         one, unit = found[i], gps.unit(c)
@@ -65,7 +65,7 @@ def _root(term: Term) -> Array:
     return np.asarray(vector * np.sqrt(value.clip(0.0)))
 
 
-def _drawn(model: LinearModel, terms: tuple[Term, ...], seed: int) -> Array:
+def _preview_spread(model: LinearModel, terms: tuple[Term, ...], seed: int) -> Array:
     """Standard deviation of every characteristic over PREVIEW draws."""
     draws = np.random.default_rng(seed)
     q = np.tile(model.q0, (PREVIEW, 1))

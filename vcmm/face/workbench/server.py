@@ -19,7 +19,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from vcmm.core.errors import Environment, UsageError, VcmmError
-from vcmm.face.workbench.bench import Bench, GivenUp, diagnosed
+from vcmm.face.workbench.bench import Bench, GivenUp, diagnose_files
 from vcmm.face.workbench.page import bench_page
 
 HOST = "127.0.0.1"
@@ -27,7 +27,7 @@ LARGEST = 20_000_000  # bytes of a request: what a recording of 10^5 rows has
 MOST_FILES = 20
 LENGTH = re.compile(r"[0-9]{1,10}")
 PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}")
-OTHERS = "this workbench answers to its own address only"
+FOREIGN_ADDRESS = "this workbench answers to its own address only"
 Answer = Callable[[Mapping[str, Any]], dict[str, Any]]
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 
@@ -99,7 +99,7 @@ class Handler(BaseHTTPRequestHandler):
         asked = urlsplit(self.path)
         given = parse_qs(asked.query).get("token", [""])[0]
         if not self._is_ours():
-            self._refuse(403, OTHERS)
+            self._refuse(403, FOREIGN_ADDRESS)
         elif asked.path != "/":
             self._refuse(404, "there is one page only")
         elif not self._knows(given):
@@ -112,10 +112,10 @@ class Handler(BaseHTTPRequestHandler):
         """A question of the page. Its body is read whole before anything is answered: a refused one is no further request."""
         content = self.rfile.read(int(self.headers["Content-Length"]))
         answers: dict[str, Answer] = {
-            "/state": self._state, "/preview": self._preview, "/settled": self._settled, "/diagnose": self._diagnose,
+            "/state": self._state, "/preview": self._preview, "/settled": self._settle, "/diagnose": self._diagnose,
         }  # fmt: skip
         if not self._is_ours():
-            self._refuse(403, OTHERS)
+            self._refuse(403, FOREIGN_ADDRESS)
         elif not self._knows(self.headers.get("X-Token", "")):
             self._refuse(
                 403, "the token is not that of this workbench; open the address that vcmm serve prints"
@@ -144,8 +144,8 @@ class Handler(BaseHTTPRequestHandler):
     def _preview(self, body: Mapping[str, Any]) -> dict[str, Any]:
         return self.server.bench.preview(body["knobs"], _page(body))
 
-    def _settled(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        return self.server.bench.settled(body["knobs"], _page(body))
+    def _settle(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.settle(body["knobs"], _page(body))
 
     def _diagnose(self, body: Mapping[str, Any]) -> dict[str, Any]:
         files = dict(body["files"])
@@ -155,7 +155,7 @@ class Handler(BaseHTTPRequestHandler):
         if wrong is not None:
             raise UsageError("a dropped file needs a plain name: letters, digits, dots, dashes")
         with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
-            return diagnosed({n: str(t).encode() for n, t in files.items()}, Path(folder))
+            return diagnose_files({n: str(t).encode() for n, t in files.items()}, Path(folder))
 
     def _is_ours(self) -> bool:
         """Whether host and origin are this server's own."""

@@ -41,7 +41,7 @@ UNIT_WORDS = {
 }  # fmt: skip
 CALYPSO = ("id", "actual", "nominal", "idsymbol")
 BLOCK = re.compile(r"(?:DIM\s+)?([^\s=]+)\s*=\s*(.+?)(?:\s+UNITS\s*=\s*(\w+).*|\s*,\s*\$)$", re.IGNORECASE)
-SHOWN = 8  # names in a message
+MOST_SHOWN = 8  # names in a message
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,10 @@ def exported_values(
     export = read_export(path)
     if export is None:
         return None
-    asked = [(row, name) for row in export.rows if (name := _asked(row, wanted))]
-    others = list(dict.fromkeys(row.short or row.name for row in export.rows if not _asked(row, wanted)))
+    asked = [(row, name) for row in export.rows if (name := _requested_name(row, wanted))]
+    others = list(
+        dict.fromkeys(row.short or row.name for row in export.rows if not _requested_name(row, wanted))
+    )
     rows = [row.value(name) for row, name in asked]
     if not rows:
         hint = did_you_mean(others[0], list(wanted)) if others else ""
@@ -141,14 +143,14 @@ def exported_values(
     return parts, "; ".join([*said, *export.notes])
 
 
-def _asked(row: ExportRow, wanted: Collection[str]) -> str:
+def _requested_name(row: ExportRow, wanted: Collection[str]) -> str:
     """The name under which a row is asked for, or ""."""
     return next((n for n in (row.short, row.name) if n and n in wanted), "")
 
 
 def _some(names: Sequence[str]) -> str:
-    more = len(names) - SHOWN
-    return ", ".join(names[:SHOWN]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - MOST_SHOWN
+    return ", ".join(names[:MOST_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
 def _kind(path: Path, lines: Sequence[str]) -> str | None:

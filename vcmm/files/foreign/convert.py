@@ -31,7 +31,7 @@ KINDS = {
 
 
 @dataclass(frozen=True)
-class Converted:
+class ConvertedFiles:
     """kind: STEP, QIF part, QIF machine, DMIS, DCC, CALYPSO table, PC-DMIS report, list of points. texts: by file name. notes: what was assumed or left out. check: the file to check."""
 
     kind: str
@@ -50,7 +50,7 @@ class Beside:
     without: Mapping[str, str] = field(default_factory=dict)
 
 
-def convert(path: str | Path, around: Beside = Beside()) -> Converted:
+def convert(path: str | Path, around: Beside = Beside()) -> ConvertedFiles:
     """The vcmm files of a file of another system.
 
     Raises DataError: a kind of file that is not read, and what its reader refuses.
@@ -76,7 +76,7 @@ def convert(path: str | Path, around: Beside = Beside()) -> Converted:
     return _qif(path, around)
 
 
-def _qif(path: str | Path, around: Beside) -> Converted:
+def _qif(path: str | Path, around: Beside) -> ConvertedFiles:
     from vcmm.files.foreign.qif import read_qif
     from vcmm.files.foreign.qif_machine import machine_files, read_qif_machine
     from vcmm.files.foreign.qif_part import read_qif_part
@@ -87,12 +87,12 @@ def _qif(path: str | Path, around: Beside) -> Converted:
     found = read_qif_machine(path)
     texts = machine_files(found, Path(path).name)
     counts = {"errors": sum(len(c) for c in found.curves.values()) + len(found.squareness)}
-    return Converted("QIF machine", texts, found.notes, counts, "machine.toml")
+    return ConvertedFiles("QIF machine", texts, found.notes, counts, "machine.toml")
 
 
-def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
+def _part(kind: str, whole: DrawnPart, around: Beside) -> ConvertedFiles:
     understood = [c for c in whole.characteristics if c["name"] not in around.without]
-    silent = _unmeasured(whole, understood)
+    silent = _without_points(whole, understood)
     told = [f"{c['name']}: {why}; left out, it stands in part.toml as a comment" for c, why in silent]
     drawn = replace(
         whole,
@@ -119,10 +119,10 @@ def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
         "features": len(drawn.features), "characteristics": len(drawn.characteristics),
         "points": sum(len(p) for p in (*drawn.points.values(), *drawn.targets.values())),
     }  # fmt: skip
-    return Converted(kind, texts, tuple(notes), counts, "scenario.toml")
+    return ConvertedFiles(kind, texts, tuple(notes), counts, "scenario.toml")
 
 
-def _unmeasured(
+def _without_points(
     drawn: DrawnPart, characteristics: Sequence[dict[str, Any]]
 ) -> list[tuple[dict[str, Any], str]]:
     """Characteristics of features without points, and which: `evaluate` could not tell them. Where no points are known, none."""
@@ -135,14 +135,14 @@ def _points_csv(drawn: DrawnPart) -> str:
     return csv_of([["feature", "x_mm", "y_mm", "z_mm"], *rows])
 
 
-def _certificate(path: str | Path) -> Converted:
+def _certificate(path: str | Path) -> ConvertedFiles:
     from vcmm.files.foreign.dcc import quantities_csv, read_dcc
 
     found = read_dcc(path)
-    return Converted("DCC", {"quantities.csv": quantities_csv(found)}, (), {"quantities": len(found)})
+    return ConvertedFiles("DCC", {"quantities.csv": quantities_csv(found)}, (), {"quantities": len(found)})
 
 
-def _export(path: str | Path) -> Converted:
+def _export(path: str | Path) -> ConvertedFiles:
     """Values or points that other software measured, as values.csv or points.csv. Raises DataError: neither."""
     from vcmm.files.foreign.cmm_exports import read_export
     from vcmm.files.foreign.point_lists import read_point_list
@@ -165,10 +165,10 @@ def _export(path: str | Path) -> Converted:
         rows.append([*([given.features[i]] if given.features else []), *(f"{v:.12g}" for v in (*p, *beside))])
     text = csv_of([head, *rows])
     told = "vcmm evaluate SCENARIO --points points.csv (--tip-centres where these are centres of the tip)"
-    return Converted("list of points", {"points.csv": text}, (*found.notes, told), {"points": len(rows)})
+    return ConvertedFiles("list of points", {"points.csv": text}, (*found.notes, told), {"points": len(rows)})
 
 
-def _values(export: Export) -> Converted:
+def _values(export: Export) -> ConvertedFiles:
     """values.csv of all rows; a row that cannot be told becomes a note."""
     notes, rows = list(export.notes), []
     for row in export.rows:
@@ -185,4 +185,4 @@ def _values(export: Export) -> Converted:
     notes.append(
         "name the characteristics of a scenario as values.csv does, then vcmm evaluate SCENARIO --values values.csv"
     )
-    return Converted(export.kind, {"values.csv": text}, tuple(notes), {"values": len(rows)})
+    return ConvertedFiles(export.kind, {"values.csv": text}, tuple(notes), {"values": len(rows)})

@@ -167,7 +167,7 @@ def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
     """
     blocks = []
     for part, listed in values.items():
-        rows = "\n".join(_written(v) for v in listed)
+        rows = "\n".join(_value_xml(v) for v in listed)
         name = f"{title} {part}".strip()
         blocks.append(
             f"<dcc:result><dcc:name><dcc:content>{escape(name)}</dcc:content></dcc:name>\n<dcc:data>\n{rows}\n</dcc:data></dcc:result>"
@@ -181,7 +181,7 @@ def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
     )
 
 
-def _written(v: HandedValue) -> str:
+def _value_xml(v: HandedValue) -> str:
     unit = r"\milli\metre" if v.unit == "mm" else r"\radian"
     spread = ""
     if v.about and v.U is not None and v.k:

@@ -49,11 +49,11 @@ def _characteristic(i: int, v: HandedValue) -> list[str]:
             f"K2113/{i} {_number(high - v.nominal, v.unit)}",
         ]
     out.append(f"K2142/{i} {'mm' if v.unit == 'mm' else 'deg'}")
-    out.append(f"K2900/{i} {_plain(_known(v))}")
+    out.append(f"K2900/{i} {_plain(_true_value_remark(v))}")
     return out
 
 
-def _known(v: HandedValue) -> str:
+def _true_value_remark(v: HandedValue) -> str:
     """What the remark says of the true value: value +- U, its interval, or why neither is stated."""
     unit = "mm" if v.unit == "mm" else "deg"
     if v.interval is None:

@@ -26,12 +26,12 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.files.foreign.dmis_tolerances import TOLERANCES, ToleranceStatement, tables_of
-from vcmm.files.foreign.drawn import ASSUMED, DrawnPart, deg, mm, spanned_plane, unit
+from vcmm.files.foreign.drawn import DEFAULT_EXTENT, DrawnPart, deg, mm, spanned_plane, unit
 
 LENGTHS = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": 25.4, "FEET": 304.8}
 ANGLES = {"ANGDEC": math.pi / 180.0, "ANGDEG": math.pi / 180.0, "ANGRAD": 1.0}
 READ = ("UNITS", "FEAT", "TOL", "DATDEF", "MEAS", "PTMEAS", "ENDMES", "OUTPUT", "EVAL", "DMISMN")
-_LABELLED = re.compile(r"\s*(?:([A-Z]{1,3})\(([^)]*)\)\s*=\s*)?([A-Z0-9]+)\s*(?:/(.*))?$", re.IGNORECASE)
+_LABEL = re.compile(r"\s*(?:([A-Z]{1,3})\(([^)]*)\)\s*=\s*)?([A-Z0-9]+)\s*(?:/(.*))?$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -76,26 +76,26 @@ def read_dmis(path: str | Path) -> DrawnPart:
     for name, rows in program.touches.items():
         program.drawn.targets[name] = np.array(rows)
         if name not in program.stated:
-            _spanned(program.drawn, name, np.array(rows))
-    _assumed(program)
+            _span_feature(program.drawn, name, np.array(rows))
+    _note_assumptions(program)
     for at, features, tolerances in program.asked:
         for tolerance in tolerances:
             tables_of(program.drawn, program.tolerances[tolerance], features, (at, program.datums))
-    _unasked(program)
+    _note_unused(program)
     return program.drawn
 
 
-def _assumed(program: _Program) -> None:
+def _note_assumptions(program: _Program) -> None:
     """A note for every extent that neither a statement nor touches tell."""
     for name, table in program.drawn.features.items():
         open_ended = table["type"] in ("plane", "line", "cylinder", "cone")
         if open_ended and name not in program.stated and name not in program.touches:
             program.drawn.notes.append(
-                f"F({name}): the program states no extent; {mm(ASSUMED)} is assumed, correct it"
+                f"F({name}): the program states no extent; {mm(DEFAULT_EXTENT)} is assumed, correct it"
             )
 
 
-def _unasked(program: _Program) -> None:
+def _note_unused(program: _Program) -> None:
     used = {t for _, _, tolerances in program.asked for t in tolerances}
     for name, one in program.tolerances.items():
         if name not in used:
@@ -122,7 +122,7 @@ def _statements(path: Path) -> list[DmisStatement]:
 
 
 def _statement(at: str, text: str) -> DmisStatement:
-    found = _LABELLED.match(text)
+    found = _LABEL.match(text)
     if not found:
         return DmisStatement(at, ("", ""), "?", (text.strip(),))
     label, name, kind, rest = found.groups()
@@ -216,14 +216,14 @@ def _point(p: _Program, s: DmisStatement) -> dict[str, Any]:
 
 def _plane(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 6)
-    return {"type": "plane", "point": mm(*(p.mm * v for v in x[:3])), "normal": unit(x[3:6]), "size": mm(ASSUMED, ASSUMED)}  # fmt: skip
+    return {"type": "plane", "point": mm(*(p.mm * v for v in x[:3])), "normal": unit(x[3:6]), "size": mm(DEFAULT_EXTENT, DEFAULT_EXTENT)}  # fmt: skip
 
 
 def _line(p: _Program, s: DmisStatement) -> dict[str, Any]:
     bounded = len(s.words) > 1 and s.words[1].upper() == "BND"
     x = _numbers(s, "CART", 9 if bounded else 6)
     way = [b - a for a, b in zip(x[:3], x[3:6])] if bounded else x[3:6]
-    long = p.mm * float(np.linalg.norm(way)) if bounded else ASSUMED
+    long = p.mm * float(np.linalg.norm(way)) if bounded else DEFAULT_EXTENT
     if bounded:
         p.stated.add(s.label[1])
     out = {
@@ -242,7 +242,7 @@ def _circle(p: _Program, s: DmisStatement) -> dict[str, Any]:
 
 def _cylinder(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 7)
-    long = p.mm * x[7] if len(x) > 7 else ASSUMED
+    long = p.mm * x[7] if len(x) > 7 else DEFAULT_EXTENT
     if len(x) > 7:
         p.stated.add(s.label[1])
     return _circle(p, s) | {"type": "cylinder", "length": mm(long)}
@@ -254,9 +254,9 @@ def _cone(p: _Program, s: DmisStatement) -> dict[str, Any]:
     axis, full = unit(x[3:6]), p.rad * x[6]
     if not 0.0 < full < math.pi:
         raise ValueError(f"an included angle of {math.degrees(full):g} deg")
-    start = [p.mm * v + ASSUMED * a for v, a in zip(x[:3], axis)]
-    wide = 2.0 * ASSUMED * math.tan(full / 2.0)
-    return {"type": "cone", "point": mm(*start), "axis": axis, "diameter": mm(wide), "angle": deg(full), "length": mm(ASSUMED)} | _inside(s)  # fmt: skip
+    start = [p.mm * v + DEFAULT_EXTENT * a for v, a in zip(x[:3], axis)]
+    wide = 2.0 * DEFAULT_EXTENT * math.tan(full / 2.0)
+    return {"type": "cone", "point": mm(*start), "axis": axis, "diameter": mm(wide), "angle": deg(full), "length": mm(DEFAULT_EXTENT)} | _inside(s)  # fmt: skip
 
 
 def _sphere(p: _Program, s: DmisStatement) -> dict[str, Any]:
@@ -338,7 +338,7 @@ def _names(kinds: str, s: DmisStatement) -> list[str]:
     return [f[1].strip() for f in found if f]
 
 
-def _spanned(drawn: DrawnPart, name: str, rows: Any) -> None:
+def _span_feature(drawn: DrawnPart, name: str, rows: Any) -> None:
     """The extent of a plane, bore or cone from its touches (n, 6)."""
     table = drawn.features[name]
     place = np.array([float(v) for v in table["point"].removesuffix(" mm").split()])

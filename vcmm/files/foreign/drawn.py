@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 
-ASSUMED = 20.0  # mm, side or length of a feature whose extent neither the file nor its points tell
+DEFAULT_EXTENT = 20.0  # mm, side or length of a feature whose extent neither the file nor its points tell
 DIGITS = 12  # significant digits of a length in mm: 1e-9 mm at a metre
 
 

@@ -37,7 +37,7 @@ def read_etalon(path: str | Path) -> ErrorFile:
     for number, raw in enumerate(lines_of(read_text(path)), 1):
         line, here = raw.split("//")[0].strip(), f"{path}:{number}"
         if section := re.fullmatch(r"\[(\w+)\]", line):
-            name, header = _known(section[1], here), number
+            name, header = _canonical_name(section[1], here), number
         elif value := re.fullmatch(r"VALUE\s*=\s*(\S+)", line, re.IGNORECASE):
             constants[name] = _number(value[1], here)
         elif re.fullmatch(r"Gridpoints\s*=\s*\{", line, re.IGNORECASE):
@@ -56,7 +56,7 @@ def read_etalon(path: str | Path) -> ErrorFile:
     return ErrorFile(tuple(tables), constants)
 
 
-def _known(name: str, here: str) -> str:
+def _canonical_name(name: str, here: str) -> str:
     try:
         return canonical(name)
     except UsageError as error:

@@ -26,7 +26,7 @@ def check_ending(path: str | Path) -> None:
         )
 
 
-def exported(
+def export_text(
     path: str | Path, name: str, part: Part, document: Mapping[str, Any]
 ) -> tuple[str, tuple[str, ...]]:
     """Text of the file and notes on what it cannot say. name: of the task; document: what `evaluate --json` prints."""

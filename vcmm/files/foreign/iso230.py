@@ -31,7 +31,7 @@ DEVIATION = {"deviation_um": 1e-3, "deviation_mm": 1.0, "deviation_urad": 1e-6, 
 ACTUAL = {"actual_mm": 1.0, "actual_deg": np.pi / 180.0}
 UP = ("up", "+", "1", "+1", "forward", "fwd", "positive", "↑")
 DOWN = ("down", "-", "-1", "backward", "bwd", "negative", "↓")
-_ASSIGNED = re.compile(
+_ASSIGNMENT = re.compile(
     r"(?:TEST_DATA=)?\s*(?P<name>\w+)\s*(?:\[(?P<i>[0-9]{1,9})(?:,(?P<j>[0-9]{1,9}))?\])?\s*=\s*(?P<value>.*)"
 )
 _SETTINGS = ("REF_PV", "TEST_PV", "TGT_SET_PV", "UNIT", "CYCLES", "POSITIONS", "DEC")
@@ -109,7 +109,7 @@ def _table(sheet: Sheet) -> PositioningRuns:
         if name not in sheet.header:
             problems.append(f"{sheet.path}:{sheet.header_line}: the column {name} is missing")
     direction = _directions(sheet, problems) if "direction" in sheet.header else np.zeros(0)
-    columns, labels = _others(sheet, problems)
+    columns, labels = _other_columns(sheet, problems)
     rotary = "target_deg" in sheet.header
     names = [c for c in (*DEVIATION, *ACTUAL) if c in sheet.header]
     if names and (names[0].endswith(("_urad", "_arcsec", "_deg"))) != rotary:
@@ -148,7 +148,7 @@ def _directions(sheet: Sheet, problems: list[str]) -> Array:
     return out
 
 
-def _others(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
+def _other_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     """Conditions and labels beside target, deviation and direction."""
     columns: dict[str, Array] = {}
     labels: dict[str, np.ndarray] = {}
@@ -180,7 +180,7 @@ def _ecmc(path: Path, text: str) -> PositioningRuns:
     actual: dict[tuple[int, int, int], float] = {}
     problems: list[str] = []
     for at, line in enumerate(lines_of(text), 1):
-        match = _ASSIGNED.match(line.split("#")[0].strip())
+        match = _ASSIGNMENT.match(line.split("#")[0].strip())
         if not match or not match["value"]:
             if line.split("#")[0].strip().removeprefix("TEST_DATA="):
                 problems.append(f"{path}:{at}: not understood: {brief(line.strip())}")

@@ -140,9 +140,9 @@ class _Reader:
     def _list(self, depth: int) -> list[Any]:
         if depth > DEEPEST or self._next()[1] != "(":
             raise self._wrong()
-        return self._until_closed(depth)
+        return self._read_list(depth)
 
-    def _until_closed(self, depth: int) -> list[Any]:
+    def _read_list(self, depth: int) -> list[Any]:
         out: list[Any] = []
         while True:
             kind, value = self._next()
@@ -156,7 +156,7 @@ class _Reader:
         if depth > DEEPEST:
             raise self._wrong()
         if kind == "sign":
-            return self._until_closed(depth + 1) if value == "(" else None
+            return self._read_list(depth + 1) if value == "(" else None
         if kind == "name":  # a typed value: what it holds
             held = self._list(depth + 1)
             return held[0] if len(held) == 1 else held

@@ -62,7 +62,7 @@ def read_point_list(path: str | Path) -> PointList | None:
         notes.append(f"{path}: a bare list of points states no unit; millimetres are taken")
     if not rows:
         raise DataError(f"{path}:{n}: there is no point after the heading")
-    return PointList(_given(Path(path), rows, factor), tuple(notes))
+    return PointList(_parse_points(Path(path), rows, factor), tuple(notes))
 
 
 def _cells(line: str) -> list[str]:
@@ -93,7 +93,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _given(path: Path, rows: Sequence[tuple[int, str]], factor: float) -> GivenPoints:
+def _parse_points(path: Path, rows: Sequence[tuple[int, str]], factor: float) -> GivenPoints:
     cells = [_cells(line) for _, line in rows]
     width, named = len(cells[0]), not _is_number(cells[0][0])
     if width - named not in (3, 6):

@@ -25,11 +25,11 @@ from vcmm.files.observations import with_lateral_share
 from vcmm.task.measuring.plan import axis_positions
 from vcmm.task.response.recording import Recording
 
-MEASURED = ("m", "meas", "measured", "act", "actual", "ist")
+MEASURED_NAMES = ("m", "meas", "measured", "act", "actual", "ist")
 NOMINAL = ("", "n", "nom", "nominal", "soll")
 DEVIATION = ("d", "dev", "err", "error")
 OF_FEATURE = ("d", "dia", "diam", "diameter", "r", "radius", "round", "roundness", "form", "cylindricity")
-ROUNDED = 2.1e-3  # mm: three numbers, each rounded to 1 um, and one printed step
+ROUNDING = 2.1e-3  # mm: three numbers, each rounded to 1 um, and one printed step
 NORMAL = {"i": 0, "j": 1, "k": 2, "nx": 0, "ny": 1, "nz": 2}
 _NAME = re.compile(r"(?P<before>[a-z]*?)_?(?P<axis>[xyz])_?(?P<after>[a-z]*)")
 
@@ -43,7 +43,7 @@ def canonical(name: str) -> str:
     if not match or (match["before"] and match["after"]):
         return ""
     word = match["before"] or match["after"]
-    for prefix, words in (("m", MEASURED), ("", NOMINAL), ("d", DEVIATION)):
+    for prefix, words in (("m", MEASURED_NAMES), ("", NOMINAL), ("d", DEVIATION)):
         if word in words:
             return prefix + match["axis"]
     return ""
@@ -52,7 +52,7 @@ def canonical(name: str) -> str:
 def of_feature(name: str) -> bool:
     """Whether a column tells of the feature itself and not of its place: 'Meas D', 'Nom D', 'Round', 'form'."""
     words = re.split(r"[\s_]+", re.sub(r"[\[(].*[\])]", "", name.strip().lower()))
-    prefixes = {*MEASURED, *NOMINAL, *DEVIATION} - {"d"}
+    prefixes = {*MEASURED_NAMES, *NOMINAL, *DEVIATION} - {"d"}
     rest = [w for w in words if w and w not in prefixes]
     return len(rest) == 1 and rest[0] in OF_FEATURE
 
@@ -89,7 +89,7 @@ def _drop_same(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> No
             continue
         stated = table.pop(f"d{c}")
         apart = np.abs(table[f"m{c}"] - table[c] - stated)
-        wrong = np.flatnonzero(apart > ROUNDED)
+        wrong = np.flatnonzero(apart > ROUNDING)
         if len(wrong):
             i = int(wrong[0])
             problems.append(

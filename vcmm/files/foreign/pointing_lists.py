@@ -26,7 +26,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.core.text import read_text
 from vcmm.files.columns import LABELS, file_columns, known_column, read_csv
-from vcmm.task.response.pointing import POINTED, pointing_observations, with_down
+from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations, with_down
 from vcmm.task.response.recording import Recording
 
 LONG = 1000.0  # mm: the tool has a direction and no length
@@ -58,7 +58,7 @@ def recording_of_pointings(found: Pointings, machine: Machine, measuring: bool) 
         )
     n = len(found.first)
     position = {a: np.zeros(n) for a in machine.chain.letters} | {axes[0]: found.first, axes[1]: found.second}
-    columns = {**found.columns, **{name: found.seen[:, i] for i, name in enumerate(POINTED)}}
+    columns = {**found.columns, **{name: found.seen[:, i] for i, name in enumerate(POINTING_COLUMNS)}}
     run = with_down(
         Run(position, np.tile([LONG, 0.0, 0.0], (n, 1)), columns, found.labels), machine, found.down
     )
@@ -124,14 +124,14 @@ def _stars(
     )
     sidereal = np.radians(15.0 * (numbers[:, 12] + numbers[:, 13] / 60.0))
     if equinox == "J2000":
-        ra, dec = precessed(ra, dec, conditions[3] + (conditions[4] - 0.5) / 12.0)
+        ra, dec = precess(ra, dec, conditions[3] + (conditions[4] - 0.5) / 12.0)
     sign = (
         -1.0
         if next(line for line in reversed(head) if len(_numbers(line)) >= HEAD).lstrip().startswith("-")
         else 1.0
     )
     latitude = float(np.radians(sign * _base60(np.abs(np.array([conditions[:3]])))[0]))
-    star = lifted(direction_of(sidereal - ra, dec), latitude, conditions[6], conditions[7])
+    star = refract(direction_of(sidereal - ra, dec), latitude, conditions[6], conditions[7])
     first = np.mod(np.pi - sidereal + read_ra, 2 * np.pi) - np.pi
     down = np.array([-np.cos(latitude), 0.0, -np.sin(latitude)])
     return Pointings(first, -read_dec, seen=star, down=down, columns={}, labels={}, lines=lines)
@@ -157,7 +157,7 @@ def _base60(parts: Array) -> Array:
     return np.asarray(whole[:, 0] + whole[:, 1] / 60.0 + whole[:, 2] / 3600.0)
 
 
-def precessed(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
+def precess(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
     """Places of J2000 (rad) at the mean equinox of a year."""
     t = (year - 2000.0) / 100.0
     arcs = (
@@ -173,7 +173,7 @@ def precessed(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
     return np.arctan2(y, x) + second, np.arcsin(z)
 
 
-def lifted(seen: Array, latitude: float, celsius: float, hectopascal: float) -> Array:
+def refract(seen: Array, latitude: float, celsius: float, hectopascal: float) -> Array:
     """Directions (n, 3) raised by the refraction of the air; latitude rad. Raises DataError for stars below the horizon."""
     zenith = np.array([np.cos(latitude), 0.0, np.sin(latitude)])
     sine = seen @ zenith

@@ -26,7 +26,7 @@ class Qif:
     to_rad: float
     by_id: dict[str, Node]
 
-    def named(self, node: Node, path: str) -> Node | None:
+    def node_at(self, node: Node, path: str) -> Node | None:
         """The node whose id stands along a path below `node`; None where no id stands. DataError for an unknown id."""
         at = node.one(path)
         if at is None:

@@ -17,21 +17,23 @@ from vcmm.part.fit.criteria import associate
 from vcmm.part.fit.gauss import gauss
 
 FORMS = {"flatness": "plane", "roundness": "circle", "cylindricity": "cylinder"}
-ALIKE = 2e-3  # of the value: two programs that mean the same; G and C differ by some percent of real surfaces
-ROUNDED = 5e-7  # mm, half a nanometre: values are written so
+CRITERION_TOLERANCE = (
+    2e-3  # of the value: two programs that mean the same; G and C differ by some percent of real surfaces
+)
+ROUNDING = 5e-7  # mm, half a nanometre: values are written so
 
 
 def take_criteria(qif: Qif, drawn: DrawnPart, names: dict[str, str]) -> None:
     """Adds `criterion` to the forms in `drawn` that the file's own values decide, and a note to every form. names: by item id."""
-    stated = _stated(qif)
+    stated = _stated_values(qif)
     for item, name in names.items():
         table = next(c for c in drawn.characteristics if c["name"] == name)
         if FORMS.get(table["type"]) is None or "criterion" in table:
             continue
-        drawn.notes.append(f"{qif.by_id[item].at}: {name}: {_decided(drawn, table, stated.get(item))}")
+        drawn.notes.append(f"{qif.by_id[item].at}: {name}: {_criterion_note(drawn, table, stated.get(item))}")
 
 
-def _decided(drawn: DrawnPart, table: dict[str, Any], stated: float | None) -> str:
+def _criterion_note(drawn: DrawnPart, table: dict[str, Any], stated: float | None) -> str:
     assumed = "the file names no criterion; G (least squares) is assumed"
     feature = drawn.features[table["of"]]
     points = drawn.points.get(table["of"])
@@ -40,7 +42,9 @@ def _decided(drawn: DrawnPart, table: dict[str, Any], stated: float | None) -> s
         return assumed
     found = {c: _form(feature, points, c) for c in "GC"}
     own = f"of the file's own points G gives {mm(round(found['G'], 7))}, C {mm(round(found['C'], 7))}, and it states {mm(round(stated, 7))}"
-    alike = [c for c, value in found.items() if abs(value - stated) <= ALIKE * stated + ROUNDED]
+    alike = [
+        c for c, value in found.items() if abs(value - stated) <= CRITERION_TOLERANCE * stated + ROUNDING
+    ]
     if alike == ["C"]:
         table["criterion"] = "C"
         return f"criterion C (minimum zone) is taken: {own}"
@@ -56,7 +60,7 @@ def _form(feature: dict[str, Any], points: Array, criterion: str) -> float:
     return float(np.ptp(found.residuals))
 
 
-def _stated(qif: Qif) -> dict[str, float]:
+def _stated_values(qif: Qif) -> dict[str, float]:
     """Values in mm of the first results, by item id."""
     result = next((n for n in qif.root.below() if n.name == "MeasurementResults"), None)
     listed = None if result is None else result.one("MeasuredCharacteristics/CharacteristicMeasurements")

@@ -27,7 +27,7 @@ def decimal(value: float, digits: int = 15) -> str:
     return f"{Decimal(f'{value:.{digits}g}'):f}"
 
 
-def sized(v: HandedValue) -> str:
+def size_definition(v: HandedValue) -> str:
     """Content of the definition of a size, distance or angle: limits from the nominal value, or that it has none."""
     if v.tolerance is None:
         return "<NonTolerance>MEASURED</NonTolerance>"
@@ -35,7 +35,9 @@ def sized(v: HandedValue) -> str:
     return f"<Tolerance><MaxValue>{high}</MaxValue><MinValue>{low}</MinValue><DefinedAsLimit>false</DefinedAsLimit></Tolerance>"
 
 
-def zoned(c: Characteristic, v: HandedValue, features: Mapping[str, Feature], frame: int | None) -> str:
+def zone_definition(
+    c: Characteristic, v: HandedValue, features: Mapping[str, Feature], frame: int | None
+) -> str:
     """Content of the definition of a form, orientation, location, run-out or profile; without tolerance its width is 0."""
     width = v.tolerance[1] if v.tolerance is not None else 0.0
     parts = [f"<ToleranceValue>{decimal(width)}</ToleranceValue>"]

@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.files.foreign.drawn import ASSUMED, DrawnPart, deg, mm, spanned_plane, unit
+from vcmm.files.foreign.drawn import DEFAULT_EXTENT, DrawnPart, deg, mm, spanned_plane, unit
 from vcmm.files.foreign.qif import Qif
 from vcmm.files.foreign.xml import Node, series
 
@@ -40,11 +40,11 @@ def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> d
                 f"{item.at}: {item.name.removesuffix('FeatureItem')} {name}: no such feature here, left out"
             )
             continue
-        nominal = qif.named(item, "FeatureNominalId")
+        nominal = qif.node_at(item, "FeatureNominalId")
         if nominal is None:
             drawn.notes.append(f"{item.at}: {name} has no nominal, left out")
             continue
-        definition = qif.named(nominal, "FeatureDefinitionId")
+        definition = qif.node_at(nominal, "FeatureDefinitionId")
         key = item.attributes.get("id", "")
         points = measured.get(key)
         drawn.features[name] = _table(qif, drawn, kind, (name, nominal, definition or nominal), points)
@@ -141,16 +141,16 @@ def _extent(
     ends = [nominal.one(f"{end}Point") for end in ("Start", "End")]
     if kind == "line" and ends[0] is not None and ends[1] is not None:
         return {"length": mm(float(np.linalg.norm(qif.place(ends[1]) - qif.place(ends[0]))))}
-    if points is not None and len(points) > 1 and (found := _spanned(kind, place, np.array(axis), points)):
+    if points is not None and len(points) > 1 and (found := _span(kind, place, np.array(axis), points)):
         drawn.notes.append(f"{nominal.at}: {name}: its extent is that of its measured points")
         return found
     drawn.notes.append(
-        f"{nominal.at}: {name}: the file states no extent; {mm(ASSUMED)} is assumed, correct it"
+        f"{nominal.at}: {name}: the file states no extent; {mm(DEFAULT_EXTENT)} is assumed, correct it"
     )
-    return {"size": mm(ASSUMED, ASSUMED)} if kind == "plane" else {"length": mm(ASSUMED)}
+    return {"size": mm(DEFAULT_EXTENT, DEFAULT_EXTENT)} if kind == "plane" else {"length": mm(DEFAULT_EXTENT)}
 
 
-def _spanned(kind: str, place: Array, axis: Array, points: Array) -> dict[str, Any]:
+def _span(kind: str, place: Array, axis: Array, points: Array) -> dict[str, Any]:
     if kind == "plane":
         return spanned_plane(place, axis, points)
     along = (points - place) @ axis

@@ -17,7 +17,7 @@ def read_qif_part(path: str | Path) -> DrawnPart:
     """Raises DataError with file and line where the document is broken, or holds no feature that vcmm has."""
     qif = read_qif(path)
     notes: list[str] = []
-    measured = _measured(qif, notes)
+    measured = _measured_sets(qif, notes)
     radii = {one.tip_radius for one in measured.values()}
     drawn = DrawnPart(
         Path(path).name, _name(qif), notes=notes, tip_radius=next(iter(radii)) if len(radii) == 1 else None
@@ -34,7 +34,7 @@ def read_qif_part(path: str | Path) -> DrawnPart:
     return drawn
 
 
-def _measured(qif: Qif, notes: list[str]) -> dict[str, MeasuredSet]:
+def _measured_sets(qif: Qif, notes: list[str]) -> dict[str, MeasuredSet]:
     """Points by feature item of the first results: they tell extents; a tip radius changes these by itself at most."""
     result = next((n for n in qif.root.below() if n.name == "MeasurementResults"), None)
     if result is None:

@@ -95,11 +95,11 @@ def of_features(qif: Qif, result: Node, notes: list[str]) -> dict[str, MeasuredS
                 f'{lost.at}: the point set "{brief(lost.text.strip())}" of {feature_names(qif)[item]} is not in these results: no points'
             )
             continue
-        out[item] = _joined(qif, listed, sets)
+        out[item] = _join_sets(qif, listed, sets)
     return out
 
 
-def _joined(qif: Qif, listed: Node, sets: Mapping[str, Node]) -> MeasuredSet:
+def _join_sets(qif: Qif, listed: Node, sets: Mapping[str, Node]) -> MeasuredSet:
     pieces = [_piece(qif, entry, sets) for entry in listed.children]
     if not pieces:
         raise DataError(f"{listed.at}: the list of points is empty")

@@ -15,7 +15,7 @@ from xml.sax.saxutils import escape
 
 from vcmm.files.foreign.handed_over import HandedValue
 from vcmm.files.foreign.qif import NAMESPACE
-from vcmm.files.foreign.qif_definitions import decimal, sized, zoned
+from vcmm.files.foreign.qif_definitions import decimal, size_definition, zone_definition
 from vcmm.part.part import Characteristic, Feature, Part
 
 FEATURES = {
@@ -47,7 +47,7 @@ class _Writer:
     def add(self, section: str, text: str) -> None:
         self.sections.setdefault(section, []).append(text)
 
-    def listed(self, *sections: str) -> str:
+    def lists(self, *sections: str) -> str:
         """Lists with their counts, as every list of QIF has one; empty ones are left out."""
         found = [(s, self.sections.get(s, [])) for s in sections]
         return "\n".join(f'<{s} n="{len(t)}">\n' + "\n".join(t) + f"\n</{s}>" for s, t in found if t)
@@ -73,12 +73,12 @@ def qif_text(
         notes += _gaps(c, v, datums)
         made[v.name] = _characteristic(writer, c, v, part.features, (items, datums.get(c.name)))
     results = [_results(writer, name, one, made) for name, one in values.items()]
-    listed = writer.listed("ActualComponentSet")
+    listed = writer.lists("ActualComponentSet")
     parts = f'<ActualComponentSets n="1">\n{listed}\n</ActualComponentSets>\n' if listed else ""
     body = [
-        _section("", writer.listed("DatumDefinitions", "DatumReferenceFrames")),
-        _section("Features", writer.listed("FeatureDefinitions", "FeatureNominals", "FeatureItems")),
-        _section("Characteristics", writer.listed("CharacteristicDefinitions", "CharacteristicNominals", "CharacteristicItems")),
+        _section("", writer.lists("DatumDefinitions", "DatumReferenceFrames")),
+        _section("Features", writer.lists("FeatureDefinitions", "FeatureNominals", "FeatureItems")),
+        _section("Characteristics", writer.lists("CharacteristicDefinitions", "CharacteristicNominals", "CharacteristicItems")),
         f'<Results>\n<MeasurementResultsSet n="{len(results)}">\n' + "\n".join(results) + f"\n</MeasurementResultsSet>\n{parts}</Results>",
     ]  # fmt: skip
     head = (
@@ -190,7 +190,7 @@ def _characteristic(
     items, frame = placed
     kind = SIZES.get(c.type) or ZONES[c.type]
     definition, nominal, item = w.id(), w.id(), w.id()
-    inside = sized(v) if c.type in SIZES else zoned(c, v, features, frame)
+    inside = size_definition(v) if c.type in SIZES else zone_definition(c, v, features, frame)
     w.add("CharacteristicDefinitions", f'<{kind}CharacteristicDefinition id="{definition}">{inside}</{kind}CharacteristicDefinition>')  # fmt: skip
     target = f"<TargetValue>{decimal(v.nominal)}</TargetValue>" if c.type in SIZES else ""
     mode = "<AnalysisMode>THREEDIMENSIONAL</AnalysisMode>" if c.type in ("distance", "angle") else ""

@@ -29,11 +29,11 @@ SIZES = {
 BETWEEN = {"DistanceBetween": "distance", "AngleBetween": "angle"}
 MATERIAL = {"MAXIMUM": "M", "LEAST": "L"}
 NO_NAMES = ("", "NONE", "N/A", "NO NAME", "UNNAMED")
-UNMODIFIED = ("", "NONE", "REGARDLESS")
+NO_MODIFIER = ("", "NONE", "REGARDLESS")
 
 
 @dataclass(frozen=True, eq=False)
-class Described:
+class QifDefinition:
     """A characteristic: kind in QIF's word, its item, nominal and definition."""
 
     kind: str
@@ -68,14 +68,14 @@ def _table(
     kind = item.name.removesuffix(SUFFIX)
     if kind not in (*ZONES, *SIZES, *BETWEEN):
         raise NotHere("no such characteristic here")
-    nominal = qif.named(item, "CharacteristicNominalId")
-    definition = None if nominal is None else qif.named(nominal, "CharacteristicDefinitionId")
+    nominal = qif.node_at(item, "CharacteristicNominalId")
+    definition = None if nominal is None else qif.node_at(nominal, "CharacteristicDefinitionId")
     if nominal is None or definition is None:
         raise NotHere("its nominal or definition is missing")
     of = [names.get(i.text.strip()) for i in item.many("FeatureItemIds/Id")]
     if not of or None in of:
         raise NotHere("its feature is not here")
-    one = Described(kind, item, nominal, definition)
+    one = QifDefinition(kind, item, nominal, definition)
     features = [str(f) for f in of]
     if kind in BETWEEN:
         if len(features) != 2:
@@ -95,20 +95,20 @@ def _table(
     )
 
 
-def _zone(qif: Qif, one: Described, datums: Mapping[str, str]) -> dict[str, Any]:
+def _zone(qif: Qif, one: QifDefinition, datums: Mapping[str, str]) -> dict[str, Any]:
     width = one.definition.one("ToleranceValue")
     if width is None:
         raise NotHere("no tolerance value")
     if one.definition.one("OuterDisposition") is not None:
         raise NotHere("a zone that is not disposed equally")
     out: dict[str, Any] = {"zone": mm(qif.length(width))}
-    frame = qif.named(one.definition, "DatumReferenceFrameId")
+    frame = qif.node_at(one.definition, "DatumReferenceFrameId")
     if frame is not None and (found := _datums(qif, frame, datums)):
         out["datums"] = found
     condition = one.definition.words("MaterialCondition")
     if condition in MATERIAL:
         out["material"] = MATERIAL[condition]
-    elif condition not in UNMODIFIED:
+    elif condition not in NO_MODIFIER:
         raise NotHere(f"material condition {condition}")
     return out
 
@@ -121,9 +121,9 @@ def _datums(qif: Qif, frame: Node, datums: Mapping[str, str]) -> list[str]:
         modifier = datum.words("SimpleDatum/MaterialModifier")
         if datum.one("SimpleDatum") is None:
             raise NotHere("a common datum")
-        if modifier not in UNMODIFIED:
+        if modifier not in NO_MODIFIER:
             raise NotHere(f"a material requirement ({modifier}) on a datum")
-        definition = qif.named(datum, "SimpleDatum/DatumDefinitionId")
+        definition = qif.node_at(datum, "SimpleDatum/DatumDefinitionId")
         key = "" if definition is None else definition.attributes.get("id", "")
         if key not in datums:
             label = "" if definition is None else definition.words("DatumLabel")
@@ -149,7 +149,7 @@ def _datum_features(qif: Qif, names: Mapping[str, str]) -> dict[str, str]:
     return out
 
 
-def _limits(qif: Qif, one: Described, diameter: float | None) -> dict[str, Any]:
+def _limits(qif: Qif, one: QifDefinition, diameter: float | None) -> dict[str, Any]:
     """Limits from the nominal value of the features, or nothing where the drawing states none."""
     tolerance = one.definition.one("Tolerance")
     if tolerance is None:

@@ -78,7 +78,7 @@ def target_csv(targets: Array) -> str:
 
 def _plan(drawn: DrawnPart) -> list[str]:
     """Styli and steps: every feature that a characteristic needs, as often as its kind asks for."""
-    used = _used(drawn)
+    used = _used_features(drawn)
     steps = [_step(name, drawn.features[name], drawn.tip_radius) for name in used]
     for step in steps:
         if step["feature"] in drawn.targets:
@@ -103,7 +103,7 @@ def features_of(characteristic: Mapping[str, Any]) -> list[str]:
     return out
 
 
-def _used(drawn: DrawnPart) -> list[str]:
+def _used_features(drawn: DrawnPart) -> list[str]:
     """Features of the characteristics in the order of the drawing."""
     named = {n for c in drawn.characteristics for n in features_of(c)}
     return [n for n in drawn.features if n in named]

@@ -34,7 +34,7 @@ def read_step(path: str | Path) -> DrawnPart:
     """Raises DataError (no STEP file, no faces that vcmm has, broken tolerances), Environment (Open CASCADE is missing)."""
     text = read_part21(path)
     read = read_faces(text.path)
-    faces, left = _numbered(text, read.found, read.kinds), read.left
+    faces, left = _number_faces(text, read.found, read.kinds), read.left
     drawn = DrawnPart(Path(path).name, _name(text))
     names, part_of = _add_features(drawn, faces)
     if not names:
@@ -61,7 +61,7 @@ def _name(text: Part21) -> str:
     return words[-1].strip() if words else text.path.stem
 
 
-def _numbered(text: Part21, found: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
+def _number_faces(text: Part21, found: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
     """Faces with their numbers in the file: Open CASCADE keeps the order of the shells. Numbers below 0 where it did not.
 
     Checked by the kind of every surface, and by the radii of all round ones.
@@ -106,7 +106,7 @@ def _add_features(drawn: DrawnPart, faces: Iterable[SurfaceFace]) -> tuple[dict[
         word = {"cylinder": "bore" if group[0].inside else "shaft"}.get(group[0].kind, group[0].kind)
         counts[word] += 1
         name = f"{word}_{counts[word]}"
-        whole = _joined(group)
+        whole = _join_faces(group)
         drawn.features[name] = _table(whole)
         turn = whole.reach[1] - whole.reach[0]
         if whole.kind in ("cylinder", "cone") and turn < WHOLE:
@@ -147,7 +147,7 @@ def _same(a: SurfaceFace, b: SurfaceFace) -> bool:
     return low < a.reach[3] + SAME and high > a.reach[2] - SAME
 
 
-def _joined(group: list[SurfaceFace]) -> SurfaceFace:
+def _join_faces(group: list[SurfaceFace]) -> SurfaceFace:
     """One face for all: the angles together, from the lowest to the highest place along the axis."""
     first = group[0]
     if len(group) == 1:

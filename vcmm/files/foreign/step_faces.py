@@ -22,7 +22,9 @@ import numpy as np
 from vcmm.core.errors import DataError, Environment
 from vcmm.core.run import Array
 
-NEEDED = 'STEP files are read by Open CASCADE, which is not installed: pip install "vcmm[step]" (380 MB)'
+STEP_READER_MISSING = (
+    'STEP files are read by Open CASCADE, which is not installed: pip install "vcmm[step]" (380 MB)'
+)
 KINDS = {
     "GeomAbs_Plane": "plane", "GeomAbs_Cylinder": "cylinder", "GeomAbs_Cone": "cone", "GeomAbs_Sphere": "sphere",
     "GeomAbs_Torus": "torus",
@@ -71,7 +73,7 @@ class StepFaces:
 def read_faces(path: Path) -> StepFaces:
     """The faces of a file, read by a child. DataError: no shape, a fault of Open CASCADE, too long; Environment: it is missing."""
     if importlib.util.find_spec("OCP") is None:
-        raise Environment(NEEDED)
+        raise Environment(STEP_READER_MISSING)
     state = path.stat()
     return _by_child(path, state.st_mtime_ns, state.st_size)
 

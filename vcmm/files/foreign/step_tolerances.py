@@ -110,12 +110,12 @@ class _Aspects:
         """The feature of a datum: of the datum features that are related to it."""
         letter = str(self.text[datum].values("DATUM")[-1])
         bearers = [whole for whole, parts in self.related.items() if datum in parts]
-        found = {name for b in [*bearers, datum] for name in self._known(b)}
+        found = {name for b in [*bearers, datum] for name in self._known_names(b)}
         if len(found) != 1:
             raise NotHere(f"the datum {letter} has {len(found) or 'no'} features here")
         return found.pop()
 
-    def _known(self, aspect: int) -> list[str]:
+    def _known_names(self, aspect: int) -> list[str]:
         return list(dict.fromkeys(self.names[f] for f in self._faces(aspect, set()) if f in self.names))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.units import quantity
-from vcmm.task.certified.findings import Findings, Found
+from vcmm.task.certified.findings import Finding, Findings
 
 FIGURES: Mapping[str, str] = {
     "R0": "R0",
@@ -45,7 +45,7 @@ def _take(key: str, stated: object, values: dict[str, Any]) -> None:
     values[name] = found
 
 
-def _lengths(stated: object) -> tuple[tuple[float, Found], ...]:
+def _lengths(stated: object) -> tuple[tuple[float, Finding], ...]:
     if not isinstance(stated, list) or not stated or not all(isinstance(row, dict) for row in stated):
         raise UsageError(f"measured E0 is a list, one entry a length: write for example {OF_LENGTHS}")
     out = []
@@ -59,10 +59,10 @@ def _lengths(stated: object) -> tuple[tuple[float, Found], ...]:
     return tuple(out)
 
 
-def _figure(key: str, stated: object) -> Found:
+def _figure(key: str, stated: object) -> Finding:
     """ "0.8 um", or { error = "0.8 um", u = "0.1 um" }; u is a standard uncertainty."""
     if isinstance(stated, str):
-        return Found(quantity(stated, "length", f"measured {key}", "0.8 um"))
+        return Finding(quantity(stated, "length", f"measured {key}", "0.8 um"))
     if not isinstance(stated, dict) or "error" not in stated or set(stated) - {"error", "u"}:
         raise UsageError(
             f'measured {key} is a value such as "0.8 um" or a table with error and u (standard uncertainty), such as {EXAMPLE}'
@@ -71,4 +71,4 @@ def _figure(key: str, stated: object) -> Found:
     u = quantity(stated.get("u", "0 um"), "length", f"measured {key} u", "0.1 um")
     if u < 0:
         raise UsageError(f'measured {key}: u = "{stated["u"]}" is a standard uncertainty and never negative')
-    return Found(error, u)
+    return Finding(error, u)

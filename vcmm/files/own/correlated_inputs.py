@@ -13,19 +13,21 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.units import channel_unit, parse_unit
 from vcmm.files.columns import REDRAW, check_channel
-from vcmm.files.own.effects import Found, noting
+from vcmm.files.own.effects import KeyProblems, noting
 from vcmm.files.own.inputs import input_parameter, is_number, redraw_of
 from vcmm.files.problems import TableProblems
 
 CORRELATED_KEYS = ("names", "covariance", "redraw", "evidence")
 
 
-def build_correlated(table: dict[str, Any], effects: Sequence[Effect], complete: bool = True) -> Input | None:
+def build_joint_input(
+    table: dict[str, Any], effects: Sequence[Effect], complete: bool = True
+) -> Input | None:
     """An [[inputs]] table with names = ["backlash[X].gap", "channel.temp_part_C"] and their covariance.
 
     covariance[i][j] is in the unit of i times that of j, those of the parameters' own tables. Raises TableProblems.
     """
-    found: Found = []
+    found: KeyProblems = []
     for key in table:
         if key not in CORRELATED_KEYS:
             text = f'unknown key "{key}" of correlated inputs.{choose_from(key, CORRELATED_KEYS)}'

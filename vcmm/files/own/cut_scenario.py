@@ -13,7 +13,7 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.errors import DataError, VcmmError, choose_from
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
@@ -66,13 +66,13 @@ def load_cut(path: str | Path) -> CutScenario:
         problems.add(
             (), 'the scenario has no [cut] table; add program = "part.nc" and setup = "setup.toml" there'
         )
-    scenario = None if problems.found else _checked(document, problems)
+    scenario = None if problems.found else _check_document(document, problems)
     problems.raise_if_any()
     assert scenario is not None
     return scenario
 
 
-def _checked(document: Document, problems: Problems) -> CutScenario | None:
+def _check_document(document: Document, problems: Problems) -> CutScenario | None:
     data = document.data
     model = checked_model(CutFile, data, problems)
     setup = None
@@ -103,7 +103,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         problems.attempt(("cut", key), partial(_log, document, getattr(model.cut, key), names)) or {}
         for key, names in (("force_log", FORCES), ("load_log", (LOAD,)))
     )
-    known = _known(
+    known = _combine_knowledge(
         document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
     )
     inspection = _inspection(document, model.inspection, problems)
@@ -190,7 +190,7 @@ def _plan(part: PartData | None, ideal: bool, document: Document, data: dict[str
     return found
 
 
-def _known(
+def _combine_knowledge(
     document: Document, machine: Machine | None, setup: Setup, cut: CutTable, part: PartData | None,
     environment: Any, problems: Problems,
 ) -> tuple[Machine, tuple[Input, ...], dict[str, str]] | None:  # fmt: skip
@@ -215,12 +215,14 @@ def _known(
     if problems.found:
         return None
     own = machine.effects if machine else ()
-    effects, inputs = setting_knowledge(setup, cut, _turned(setup, cut, document.path.parent / cut.program))
+    effects, inputs = setting_knowledge(
+        setup, cut, _is_turned(setup, cut, document.path.parent / cut.program)
+    )
     stated = [str(e.get("effect")) for e in tables_in(document.data, "effects")]
     if not any(name == ToolDeflection.name for name in (*stated, *(e.name for e in own))):
         bends, known_bends = bending_knowledge(setup, cut)
         effects, inputs = [*effects, *bends], [*inputs, *known_bends]
-    full = None if machine is None else informed(machine, effects)
+    full = None if machine is None else add_knowledge(machine, effects)
     whole = with_knowledge(document, full, part, environment, None, problems)
     if whole is None:
         return None
@@ -231,7 +233,7 @@ def _known(
     return whole[0], (*whole[1], *inputs), found
 
 
-def _turned(setup: Setup, cut: CutTable, program: Path) -> bool:
+def _is_turned(setup: Setup, cut: CutTable, program: Path) -> bool:
     """Whether the part is turned. Where the set-up has tools of both kinds, the program is asked which it uses.
 
     One that cannot be read is refused by the job, with its line.

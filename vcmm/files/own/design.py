@@ -14,7 +14,7 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.setups import SetupTable, planned
+from vcmm.files.own.setups import SetupTable, plan_setup
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Table, Travel, checked_model
 from vcmm.files.toml import check_version, read_toml
@@ -56,7 +56,7 @@ def load_design(
     out = []
     if model is not None and machine is not None:
         for i, table in enumerate(model.setups):
-            made = problems.attempt(("setups", i), partial(planned, table, machine))
+            made = problems.attempt(("setups", i), partial(plan_setup, table, machine))
             if made is not None:
                 out.append((table.name, made[0], table.minutes, made[1]))
     budget = None

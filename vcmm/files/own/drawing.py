@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.core.errors import UsageError
-from vcmm.core.units import quantity, shown
+from vcmm.core.units import quantity, shorten
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Location
-from vcmm.part.characteristic import OF_SIZE, SIZED, Filter
+from vcmm.part.characteristic import OF_SIZE, SIZE_TYPES, Filter
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.contradictions import contradictions
 from vcmm.part.gps.general import classes, general_limits, general_zone
 from vcmm.part.gps.iso286 import is_code, limits_of_code
-from vcmm.part.part import Characteristic, Feature, named
+from vcmm.part.part import Characteristic, Feature, kind_text
 
 Pair = tuple[float, float]
 
@@ -54,7 +54,7 @@ def stated_limits(t: Any, features: Mapping[str, Feature]) -> Pair | None:
     low, high = (quantity(v, dimension, "limits", example) for v in t.limits)
     if not low < high:
         raise UsageError(
-            f"limits = {shown(t.limits)}: the lower limit is not below the upper one; exchange them"
+            f"limits = {shorten(t.limits)}: the lower limit is not below the upper one; exchange them"
         )
     return low, high
 
@@ -143,9 +143,9 @@ def size_limits(
     if not t.material:
         return None
     name = _first(t.of)
-    if name in features and t.type in SIZED and features[name].kind not in OF_SIZE:
+    if name in features and t.type in SIZE_TYPES and features[name].kind not in OF_SIZE:
         raise UsageError(
-            f'a material requirement is of a feature of size ({", ".join(OF_SIZE)}), and "{name}" is {named(features[name].kind)}; leave it out'
+            f'a material requirement is of a feature of size ({", ".join(OF_SIZE)}), and "{name}" is {kind_text(features[name].kind)}; leave it out'
         )
     for other in tables if name in features else ():
         if other.type == "size" and _first(other.of) == name and (found := limits(other)) is not None:

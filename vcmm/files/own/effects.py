@@ -25,16 +25,16 @@ from vcmm.core.effect import (
 )
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
-from vcmm.core.units import dimension_of, quantity, shown, vector
+from vcmm.core.units import dimension_of, quantity, shorten, vector
 from vcmm.files.problems import Key, TableProblems, misspelt
 from vcmm.physics import find
 from vcmm.physics.structure.component import CalibrationModes
 
-Found = list[tuple[Key, str]]  # (key, what is wrong with it)
+KeyProblems = list[tuple[Key, str]]  # (key, what is wrong with it)
 
 
 @contextmanager
-def noting(found: Found, key: str) -> Iterator[None]:
+def noting(found: KeyProblems, key: str) -> Iterator[None]:
     try:
         yield
     except TableProblems as error:
@@ -45,7 +45,7 @@ def noting(found: Found, key: str) -> Iterator[None]:
 
 def build_effect(table: dict[str, Any]) -> Effect:
     """One [[effects]] table to an Effect. Raises TableProblems naming every wrong key, unit or word."""
-    found: Found = []
+    found: KeyProblems = []
     kind = kind_of(table, found)
     if kind is None:
         raise TableProblems(found)
@@ -75,7 +75,7 @@ def may_be_left_out(place: Field[Any]) -> bool:
     return place.default == "" or bool(place.metadata.get("quiet"))
 
 
-def kind_of(table: dict[str, Any], found: Found) -> type[Effect] | None:
+def kind_of(table: dict[str, Any], found: KeyProblems) -> type[Effect] | None:
     if "effect" not in table:
         near = misspelt("effect", table) or ' Write for example effect = "backlash"'
         found.append(("", f'the key "effect" is missing.{near}'))
@@ -110,7 +110,7 @@ def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> A
 def _text(key: str, value: Any, example: str) -> str:
     if not isinstance(value, str):
         raise UsageError(
-            f'{key} = {shown(value)} must be a text in quotes; write for example {key} = "{example}"'
+            f'{key} = {shorten(value)} must be a text in quotes; write for example {key} = "{example}"'
         )
     return value
 
@@ -119,7 +119,7 @@ def _whole(key: str, value: Any, example: int) -> int:
     least = min(example, 1)  # a harmonic of 0 is a constant where the effect has one
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
         raise UsageError(
-            f"{key} = {shown(value)} must be a whole number, {least} or more; write for example {key} = {example}"
+            f"{key} = {shorten(value)} must be a whole number, {least} or more; write for example {key} = {example}"
         )
     return value
 
@@ -168,7 +168,7 @@ def _further(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
     if kind == LETTERS:
         if not isinstance(value, list):
             raise UsageError(
-                f'{key} = {shown(value)} must be a list of axis letters, as in arguments = ["X"]'
+                f'{key} = {shorten(value)} must be a list of axis letters, as in arguments = ["X"]'
             )
         return tuple(_text(key, v, "X") for v in value)
     if kind == LENGTH:
@@ -195,7 +195,7 @@ def _points(key: str, value: Any) -> Array:
 def _grids(key: str, value: Any, letters: Any) -> tuple[Array, ...]:
     if not isinstance(value, list) or not isinstance(letters, list) or len(value) != len(letters):
         raise UsageError(
-            f'{key} = {shown(value)} must have one list of positions per argument, as in grids = ["0 100 200 mm"]'
+            f'{key} = {shorten(value)} must have one list of positions per argument, as in grids = ["0 100 200 mm"]'
         )
     return tuple(_axis_positions(v, str(a), key) for v, a in zip(value, letters))
 

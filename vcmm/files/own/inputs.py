@@ -24,13 +24,13 @@ from vcmm.core.laws import (
     Uniform,
 )
 from vcmm.core.run import Array
-from vcmm.core.units import channel_unit, dimension_of, parse_unit, shown, vector
+from vcmm.core.units import channel_unit, dimension_of, parse_unit, shorten, vector
 from vcmm.files.columns import REDRAW, check_channel
-from vcmm.files.own.effects import Found, check_matters, kind_of, may_be_left_out, noting
+from vcmm.files.own.effects import KeyProblems, check_matters, kind_of, may_be_left_out, noting
 from vcmm.files.problems import TableProblems, misspelt
 from vcmm.physics.structure.residual import CorrelatedField
 
-BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
+BOUNDED_LAWS = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given
     "normal": ("u",), "t": ("scale", "dof"), "uniform": ("half_width", "u"), "triangular": ("half_width", "u"),
     "trapezoidal": ("half_width", "u", "top"), "arcsine": ("half_width", "u"), "samples": ("values",),
@@ -48,7 +48,7 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
     Raises TableProblems naming every wrong key, unit or word. Where not all effects could be read (complete =
     False) a missing target is no mistake of the input, and None is returned.
     """
-    found: Found = []
+    found: KeyProblems = []
     near = misspelt("effect", table) or misspelt("channel", table)
     if "effect" not in table and "channel" not in table and near:
         raise TableProblems([("", f"an input names an effect or a channel.{near}")])
@@ -57,7 +57,7 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
         raise TableProblems([("effect" if "effect" in table else "", text)])
     for key in ("evidence", "redraw", "law", "parameter"):
         if not isinstance(table.get(key, ""), str):
-            found.append((key, f"{key} = {shown(table[key])} must be a text in quotes"))
+            found.append((key, f"{key} = {shorten(table[key])} must be a text in quotes"))
     redraw = str(table.get("redraw", "machine"))
     if redraw not in REDRAW:
         found.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
@@ -69,7 +69,7 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
     return out
 
 
-def _channel_input(table: dict[str, Any], found: Found) -> Input | None:
+def _channel_input(table: dict[str, Any], found: KeyProblems) -> Input | None:
     _note_unknown(table, (), found)
     channel = str(table["channel"])
     with noting(found, "channel"):
@@ -80,7 +80,7 @@ def _channel_input(table: dict[str, Any], found: Found) -> Input | None:
 
 
 def _effect_input(
-    table: dict[str, Any], effects: Sequence[Effect], complete: bool, found: Found
+    table: dict[str, Any], effects: Sequence[Effect], complete: bool, found: KeyProblems
 ) -> Input | None:
     kind = kind_of(table, found)
     if kind is None:
@@ -154,13 +154,13 @@ def redraw_of(table: dict[str, Any]) -> str:
     return str(table.get("redraw", "machine"))
 
 
-def _given(kind: type[Effect], table: dict[str, Any]) -> list[str]:
+def _stated_places(kind: type[Effect], table: dict[str, Any]) -> list[str]:
     """The places that the table names."""
     return [str(table[f.name]) for f in place_fields(kind) if table.get(f.name)]
 
 
 def _everywhere(kind: type[Effect], table: dict[str, Any]) -> bool:
-    given = _given(kind, table)
+    given = _stated_places(kind, table)
     return bool(given) and set(given) == {EVERY}
 
 
@@ -177,7 +177,7 @@ def _target(
     kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect], complete: bool
 ) -> Effect | None:
     """The first effect that an input is about."""
-    where = ",".join(_given(kind, table))
+    where = ",".join(_stated_places(kind, table))
     same = [e for e in effects if e.name == kind.name]
     for effect in same:
         if _everywhere(kind, table) or _sits_there(effect, table):
@@ -212,7 +212,7 @@ def input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -
     return known[name]
 
 
-def _note_unknown(table: dict[str, Any], places: Sequence[str], found: Found) -> None:
+def _note_unknown(table: dict[str, Any], places: Sequence[str], found: KeyProblems) -> None:
     keys = INPUT_KEYS if places else tuple(k for k in INPUT_KEYS if "channel" in table or k != "channel")
     for key in table:
         if key not in keys and key not in places:
@@ -240,7 +240,7 @@ def _law(table: dict[str, Any], unit: str, difference: bool = False) -> tuple[An
     with _key(key):
         numbers = _numbers(table[key], dimension, key, _example(unit))
         if (numbers < 0).any():
-            raise UsageError(f"{key} = {shown(table[key])} is negative; a spread is zero or positive")
+            raise UsageError(f"{key} = {shorten(table[key])} is negative; a spread is zero or positive")
         if len(numbers) > 1:
             return _scalar_law(name, key, 1.0, table), numbers
         return _scalar_law(name, key, float(numbers[0]), table), None
@@ -329,7 +329,7 @@ def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law
                 )
         half = value if key == "half_width" else value / (Trapezoidal(1.0, ratio).u)
         return Trapezoidal(half, half * ratio)
-    kind = BOUNDED[name]
+    kind = BOUNDED_LAWS[name]
     return kind(value if key == "half_width" else value / kind(1.0).u)
 
 
@@ -340,6 +340,6 @@ def _plain_number(value: Any, key: str, example: str) -> float:
         )
     if not is_number(value):
         raise UsageError(
-            f"{key} = {shown(value)} must be a plain number; write for example {key} = {example}"
+            f"{key} = {shorten(value)} must be a plain number; write for example {key} = {example}"
         )
     return float(value)

@@ -8,14 +8,14 @@ from typing import Any
 from vcmm.core.effect import FREE_LINKS, Effect, place_fields
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.kinematics import Chain
-from vcmm.core.knowledge import doubled
-from vcmm.files.own.correlated_inputs import build_correlated
+from vcmm.core.knowledge import duplicate_text
+from vcmm.files.own.correlated_inputs import build_joint_input
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.inputs import build_input
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Location
 
-DIAGNOSED = "diagnosed from"  # how the evidence begins of what a diagnosis wrote
+DIAGNOSIS_SOURCE = "diagnosed from"  # how the evidence begins of what a diagnosis wrote
 
 
 def tables_in(data: Any, key: str) -> list[dict[str, Any]]:
@@ -66,7 +66,7 @@ def further_inputs(
     out: list[Input] = []
     for i, table in enumerate(tables):
         here = (*at, "inputs", i)
-        build = build_correlated if "names" in table else build_input
+        build = build_joint_input if "names" in table else build_input
         found = problems.attempt(here, lambda table=table, build=build: build(table, effects, complete))  # type: ignore[misc]
         if found is None:
             continue
@@ -77,7 +77,7 @@ def further_inputs(
 
 def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Location) -> None:
     """Note a quantity that has an Input already, at its place in the file."""
-    twice = doubled(one, known)
+    twice = duplicate_text(one, known)
     if twice:
         problems.add(at, twice)
 
@@ -85,6 +85,8 @@ def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Loca
 def found_since(inputs: Sequence[Input], known: Sequence[Input]) -> dict[str, str]:
     """Id -> evidence of the Inputs whose quantity a diagnosis has found since, at that place or at all: it took what was stated as known
     before, so its u holds alone."""
-    found = {(i.effect, i.where, i.parameter): i.evidence for i in known if i.evidence.startswith(DIAGNOSED)}
+    found = {
+        (i.effect, i.where, i.parameter): i.evidence for i in known if i.evidence.startswith(DIAGNOSIS_SOURCE)
+    }
     asked = {i.id: [(i.effect, where, i.parameter) for where in (i.where, "", EVERY)] for i in inputs}
     return {name: found[key] for name, keys in asked.items() for key in keys[::-1] if key in found}

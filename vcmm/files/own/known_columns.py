@@ -17,10 +17,10 @@ from vcmm.core.text import csv_of
 from vcmm.files.columns import read_csv
 from vcmm.task.response.recording import Recording
 
-Known = tuple[tuple[str, Array], ...]
+InputColumns = tuple[tuple[str, Array], ...]
 
 
-def read_known(path: Path, recording: Recording) -> Known:
+def read_known(path: Path, recording: Recording) -> InputColumns:
     """The table of a recording. DataError: headings without unit, numbers that are none, another number of rows."""
     sheet, unit, scale = read_csv(path), *_unit(recording)
     if len(sheet.rows) != recording.m:

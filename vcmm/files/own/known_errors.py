@@ -51,7 +51,7 @@ def known_errors(
         stated = model.errors.uncertainty
         if found:
             given = list(found)
-            found = problems.attempt((*at, "errors", "uncertainty"), lambda: refined(given, stated))
+            found = problems.attempt((*at, "errors", "uncertainty"), lambda: refine_tables(given, stated))
         for effect in found or ():
             _check_on_machine(effect, chain, problems, here, path)
         if tables is not None and not model.large_errors:
@@ -177,7 +177,7 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
             if u > 0:
                 letters, mesh = _nodes_of(effect)
                 key = (u, letters, mesh.tobytes())
-                law = laws.get(key) or _correlated(letters, mesh, u, known.correlation_length)
+                law = laws.get(key) or _joint_law(letters, mesh, u, known.correlation_length)
                 laws[key] = law
                 inputs.append(
                     Input(
@@ -203,7 +203,7 @@ FINE = 8  # nodes per correlation length: between them linear interpolation lose
 MOST_NODES = 2000  # of one table: its covariance is dense
 
 
-def refined(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
+def refine_tables(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
     """Tables with nodes close enough to carry the Gaussian process: an eighth of the correlation length or less.
 
     The table itself does not change: new nodes lie on it. Without them draws at far nodes, interpolated, would have too
@@ -213,11 +213,11 @@ def refined(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
     if not length:
         return effects
     return [
-        _refined(e, length / FINE) if isinstance(e, ComponentTable | ComponentSpline) else e for e in effects
+        _refine(e, length / FINE) if isinstance(e, ComponentTable | ComponentSpline) else e for e in effects
     ]
 
 
-def _refined(effect: Any, step: float) -> Effect:
+def _refine(effect: Any, step: float) -> Effect:
     if effect.link not in "XYZ":
         return cast(Effect, effect)
     if isinstance(effect, ComponentSpline):
@@ -263,7 +263,7 @@ def _nodes_of(effect: Any) -> tuple[tuple[str, ...], Array]:
     return letters, np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
 
 
-def _correlated(letters: Sequence[str], mesh: Array, u: float, length: float | None) -> MultivariateNormal:
+def _joint_law(letters: Sequence[str], mesh: Array, u: float, length: float | None) -> MultivariateNormal:
     """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes (k, axes); without a correlation length the nodes are independent.
 
     A rotary axis has no length: its nodes are taken as independent unless they coincide.

@@ -16,7 +16,13 @@ from vcmm.files.large_tables import read_table
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.recording import Ints
 
-LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "spindle_load_W", "load_kg")  # besides temp_<name>_C
+LOG_COLUMNS = (
+    "pressure_hPa",
+    "humidity_pct",
+    "spindle_rpm",
+    "spindle_load_W",
+    "load_kg",
+)  # besides temp_<name>_C
 
 
 def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
@@ -41,13 +47,13 @@ def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
 def _read_log(path: Path) -> dict[str, Series]:
     sheet = read_table(path)
     at = f"{path}:{sheet.header_line}"
-    known = ["time_s", *LOGGED, *(c for c in run_columns() if c.startswith("temp_"))]
+    known = ["time_s", *LOG_COLUMNS, *(c for c in run_columns() if c.startswith("temp_"))]
     problems = [] if "time_s" in sheet.header else [f"{at}: a log needs the column time_s"]
     numbers: dict[str, Array] = {}
     rows: dict[str, Ints] = {}
     for name in sheet.header:
         if name not in known and not (name.startswith("temp_") and name.endswith("_C")):
-            problems.append(f'{at}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOGGED)}')  # fmt: skip
+            problems.append(f'{at}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOG_COLUMNS)}')  # fmt: skip
             continue
         try:
             numbers[name], rows[name] = _entries(sheet, name)
@@ -74,7 +80,7 @@ def _entries(sheet: Sheet, name: str) -> tuple[Array, Ints]:
     return part.numbers(name), kept
 
 
-def interpolated(run: Run, logs: dict[str, Series]) -> Run:
+def add_logs(run: Run, logs: dict[str, Series]) -> Run:
     """The run with its logs, and with each log at time_s as a column where the data have none of that name.
 
     Between entries a log is linear, before the first it is steady. Raises UsageError where the data have no time_s. How far

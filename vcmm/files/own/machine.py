@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vcmm.core.axes import ALLOWED, is_axis, is_rotary
+from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.expansions import unusual_expansion
 from vcmm.core.kinematics import Axis, Chain, parse_structure
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.files.own.certificate import certificate_from
@@ -25,7 +25,7 @@ from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certified.certificate import MachineCertificate
-from vcmm.task.certified.known import CertifiedKnowledge, certified, passing_machines
+from vcmm.task.certified.known import CertifiedKnowledge, certified_knowledge, passing_machines
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -92,11 +92,11 @@ def _checked_machine(
         certificate = problems.attempt(here, lambda: certificate_from(stated))
         if certificate is None:
             return None
-        known = problems.attempt(here, lambda: _certified(machine, model, certificate, passing))
+        known = problems.attempt(here, lambda: _from_certificate(machine, model, certificate, passing))
         bare = replace(machine, remarks=(*machine.remarks, *certificate_remarks(stated, certificate)))
         effects += known.effects if known else ()
         inputs += known.inputs if known else ()
-    return bare and problems.attempt((*at, "structure"), lambda: informed(bare, effects, inputs))
+    return bare and problems.attempt((*at, "structure"), lambda: add_knowledge(bare, effects, inputs))
 
 
 def _of_scales(model: MachineFile) -> tuple[str, ...]:
@@ -105,13 +105,13 @@ def _of_scales(model: MachineFile) -> tuple[str, ...]:
     return (said,) if said else ()
 
 
-def _certified(
+def _from_certificate(
     machine: Machine, model: MachineFile, certificate: MachineCertificate, passing: bool
 ) -> CertifiedKnowledge | None:
     """What the certificate says of the errors, where the file itself does not state them; its scatter is that of the file."""
     if model.errors is not None or model.effects:
         return None
-    known = passing_machines(machine, certificate) if passing else certified(machine, certificate)
+    known = passing_machines(machine, certificate) if passing else certified_knowledge(machine, certificate)
     if model.repeatability is None:
         return known
     return replace(
@@ -142,7 +142,7 @@ def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems
 
 def _axis(letter: str, table: AxisTable) -> Axis:
     if not is_axis(letter):
-        raise UsageError(f'unknown axis "{letter}"; allowed are {ALLOWED}')
+        raise UsageError(f'unknown axis "{letter}"; allowed are {AXIS_NAMES}')
     dynamics = _dynamics(letter, table.dynamics.model_dump())
     if table.travel == ["endless"]:
         if not is_rotary(letter):

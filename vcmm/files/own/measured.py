@@ -25,7 +25,7 @@ LENGTHS = tuple(u for u in UNITS if dimension_of(u) == "length")
 ANGLES = tuple(u for u in UNITS if dimension_of(u) == "angle")
 WORDS = ("feature", "part", "stylus")
 NORMALS = ("nx", "ny", "nz")
-MEASURED = tuple(f"measured_{c}_mm" for c in "xyz")  # as `vcmm measure` writes them
+MEASURED_COLUMNS = tuple(f"measured_{c}_mm" for c in "xyz")  # as `vcmm measure` writes them
 BESIDE = (*(f"nominal_{c}_mm" for c in "xyz"), "error_um")  # what stands beside them there, not asked
 
 
@@ -47,7 +47,7 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
     check_columns(
         sheet,
         (*names, *(NORMALS if has_normals else ())),
-        (*WORDS, *names, *NORMALS, *(BESIDE if names == MEASURED else ())),
+        (*WORDS, *names, *NORMALS, *(BESIDE if names == MEASURED_COLUMNS else ())),
     )
     points = factor * np.stack([sheet.numbers(n) for n in names], axis=1)
     normals = np.stack([sheet.numbers(n) for n in NORMALS], axis=1) if has_normals else None
@@ -136,8 +136,8 @@ def _coordinates(sheet: Sheet) -> tuple[tuple[str, ...], float]:
         names = tuple(f"{c}_{unit}" for c in "xyz")
         if set(names) & set(sheet.header):
             return names, UNITS[unit][0]
-    if set(MEASURED) <= set(sheet.header):
-        return MEASURED, 1.0
+    if set(MEASURED_COLUMNS) <= set(sheet.header):
+        return MEASURED_COLUMNS, 1.0
     at = f"{sheet.path}:{sheet.header_line}"
     bare = [c for c in "xyzXYZ" if c in sheet.header]
     hint = f' "{bare[0]}" states no unit.' if bare else ""

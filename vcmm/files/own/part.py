@@ -13,7 +13,7 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.core.units import quantity, shown
+from vcmm.core.units import quantity, shorten
 from vcmm.files.own.drawing import (
     GeneralTolerances,
     compared_with_itself,
@@ -122,7 +122,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     for name, table in tables.items():
         here = (*at, "features", name)
         if bad := bad_name(name):
-            problems.add(here, f"the name of a feature, {shown(name)}, {bad}")
+            problems.add(here, f"the name of a feature, {shorten(name)}, {bad}")
         built = problems.attempt(here, lambda n=name, t=table, h=here: read_feature(n, t, document, h))  # type: ignore[misc]
         if built is not None:
             features[name] = built[0]
@@ -190,7 +190,7 @@ def _check_names(
 ) -> None:
     """A characteristic names features that exist, and has a name of its own."""
     if bad := bad_name(c.name):
-        problems.add((*at, "name"), f"name = {shown(c.name)} {bad}")
+        problems.add((*at, "name"), f"name = {shorten(c.name)} {bad}")
     for role in ("of", "between", "datums"):
         for name in (m for n in getattr(c, role) for m in members(c, n)):
             if features is not None and name not in features:

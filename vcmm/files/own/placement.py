@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.units import quantity, shown
+from vcmm.core.units import quantity, shorten
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table
 from vcmm.files.toml import Document
@@ -105,7 +105,7 @@ def _faces(names: list[str], part: Part) -> Mapping[str, tuple[float, float, flo
             out[name] = (float(axis[0]), float(axis[1]), float(axis[2]))
         else:
             raise UsageError(
-                f"faces_down: {shown(name)} is neither a direction nor a plane of the part.{choose_from(name, [*DOWN, *planes])}"
+                f"faces_down: {shorten(name)} is neither a direction nor a plane of the part.{choose_from(name, [*DOWN, *planes])}"
             )
     return out
 

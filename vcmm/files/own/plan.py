@@ -12,7 +12,7 @@ from pydantic import Field
 
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.run import Array
-from vcmm.core.units import quantity, shown, vector
+from vcmm.core.units import quantity, shorten, vector
 from vcmm.files.own.knowledge import names_in
 from vcmm.files.own.point_file import read_points, row_of
 from vcmm.files.problems import Key, Problems, TableProblems, bad_name, misspelt
@@ -108,14 +108,14 @@ def plan_from(
         )
     for name in model.styli:
         if bad := bad_name(name):
-            problems.add((*at, "styli", name), f"the name of a stylus, {shown(name)}, {bad}")
+            problems.add((*at, "styli", name), f"the name of a stylus, {shorten(name)}, {bad}")
     styli_names = names_in(data, "styli") or None
     for i, table in enumerate(model.steps):
         here = (*at, "steps", i)
         step = problems.attempt(here, lambda t=table: _step(document, t, part, styli_names))  # type: ignore[misc]
         steps += [step] if step is not None else []
     if len(problems.found) == before:
-        _check_measured(model, list(dict.fromkeys(t.feature for t in model.steps)), part, problems, at)
+        _check_plan(model, list(dict.fromkeys(t.feature for t in model.steps)), part, problems, at)
     if len(problems.found) > before:
         return None
     styli = {n: _stylus(n, t) for n, t in model.styli.items()}
@@ -130,9 +130,7 @@ def plan_from(
     return (plan, known) if plan is not None else None
 
 
-def _check_measured(
-    model: PlanFile, measured: list[str], part: Part, problems: Problems, at: Location
-) -> None:
+def _check_plan(model: PlanFile, measured: list[str], part: Part, problems: Problems, at: Location) -> None:
     """Every feature that a characteristic or the alignment needs is measured, each in one step."""
     if not measured:
         return  # the empty plan is reported once
@@ -231,16 +229,18 @@ def _pattern_value(spec: DataField[Any], key: str, value: Any) -> Any:
     if kind.startswith("tuple[float"):
         if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
             raise UsageError(
-                f"{key} = {shown(value)} must be three plain numbers; write for example {key} = [0, 0, 1]"
+                f"{key} = {shorten(value)} must be three plain numbers; write for example {key} = [0, 0, 1]"
             )
         return tuple(float(v) for v in value)
     if kind == "bool":
         if not isinstance(value, bool):
-            raise UsageError(f"{key} = {shown(value)} must be true or false")
+            raise UsageError(f"{key} = {shorten(value)} must be true or false")
         return value
     if kind == "float":
         if not _is_number(value):
-            raise UsageError(f"{key} = {shown(value)} must be a plain number; write for example {key} = 2.5")
+            raise UsageError(
+                f"{key} = {shorten(value)} must be a plain number; write for example {key} = 2.5"
+            )
         return float(value)
     return _counts(key, [value], 1)[0]
 
@@ -251,7 +251,7 @@ def _counts(key: str, value: Any, how_many: int) -> tuple[int, ...]:
         example = f"{key} = 8" if how_many == 1 else f"{key} = [{', '.join(['3'] * how_many)}]"
         given = value[0] if how_many == 1 and isinstance(value, list) and len(value) == 1 else value
         due = "a whole number" if how_many == 1 else f"{how_many} whole numbers"
-        raise UsageError(f"{key} = {shown(given)} must be {due}, 1 or more; write for example {example}")
+        raise UsageError(f"{key} = {shorten(given)} must be {due}, 1 or more; write for example {example}")
     return tuple(value)
 
 

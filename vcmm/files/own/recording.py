@@ -24,9 +24,9 @@ from vcmm.core.run import Array, Run, Series
 from vcmm.core.text import is_file, read_text
 from vcmm.files.columns import LABELS, run_columns
 from vcmm.files.gaps import reaching, set_aside
-from vcmm.files.observations import OBSERVED
+from vcmm.files.observations import OBSERVED_COLUMNS
 from vcmm.files.own.known_columns import read_known
-from vcmm.files.own.logs import interpolated, read_logs, with_readings
+from vcmm.files.own.logs import add_logs, read_logs, with_readings
 from vcmm.files.own.machine import machine_from
 from vcmm.files.own.recording_data import read_data
 from vcmm.files.own.recording_tables import (
@@ -37,7 +37,7 @@ from vcmm.files.own.recording_tables import (
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, check_version, read_toml
-from vcmm.task.response.indexing import settled
+from vcmm.task.response.indexing import settle_index
 from vcmm.task.response.logs import with_logs
 from vcmm.task.response.nuisance import named_nuisance
 from vcmm.task.response.pointing import with_down
@@ -61,13 +61,13 @@ def load_recording(
     document = read_toml(path)
     check_version(document, "recording")
     problems = Problems(document)
-    found = _checked(document, machine, problems, gaps)
+    found = _check_document(document, machine, problems, gaps)
     problems.raise_if_any()
     assert found is not None
     return found
 
 
-def _checked(
+def _check_document(
     document: Document, machine: Machine | None, problems: Problems, gaps: bool
 ) -> tuple[Recording, Machine] | None:
     model = checked_model(RecordingFile, document.data, problems)
@@ -100,7 +100,7 @@ def _checked(
         ("data", partial(_complete, gaps=gaps)),
         ("history", partial(_with_past, memory=model.memory, told=gaps)),
         ("nuisance", _with_labels),
-        ("nuisance", partial(settled, machine=machine)),
+        ("nuisance", partial(settle_index, machine=machine)),
         ("down", partial(_with_down, machine=machine, down=model.down)),
         ("data", partial(_with_part, machine=machine)),
         ("nuisance", partial(_with_nuisance, machine=machine)),
@@ -116,7 +116,7 @@ def _checked(
 def _with_logs(recording: Recording, logs: dict[str, Series]) -> Recording:
     """The recording with its logs; rows beyond the end of one are set aside."""
     logs, gaps = reaching(recording.run, logs)
-    whole = replace(recording, run=with_readings(with_logs(interpolated(recording.run, logs))))
+    whole = replace(recording, run=with_readings(with_logs(add_logs(recording.run, logs))))
     return set_aside(whole, gaps)
 
 
@@ -334,7 +334,9 @@ def _check_order(run: Run) -> None:
 def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
     """Columns and labels that a recording may have and this one has not, as a run names them."""
     absent_axes = [a for a in LETTERS if a not in machine.chain.letters]
-    own = re.compile(r"u_|reading_|(part|tip|from|offset)_[xyz]_mm|probe_lateral|" + "|".join(OBSERVED))
+    own = re.compile(
+        r"u_|reading_|(part|tip|from|offset)_[xyz]_mm|probe_lateral|" + "|".join(OBSERVED_COLUMNS)
+    )
     of_axis = re.compile(rf"(sense|since_reversal|speed|accel|raw|travel)_[{''.join(absent_axes)}](_|$)")
     columns = [c for c in run_columns() if c not in run.columns and not own.match(c) and not of_axis.match(c)]
     return (*columns, *(label for label in LABELS if label not in run.labels))

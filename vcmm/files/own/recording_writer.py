@@ -13,20 +13,20 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.run import Run, Series
-from vcmm.core.text import csv_of, quoted
+from vcmm.core.text import csv_of, quote
 from vcmm.core.whole_files import write_files
 from vcmm.files.columns import axis_column, file_columns, known_column
 from vcmm.files.observations import FROM, NORMAL, VECTOR
 from vcmm.files.own.known_columns import known_text
-from vcmm.files.own.logs import LOGGED
+from vcmm.files.own.logs import LOG_COLUMNS
 from vcmm.task.response.logs import row_logs
 from vcmm.task.response.recording import Ints, Recording
 
 DEG = np.pi / 180.0
-DERIVED = re.compile(
+DERIVED_COLUMN = re.compile(
     r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
 )  # made again on reading
-APART = re.compile(
+SEPARATE_COLUMN = re.compile(
     r"length_mm|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
 )  # the same, but for travel
 
@@ -52,10 +52,10 @@ def recording_texts(
     run = recording.run
     own = row_logs(run)
     logs = {name: log for name, log in run.series.items() if not _same(log, own.get(name))}
-    column = {s: s if s in LOGGED else f"temp_{s}_C" for s in logs}
+    column = {s: s if s in LOG_COLUMNS else f"temp_{s}_C" for s in logs}
     names = {sensor: f"{stem}_{sensor}.csv" for sensor in logs}
     texts = {f"{stem}.toml": _toml(recording, stem, machine, list(names.values()), apart)}
-    texts[f"{stem}.csv"] = _csv(_columns(recording, APART if apart else DERIVED))
+    texts[f"{stem}.csv"] = _csv(_columns(recording, SEPARATE_COLUMN if apart else DERIVED_COLUMN))
     if recording.known:
         texts[f"{stem}-known.csv"] = known_text(recording)
     for sensor, log in logs.items():
@@ -70,8 +70,8 @@ def _same(one: Series, other: Series | None) -> bool:
 
 
 def _toml(recording: Recording, stem: str, machine: str, logs: list[str], apart: bool) -> str:
-    lines = ['vcmm = "recording/1"', f"name = {quoted(recording.name)}", f'data = "{stem}.csv"']
-    lines += [f"machine = {quoted(machine)}", f'kind = "{recording.kind}"']
+    lines = ['vcmm = "recording/1"', f"name = {quote(recording.name)}", f'data = "{stem}.csv"']
+    lines += [f"machine = {quote(machine)}", f'kind = "{recording.kind}"']
     lines.append(f'observed = "{"indicated - true" if recording.measuring else "actual - commanded"}"')
     if apart:
         lines.append('history = "none"')
@@ -82,7 +82,7 @@ def _toml(recording: Recording, stem: str, machine: str, logs: list[str], apart:
     if recording.known:
         lines += ["[known]", f'data = "{stem}-known.csv"']
     for name in logs:
-        lines += ["[[series]]", f"data = {quoted(name)}"]
+        lines += ["[[series]]", f"data = {quote(name)}"]
     return "\n".join(lines) + "\n"
 
 

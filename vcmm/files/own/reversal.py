@@ -101,7 +101,7 @@ def _words(table: ReversalTable, angle: bool) -> ReversalTable:
         error = canonical(error) if error else ""
     except UsageError as wrong:
         raise TableProblems([("error", str(wrong))]) from None
-    due, fits = _due(table.test, error, angle)
+    due, fits = _test_error(table.test, error, angle)
     if not fits:
         found.append(("error", f'error = "{error}" does not go with test = "{table.test}"{due}'))
     if table.test != "face":
@@ -117,7 +117,7 @@ def _words(table: ReversalTable, angle: bool) -> ReversalTable:
     return table.model_copy(update={"error": error, "tilt": table.tilt or "EBC"})
 
 
-def _due(test: str, error: str, angle: bool) -> tuple[str, bool]:
+def _test_error(test: str, error: str, angle: bool) -> tuple[str, bool]:
     """What a test allows, in words, and whether the error is of it."""
     if test == "straightness":
         fits = (

@@ -101,10 +101,10 @@ def _rows(path: Path, needed: Sequence[str], allowed: Sequence[str]) -> tuple[Sh
             f"{path}:{sheet.header_line}: there is no column of values; add value_mm (deviation_um, value_deg)"
         )
     at = sheet.header.index("characteristic")
-    return sheet, [_one(sheet, i, row[at], columns) for i, row in enumerate(sheet.rows)]
+    return sheet, [_given_value(sheet, i, row[at], columns) for i, row in enumerate(sheet.rows)]
 
 
-def _one(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]) -> GivenValue:
+def _given_value(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]) -> GivenValue:
     filled = [c for c in columns if sheet.rows[i][sheet.header.index(c.name)]]
     if len(filled) != 1:
         raise DataError(f'{sheet.at(i)}: "{name}" has {len(filled)} values; one number is due in its row')
@@ -117,7 +117,7 @@ def _one(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]) -> Giv
         ) from None
 
 
-def _collected(scenario: Scenario, given: Sequence[GivenValue]) -> list[tuple[str, float]]:
+def _collect_values(scenario: Scenario, given: Sequence[GivenValue]) -> list[tuple[str, float]]:
     """(characteristic, mm or rad) of every row; all that cannot be meant is said at once."""
     out: list[tuple[str, float]] = []
     problems: list[str] = []
@@ -133,7 +133,7 @@ def _collected(scenario: Scenario, given: Sequence[GivenValue]) -> list[tuple[st
 
 def _repeats(scenario: Scenario, path: Path) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     sheet, given = _rows(path, (), (TEMPERATURE,))
-    rows = _collected(scenario, given)
+    rows = _collect_values(scenario, given)
     names = list(dict.fromkeys(n for n, _ in rows))
     repeats = {name: np.array([v for n, v in rows if n == name]) for name in names}
     single = [n for n, v in repeats.items() if len(v) < 2]
@@ -156,7 +156,7 @@ def _calibrations(scenario: Scenario, path: Path) -> dict[str, CalibratedValue]:
             f"{path}:1: the certificate states U: one column U_um (U_mm, U_deg) is due, beside the column k of its coverage factor"
         )
     sheet, given = _rows(path, (*widths, "k"), more)
-    rows = _collected(scenario, given)
+    rows = _collect_values(scenario, given)
     u = _standard_u(sheet, widths[0])
     from_part = sheet.numbers(more[0]) * UNITS[more[0][10:]][0] if more else np.zeros(len(rows))
     twice = [i for i, (n, _) in enumerate(rows) if n in [m for m, _ in rows[:i]]]
@@ -187,7 +187,7 @@ def _standard_u(sheet: Sheet, column: str) -> np.ndarray:
 
 def _positions(scenario: Scenario, path: Path) -> dict[str, dict[str, np.ndarray]]:
     sheet, given = _rows(path, ("position",), ())
-    rows = _collected(scenario, given)
+    rows = _collect_values(scenario, given)
     places = [row[sheet.header.index("position")] for row in sheet.rows]
     out: dict[str, dict[str, np.ndarray]] = {}
     for name in dict.fromkeys(n for n, _ in rows):

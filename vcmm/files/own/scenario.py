@@ -14,7 +14,7 @@ from pydantic import Field
 from vcmm.core.effect import Effect
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.files.own.environment import (
@@ -229,7 +229,7 @@ def with_knowledge(
     if machine is None or part is None or environment is None:
         return None
     complete = not problems.found
-    machine = informed(machine, [*part.effects(environment.part.compensated), *further])
+    machine = add_knowledge(machine, [*part.effects(environment.part.compensated), *further])
     inputs = part.inputs()
     for location, one in temperatures:
         note_second(one, machine.inputs, problems, location)

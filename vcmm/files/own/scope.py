@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.core.axes import ALLOWED, is_axis, is_rotary
+from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.history import path_history
 from vcmm.core.machine import Machine
@@ -71,7 +71,7 @@ def read_scope(path: str | Path, table: ScopeTable) -> Scope:
 def _check_axes(path: Path, axes: Mapping[str, list[str]]) -> None:
     for axis, names in axes.items():
         if not is_axis(axis):
-            raise DataError(f'{path}: unknown axis "{axis}" in [scope]; allowed are {ALLOWED}')
+            raise DataError(f'{path}: unknown axis "{axis}" in [scope]; allowed are {AXIS_NAMES}')
         if len(names) != 2:
             raise DataError(
                 f'{path}: {axis} takes two columns, as in {axis} = ["SetPos", "ActPos"]: commanded, actual'

@@ -196,7 +196,7 @@ def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
             text = f"{one.offset} is not in [offsets].{choose_from(one.offset, [*model.offsets])}"
             problems.add(("surfaces", k, "offset"), text)
             continue
-        point = _moved(one.point, model.offsets.get(one.offset, ZERO))
+        point = _move_point(one.point, model.offsets.get(one.offset, ZERO))
         if one.diameter is not None:
             low = -math.inf if one.height is None else point[2] - one.height
             high = math.inf if one.height is None else point[2]
@@ -207,11 +207,13 @@ def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
         x, y, z = model.stock.box
         corner = model.stock.corner or (-x / 2.0, -y / 2.0, -z)
         zero = model.offsets.get("G54", next(iter(model.offsets.values()), ZERO))
-        out += box_faces(_moved(corner, zero), (x, y, z))
+        out += box_faces(_move_point(corner, zero), (x, y, z))
     return tuple(out)
 
 
-def _moved(point: tuple[float, float, float], by: tuple[float, float, float]) -> tuple[float, float, float]:
+def _move_point(
+    point: tuple[float, float, float], by: tuple[float, float, float]
+) -> tuple[float, float, float]:
     return point[0] + by[0], point[1] + by[1], point[2] + by[2]
 
 

@@ -56,7 +56,7 @@ class SetupTable(Table):
         return list(self.offset or (0.0, 0.0, 0.0))
 
 
-def planned(table: SetupTable, machine: Machine) -> tuple[Recordings, InstrumentCertificate]:
+def plan_setup(table: SetupTable, machine: Machine) -> tuple[Recordings, InstrumentCertificate]:
     """The recordings of one set-up, most often one, and the certificate of its instrument. Raises UsageError for keys that are missing."""
     instrument = find(table.instrument)
     dimension = "angle" if instrument.kind == "angle" else "length"
@@ -239,7 +239,7 @@ def _r_test(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _indexer(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    return (rotary.indexed(machine, table.axis, _angles(table, machine), u),)
+    return (rotary.index_axis(machine, table.axis, _angles(table, machine), u),)
 
 
 MAKERS: dict[str, Callable[[Any, Machine, float], Recordings]] = {

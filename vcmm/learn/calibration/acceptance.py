@@ -43,7 +43,7 @@ UNTOLD = {  # figures that may be nothing but rounding, and why
     **dict.fromkeys(("R", "R+", "R-", "R0", "asynchronous"), "the machine file states no repeatability"),
     "fundamental": "errors of the axis average line have no once-per-turn part",
 }
-ROUNDED = 1e-6  # um, urad: no machine is so good
+LEAST_LIMIT = 1e-6  # um, urad: no machine is so good
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Figure:
     p_pass: float | None = None
 
 
-def predicted(
+def predict_figures(
     machine: Machine,
     test: str,
     limits: Mapping[str, Limit] | None = None,
@@ -78,7 +78,7 @@ def without_rounding(figures: Sequence[Figure]) -> tuple[list[Figure], list[str]
     out, why = [], dict[str, list[str]]()
     for one in figures:
         reason = UNTOLD.get(one.name.split(" ")[0])
-        if reason is None or one.value_um is None or one.value_um > ROUNDED:
+        if reason is None or one.value_um is None or one.value_um > LEAST_LIMIT:
             out.append(one)
             continue
         why.setdefault(reason, []).append(one.name)
@@ -88,7 +88,7 @@ def without_rounding(figures: Sequence[Figure]) -> tuple[list[Figure], list[str]
 
 def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int) -> Array:
     """(trials, n, 3) mm actual - nominal of drawn machines, scatter along nx ny nz included; workpiece axes."""
-    run = machine.prepare(_touched(machine, with_defaults(machine, run)))
+    run = machine.prepare(_run_with_tip(machine, with_defaults(machine, run)))
     total = np.broadcast_to(machine.indication_error(run), (trials, run.n, 3)).copy()
     for found in influences(machine, run, machine.inputs):
         law, factor = found.input.spread(found.response.shape[2])
@@ -104,7 +104,7 @@ def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int
     return -total
 
 
-def _touched(machine: Machine, run: Run) -> Run:
+def _run_with_tip(machine: Machine, run: Run) -> Run:
     """Columns and label that probe and stylus need: touched along nx ny nz with a stylus along its offset (down without one).
 
     Where effects name one stylus, the test is made with it; what else they need is that of a machine at rest at 20 degC.

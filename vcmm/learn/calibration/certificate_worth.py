@@ -15,13 +15,15 @@ from vcmm.core.errors import UsageError
 from vcmm.files.own.certificate import certificate_table
 from vcmm.files.own.machine import load_machine_of
 from vcmm.files.own.scenario import load_scenario
-from vcmm.learn.calibration.acceptance import Figure, predicted
+from vcmm.learn.calibration.acceptance import Figure, predict_figures
 from vcmm.task.certified.certificate import PRIORS, MachineCertificate
 from vcmm.task.certified.findings import Findings
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 
-CHECKED = 20  # exact trials of each evaluation: the machines are the same, and `uncertainty` checks with more
+CHECK_TRIALS = (
+    20  # exact trials of each evaluation: the machines are the same, and `uncertainty` checks with more
+)
 FIRST = ("E0_MPE", "iso230_2")  # one of these is needed
 FACTS = (
     "P_Form_Sph_1x25",
@@ -68,24 +70,24 @@ def certificate_worth(
     scenario, certificate = load_scenario(path), _drawn_from(path)
     machine = load_machine_of(path)  # without the part's effects
     changes: dict[str, Any] = {k: v for k, v in (("trials", trials), ("seed", seed)) if v is not None}
-    settings = scenario.settings.asked(certify=CHECKED, **changes)
+    settings = scenario.settings.asked(certify=CHECK_TRIALS, **changes)
     steps = _facts(table)
     whole = len(PRIORS) + len(steps) + 1
     by_prior, by_fact = [], []
     for i, prior in enumerate(PRIORS):
         report(f"prior {prior}", i / whole)
-        by_prior += _expanded(prior, path, {**table, "prior": prior}, settings)
+        by_prior += _certified_rows(prior, path, {**table, "prior": prior}, settings)
     for i, (known, part) in enumerate(steps):
         report(known, (len(PRIORS) + i) / whole)
-        by_fact += _expanded(known, path, part, settings)
+        by_fact += _certified_rows(known, path, part, settings)
     report("machines at the limit", (whole - 1) / whole)
     limits = {k: v for k, v in table.items() if k != "measured"}
     at_limit = load_scenario(path, certificate={**limits, "prior": "limit"})
-    result = _evaluated(at_limit, settings)
+    result = _uncertainty(at_limit, settings)
     covered = covered_at_limit(at_limit.machine, replace(certificate, found=Findings()), result)
     figures = [
         f for test in ("10360-2", "230-2") if certificate.limits(test)
-        for f in predicted(machine, test, certificate.limits(test), settings.seed, 400)
+        for f in predict_figures(machine, test, certificate.limits(test), settings.seed, 400)
         if f.limit_um is not None and not (certificate.E0 and f.name.startswith("R "))  # R of an axis holds no probe
     ]  # fmt: skip
     return CertificateWorth(
@@ -119,10 +121,10 @@ def _facts(table: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     return steps
 
 
-def _expanded(known: str, path: Path, table: dict[str, Any], settings: Settings) -> list[CertifiedU]:
-    result = _evaluated(load_scenario(path, certificate=table), settings)
+def _certified_rows(known: str, path: Path, table: dict[str, Any], settings: Settings) -> list[CertifiedU]:
+    result = _uncertainty(load_scenario(path, certificate=table), settings)
     return [CertifiedU(known, c.name, c.unit, c.expanded) for c in result.characteristics]
 
 
-def _evaluated(scenario: Scenario, settings: Settings) -> UncertaintyResult:
+def _uncertainty(scenario: Scenario, settings: Settings) -> UncertaintyResult:
     return evaluate(scenario.task(), settings)

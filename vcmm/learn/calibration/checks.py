@@ -9,16 +9,16 @@ import numpy as np
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.learn.calibration.evidence import Reduced, with_others
+from vcmm.learn.calibration.evidence import NormalEquations, append_identity
 from vcmm.learn.calibration.identified import broad_factor
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.readings import ALONG, Readings
 from vcmm.learn.calibration.recorded_lines import check_senses
-from vcmm.learn.calibration.solve import Before, Whitened, columns_of, conditioned_factor, project
+from vcmm.learn.calibration.solve import Before, WhitenedReadings, columns_of, conditioned_factor, project
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
-TURNED = {  # a recording times this would agree with the others: what usually was done
+LIKELY_FACTORS = {  # a recording times this would agree with the others: what usually was done
     -1.0: "its sign is the other way round: check the direction nx ny nz and indicated - true against actual - commanded",
 }
 ARCSEC = {  # of angles alone
@@ -29,7 +29,7 @@ SURE = (
     15.0  # nats that the other recordings must win for another sign or unit, beyond what it wins without them
 )
 FITS = 2.0  # chi-squared per reading that it may leave then
-CONTRADICTED = 1e-3  # chance of a misfit as large, by the stated noise
+MISFIT_CHANCE = 1e-3  # chance of a misfit as large, by the stated noise
 ROUGH = 0.15  # correlation length in parts of the travel: the others' prediction must not be too sure between their readings
 PART = 0.9  # of the travel that other recordings of the axis have
 LARGE, STEEP = 1.0, 1e-3  # mm, rad: no machine errs so much; a unit does
@@ -148,19 +148,21 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
 
     columns, _ = columns_of(parts, Before.nothing(model))
     white = [project(p, c, 1 / p.u**2) for p, c in zip(parts, columns)]
-    a, b = np.sum([w.gram for w in white], axis=0), np.sum([w.told(w.y) for w in white], axis=0)
-    factor = with_others(broad_factor(model, ROUGH), len(b))
+    a, b = np.sum([w.gram for w in white], axis=0), np.sum([w.back_project(w.y) for w in white], axis=0)
+    factor = append_identity(broad_factor(model, ROUGH), len(b))
     for part, one in zip(parts, white):
         if len(parts) < 2 or not part.stated:
             continue
-        mean, known = conditioned_factor(Reduced(a - one.gram, b - one.told(one.y), model), factor)
+        mean, known = conditioned_factor(
+            NormalEquations(a - one.gram, b - one.back_project(one.y), model), factor
+        )
         nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
-        factors = TURNED | ARCSEC if part.recording.kind == "angle" else TURNED
+        factors = LIKELY_FACTORS | ARCSEC if part.recording.kind == "angle" else LIKELY_FACTORS
         for times in (1.0, *factors):
             told, misfits[times] = log_likelihood(one, mean, known, times)
             gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
-        if chdtrc(part.m - one.rank, misfits[1.0]) > CONTRADICTED:
+        if chdtrc(part.m - one.rank, misfits[1.0]) > MISFIT_CHANCE:
             continue
         times = max(factors, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
@@ -170,14 +172,14 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
             )
 
 
-def log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> tuple[float, float]:
+def log_likelihood(one: WhitenedReadings, mean: Array, factor: Array, times: float) -> tuple[float, float]:
     """(ln likelihood, chi-squared) of whitened readings that should have been `times` theirs; mean, factor @ factor.T: of theta.
 
     Their covariance is times^2 1 + (x factor)(x factor)'; its inverse and determinant by Woodbury, so that no matrix is as large as the
     readings are many.
     """
-    away = times * one.y - one.seen(mean)
-    seen = factor.T @ one.told(away)
+    away = times * one.y - one.predict(mean)
+    seen = factor.T @ one.back_project(away)
     inner = factor.T @ one.gram @ factor
     inner[np.diag_indices_from(inner)] += times**2
     m, r = len(away), len(inner)

@@ -21,11 +21,11 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.learn.calibration.evidence import Reduced
-from vcmm.learn.calibration.identified import Identified, identified
+from vcmm.learn.calibration.evidence import NormalEquations
+from vcmm.learn.calibration.identified import Identifiability, identify
 from vcmm.learn.calibration.job import ranges_of, spans_of
 from vcmm.learn.calibration.model import ErrorModel, error_model
-from vcmm.learn.calibration.prior import prior, scaled, usual
+from vcmm.learn.calibration.prior import prior, scale_factor, usual
 from vcmm.learn.calibration.readings import error_columns, readings
 from vcmm.learn.calibration.solve import Before, columns_of, project
 from vcmm.task.instruments.instrument import InstrumentCertificate
@@ -61,14 +61,14 @@ class SetupPlan:
     field: Array
     factor: Array
 
-    def reduced(self, chosen: Sequence[int]) -> Reduced:
+    def normal_equations(self, chosen: Sequence[int]) -> NormalEquations:
         a = np.zeros((self.model.size, self.model.size))
         for i in chosen:
             a = a + self.information[i]
-        return Reduced(a, np.zeros(self.model.size), self.model)
+        return NormalEquations(a, np.zeros(self.model.size), self.model)
 
     @cached_property
-    def told(self) -> tuple[Array, ...]:
+    def information_factors(self) -> tuple[Array, ...]:
         """Information of every set-up on the numbers behind the prior, of unit variance."""
         return tuple(self.factor.T @ a @ self.factor for a in self.information)
 
@@ -82,7 +82,7 @@ class SetupPlan:
         """Root mean variance of the tip error over the volume, mm."""
         inner = np.eye(len(self.weight))
         for i in chosen:
-            inner += self.told[i]
+            inner += self.information_factors[i]
         return float(np.sqrt(np.trace(np.linalg.solve(inner, self.weight))))
 
     def time(self, chosen: Sequence[int]) -> float:
@@ -96,7 +96,7 @@ class Proposal:
     names: tuple[str, ...]
     minutes: float
     volume_um: float
-    identified: Identified
+    identified: Identifiability
 
 
 def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
@@ -112,16 +112,16 @@ def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
         parts = [readings(r, machine, model, setup.certificate) for r in setup.recordings]
         columns, names = columns_of(parts, Before.nothing(model))
         gram = np.sum([project(p, c, 1 / p.u**2).gram for p, c in zip(parts, columns)], axis=0)
-        information.append(_without_own(gram, len(names)))
+        information.append(_marginal_information(gram, len(names)))
     lengths = {c.component: 0.35 * c.travel for c in model.curves}
-    factor = scaled(prior(model, lengths), usual(model))
+    factor = scale_factor(prior(model, lengths), usual(model))
     minutes = np.array([s.minutes for s in setups])
     return SetupPlan(
         model, tuple(s.name for s in setups), tuple(information), minutes, _field(model, machine), factor
     )
 
 
-def _without_own(gram: Array, own: int) -> Array:
+def _marginal_information(gram: Array, own: int) -> Array:
     """Information on theta when the own errors of the instrument (unit variance, the last ones) are marginalised."""
     if not own:
         return gram
@@ -150,7 +150,7 @@ def _field(model: ErrorModel, machine: Machine) -> Array:
 
 
 def proposal(plan: SetupPlan, chosen: Sequence[int]) -> Proposal:
-    found = identified(plan.reduced(chosen))
+    found = identify(plan.normal_equations(chosen))
     names = tuple(plan.names[i] for i in sorted(chosen))
     return Proposal(names, plan.time(chosen), plan.volume(chosen) * 1e3, found)
 
@@ -162,7 +162,7 @@ def best_within(plan: SetupPlan, budget: float, seed: int = 0) -> list[int]:
     for _ in range(STARTS):
         first = [int(i) for i in rng.permutation(len(plan.names))[:2]]
         starts.append(_greedy(plan, budget, first if plan.time(first) <= budget else []))
-    found = [_exchanged(plan, budget, s) for s in starts]
+    found = [_exchange_setups(plan, budget, s) for s in starts]
     return min(found, key=plan.volume)
 
 
@@ -179,7 +179,7 @@ def _greedy(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
         now = plan.volume(chosen)
 
 
-def _exchanged(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
+def _exchange_setups(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
     """Swap one for another, fill the time that this leaves, while the volume gains."""
     now = plan.volume(chosen)
     while True:
@@ -201,12 +201,12 @@ def _exchanged(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
 def cheapest_complete(plan: SetupPlan) -> list[int] | None:
     """Set-ups that identify what all together do, in little time: drop the dearest ones that are not needed. None without any."""
     everything = list(range(len(plan.names)))
-    due = set(identified(plan.reduced(everything)).names)
+    due = set(identify(plan.normal_equations(everything)).names)
     if not due:
         return None
     chosen = everything
     for i in sorted(everything, key=lambda i: -plan.minutes[i]):
         fewer = [j for j in chosen if j != i]
-        if due <= set(identified(plan.reduced(fewer)).names):
+        if due <= set(identify(plan.normal_equations(fewer)).names):
             chosen = fewer
     return chosen

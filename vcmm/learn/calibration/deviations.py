@@ -37,7 +37,7 @@ class RecordedTest:
         return 1e6 if self.recording.kind == "angle" else 1e3
 
     @cached_property
-    def drawn(self) -> Array | None:
+    def draws(self) -> Array | None:
         """(TRIALS, m) values when the instrument errs as its certificate says; None without one."""
         if self.certificate is None:
             return None
@@ -51,7 +51,7 @@ class RecordedTest:
         self, compute: Callable[[Array], Mapping[str, Array]], where: str, limits: Limits, length: float
     ) -> list[Figure]:
         """compute: values (..., m) to figures (...). where: what stands behind their names; length mm: for limits with L."""
-        drawn = None if self.drawn is None else compute(self.drawn)
+        drawn = None if self.draws is None else compute(self.draws)
         out = []
         for name, value in compute(self.value).items():
             limit = limit_of(limits, name, where)

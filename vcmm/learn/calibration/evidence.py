@@ -38,17 +38,17 @@ FAINT = 12.0  # nats below the best: no weight in the mixture
 
 
 @dataclass(frozen=True, eq=False)
-class Reduced:
+class NormalEquations:
     """The readings as normal equations: a (p, p), b (p,), of theta and, behind it, numbers of unit variance (instruments)."""
 
     a: Array
     b: Array
     model: ErrorModel
 
-    def lifted(self, coarse: ErrorModel, lift: Array) -> Reduced:
+    def project_onto(self, coarse: ErrorModel, lift: Array) -> NormalEquations:
         """The same readings for a model with fewer numbers, theta = lift @ fewer."""
-        whole = with_others(lift, len(self.b))
-        return Reduced(whole.T @ self.a @ whole, whole.T @ self.b, coarse)
+        whole = append_identity(lift, len(self.b))
+        return NormalEquations(whole.T @ self.a @ whole, whole.T @ self.b, coarse)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Smoothness:
     log_evidence: float
 
 
-def with_others(factor: Array, size: int) -> Array:
+def append_identity(factor: Array, size: int) -> Array:
     """The factor of theta, and the identity for the numbers behind it."""
     others = size - len(factor)
     out = np.zeros((size, factor.shape[1] + others))
@@ -81,7 +81,7 @@ def with_others(factor: Array, size: int) -> Array:
     return out
 
 
-def smoothness(told: Reduced, start: Smoothness | None = None) -> Smoothness:
+def smoothness(told: NormalEquations, start: Smoothness | None = None) -> Smoothness:
     """The most probable size and correlation length of every curve, and the sites; curve after curve until nothing gains."""
     model = told.model
     lengths = dict(start.lengths) if start else {c.component: SPAN * c.travel for c in model.curves}
@@ -105,17 +105,17 @@ def smoothness(told: Reduced, start: Smoothness | None = None) -> Smoothness:
     return Smoothness(lengths, sizes, _sites(told, lengths, sizes), best)
 
 
-def _sites(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
+def _sites(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
     """Every curve averaged over lengths and sizes, the others at theirs; twice, the second time beside the first sites."""
     curves = told.model.curves
     joint = JointPosterior(told, [_plain(c, lengths[c.component], s) for c, s in zip(curves, sizes)])
     for _ in range(2):
         for number, curve in enumerate(curves):
-            joint.replace(number, OneCurve(curve, *joint.without(number)).averaged(float(sizes[number])))
+            joint.replace(number, OneCurve(curve, *joint.without(number)).site(float(sizes[number])))
     return tuple(joint.sites)
 
 
-def log_evidence(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> float:
+def log_evidence(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> float:
     """ln evidence in nats of sizes and lengths, without the part that all priors share."""
     factors = [_factor(c, lengths[c.component], s) for c, s in zip(told.model.curves, sizes)]
     spans = np.cumsum([0, *(f.shape[1] for f in factors)])
@@ -146,7 +146,7 @@ class JointPosterior:
     eigenvalue below 1, however small a curve is. A precision of a small smooth curve with a free line spans 20 decades.
     """
 
-    def __init__(self, told: Reduced, sites: Sequence[PriorSite]) -> None:
+    def __init__(self, told: NormalEquations, sites: Sequence[PriorSite]) -> None:
         model = told.model
         spans = np.cumsum([0, *(c.free.shape[1] for c in model.curves)])
         self.sites, self.parts = list(sites), [slice(a, b) for a, b in pairwise(spans)]
@@ -162,20 +162,20 @@ class JointPosterior:
 
     def posterior(self) -> tuple[Array, Array]:
         """Mean and covariance of theta and the numbers behind it."""
-        half, pull = self._solved(None, self.whole.T)
+        half, pull = self._solve(None, self.whole.T)
         return half.T @ pull, half.T @ half
 
     def without(self, number: int) -> tuple[Array, Array]:
         """Precision (g, g) and precision times mean (g,) of one curve by the readings and all other priors."""
         part = self.parts[number]
         own = self.a[part, part]
-        half, pull = self._solved(number, self.a[:, part])
+        half, pull = self._solve(number, self.a[:, part])
         size, ways = np.linalg.eigh(own - half.T @ half)
         heard = size > ROUNDING * np.linalg.norm(own, 2)  # elsewhere the readings say nothing
         size, ways = size[heard], ways[:, heard]
         return (ways * size) @ ways.T, ways @ (ways.T @ (self.b[part] - half.T @ pull))
 
-    def _solved(self, left_out: int | None, columns: Array) -> tuple[Array, Array]:
+    def _solve(self, left_out: int | None, columns: Array) -> tuple[Array, Array]:
         """L^-1 F' columns and L^-1 F' (b + shift), L L' = 1 + F' A F, F of all curves but one."""
         from scipy.linalg import solve_triangular
 
@@ -200,7 +200,7 @@ class JointPosterior:
         self.sites[number] = site
 
 
-def _clipped(matrix: Array, least: float) -> tuple[Array, Array]:
+def _eigen_floor(matrix: Array, least: float) -> tuple[Array, Array]:
     """Eigenvalues, none below the least, and eigenvectors."""
     size, ways = np.linalg.eigh((matrix + matrix.T) / 2)
     return np.maximum(size, least), ways
@@ -259,7 +259,7 @@ class OneCurve:
             self.units[length] = factor.T @ self.a @ factor, factor.T @ self.b
         return self.units[length]
 
-    def averaged(self, size: float) -> PriorSite:
+    def site(self, size: float) -> PriorSite:
         """The mixture over correlation lengths and sizes by their evidence, as one site with its mean and covariance."""
         tried = []
         for share in SHARES:
@@ -283,7 +283,7 @@ class OneCurve:
         covariance = np.einsum("w,wij->ij", weights, np.array(covariances))
         covariance += np.einsum("w,wi,wj->ij", weights, away, away)
         precision = np.linalg.inv(covariance)
-        kept_size, ways = _clipped(precision - self.a, 1e-9 * float(np.trace(precision)) / len(precision))
+        kept_size, ways = _eigen_floor(precision - self.a, 1e-9 * float(np.trace(precision)) / len(precision))
         own = (ways * kept_size) @ ways.T
         return PriorSite(ways / np.sqrt(kept_size), (own + self.a) @ mean - self.b)
 

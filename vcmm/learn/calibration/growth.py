@@ -13,8 +13,8 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.learn.calibration.checks import log_likelihood
-from vcmm.learn.calibration.evidence import SPAN, with_others
-from vcmm.learn.calibration.known import Known
+from vcmm.learn.calibration.evidence import SPAN, append_identity
+from vcmm.learn.calibration.known import PriorKnowledge
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.prior import unit_factor
 from vcmm.learn.calibration.readings import Readings
@@ -48,7 +48,9 @@ def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Arr
     return out
 
 
-def grown(growth: float, parts: Sequence[Readings], model: ErrorModel, known: Known) -> list[str]:
+def growth_remarks(
+    growth: float, parts: Sequence[Readings], model: ErrorModel, known: PriorKnowledge
+) -> list[str]:
     """What was assumed, and which readings are further from the machine file than its uncertainty and the growth allow."""
     from scipy.special import chdtrc
 
@@ -60,7 +62,7 @@ def grown(growth: float, parts: Sequence[Readings], model: ErrorModel, known: Kn
     for part in parts:
         own = [c for _, c in part.own]
         white = project(part, np.concatenate([part.errors, *own], axis=1), 1.0 / part.u**2)
-        whole = with_others(factor, white.columns.shape[1])
+        whole = append_identity(factor, white.columns.shape[1])
         _, misfit = log_likelihood(white, np.zeros(len(whole)), whole, 1.0)
         left = part.m - white.rank
         if part.stated and left > 0 and chdtrc(left, misfit) < CHANCE:

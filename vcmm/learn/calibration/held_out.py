@@ -98,9 +98,9 @@ def compare_interpolations(
             readings(r, machine, found.posterior.model, (certificates or {}).get(r.name)) for r in recordings
         ]
         out.append(
-            _scored(
+            _score(
                 name,
-                [predicted(found, k, p, h) for k, (p, h) in enumerate(zip(whole, held)) if h.any()],
+                [predict_rows(found, k, p, h) for k, (p, h) in enumerate(zip(whole, held)) if h.any()],
                 seconds,
             )
         )
@@ -108,7 +108,7 @@ def compare_interpolations(
 
 
 @dataclass(frozen=True, eq=False)
-class _Predicted:
+class _HeldOutPrediction:
     """Of one recording: error, u of the prediction, noise (held,), mm or rad."""
 
     angle: bool
@@ -117,7 +117,7 @@ class _Predicted:
     noise: Array
 
 
-def predicted(found: Calibration, number: int, part: Readings, held: Mask) -> _Predicted:
+def predict_rows(found: Calibration, number: int, part: Readings, held: Mask) -> _HeldOutPrediction:
     """Readings of recording `number` that were held out, as the head of this file says. part: all of its readings."""
     post = found.posterior
     noise = post.noise[number].u * part.u
@@ -128,7 +128,7 @@ def predicted(found: Calibration, number: int, part: Readings, held: Mask) -> _P
     moved = part.errors[held] - through @ part.errors[~held]
     u2 = np.einsum("ij,jk,ik->i", moved, post.covariance, moved)
     u2 += ((through * noise[~held]) ** 2).sum(axis=1)
-    return _Predicted(
+    return _HeldOutPrediction(
         part.recording.kind == "angle",
         error[held] - through @ error[~held],
         np.sqrt(u2 + noise[held] ** 2),
@@ -136,7 +136,7 @@ def predicted(found: Calibration, number: int, part: Readings, held: Mask) -> _P
     )
 
 
-def _scored(name: str, found: Sequence[_Predicted], seconds: float) -> PredictedPositions:
+def _score(name: str, found: Sequence[_HeldOutPrediction], seconds: float) -> PredictedPositions:
     error, u, noise = (np.concatenate([getattr(f, k) for f in found]) for k in ("error", "u", "noise"))
     angle = np.concatenate([np.full(len(f.error), f.angle) for f in found])
     density = -((error / u) ** 2) / 2 - np.log(u / noise * np.sqrt(2 * np.pi))

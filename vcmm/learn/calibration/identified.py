@@ -16,10 +16,10 @@ import numpy as np
 
 from vcmm.core.axes import axis_of, is_location, is_rotary, unit_vector
 from vcmm.core.run import Array
-from vcmm.learn.calibration.evidence import Reduced, with_others
+from vcmm.learn.calibration.evidence import NormalEquations, append_identity
 from vcmm.learn.calibration.model import Curve, ErrorModel
-from vcmm.learn.calibration.prior import BROAD, FAR, prior, scaled, usual
-from vcmm.learn.calibration.solve import conditioned, conditioned_factor
+from vcmm.learn.calibration.prior import BROAD, FAR, prior, scale_factor, usual
+from vcmm.learn.calibration.solve import condition_on_prior, conditioned_factor
 
 WORSE = 0.2  # u after over u before: below, an error is identified
 WIDER = 4.0  # times: the u of an angle that readings tell follows a prior so much wider less than half
@@ -29,7 +29,7 @@ HARMONICS, LEFT = (
     ("once-per-turn", "twice-per-turn"),
     0.1,
 )  # rms of a wave that the convention nearly takes away
-SHOWN = 0.12  # share of a member of a combination, of its largest
+LEAST_SHARE = 0.12  # share of a member of a combination, of its largest
 MOST, BRIEF = 12, 3
 
 
@@ -53,7 +53,7 @@ class Combination:
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
+class Identifiability:
     """names that are identified; combinations that are not; ratio: name -> u after over u before; condition number."""
 
     names: tuple[str, ...]
@@ -87,11 +87,11 @@ class Identified:
         return [{"combination": list(c.names), "text": c.text} for c in self.combinations]
 
 
-def identified(reduced: Reduced, covariance: Array | None = None) -> Identified:
+def identify(reduced: NormalEquations, covariance: Array | None = None) -> Identifiability:
     """See the head of this file; reduced: the readings with the weights of the covariance. covariance (size, size): of the fit."""
     model = reduced.model
     factor = broad_factor(model)
-    _, after = conditioned(reduced, with_others(factor, len(reduced.b)))
+    _, after = condition_on_prior(reduced, append_identity(factor, len(reduced.b)))
     after = after[: model.size, : model.size]
     before = factor @ factor.T
     ratio = {
@@ -105,11 +105,11 @@ def identified(reduced: Reduced, covariance: Array | None = None) -> Identified:
     told = {n for c in found for n in c.names}
     untold = [*guessed, *(n for n in doubtful if n in model.pairs and n not in told)]
     found = (*found, *_beside(model, before, after, untold))
-    return Identified(names, found, ratio, _condition(reduced, factor, names))
+    return Identifiability(names, found, ratio, _condition(reduced, factor, names))
 
 
 def _by_the_prior(
-    reduced: Reduced, factor: Array, ratio: Mapping[str, float], covariance: Array
+    reduced: NormalEquations, factor: Array, ratio: Mapping[str, float], covariance: Array
 ) -> list[str]:
     """Squareness and location errors that only the prior of the other errors tells: their u grows as that does, and in the fit, where
     the readings chose the sizes of the other errors, it is as large as that of what is not identified.
@@ -121,7 +121,7 @@ def _by_the_prior(
     if not near:
         return []
     wide = WIDER * factor
-    _, half = conditioned_factor(reduced, with_others(wide, len(reduced.b)))
+    _, half = conditioned_factor(reduced, append_identity(wide, len(reduced.b)))
     after = (half**2).sum(axis=1)
     return [p for p in near if np.sqrt(after[rows[p]] / had[rows[p]]) / WIDER > ratio[p] / 2]
 
@@ -138,7 +138,9 @@ def _beside(model: ErrorModel, before: Array, after: Array, names: Sequence[str]
         share = np.abs(amount) / had
         own = labels.index((name, ANGLE_SHAPE))
         order = [own, *(int(i) for i in np.argsort(-share) if i != own)]
-        members = [(*labels[i], float(amount[i])) for i in order if i == own or share[i] > SHOWN * share[own]]
+        members = [
+            (*labels[i], float(amount[i])) for i in order if i == own or share[i] > LEAST_SHARE * share[own]
+        ]
         out.append(Combination(tuple(members), _several(members)))
     return out
 
@@ -150,20 +152,20 @@ def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
     """
     model = ErrorModel(tuple(replace(c, kind="spline") for c in model.curves), model.pairs)
     lengths = {c.component: share * float(c.nodes[-1] - c.nodes[0]) for c in model.curves}
-    out = scaled(prior(model, lengths), BROAD * usual(model))
+    out = scale_factor(prior(model, lengths), BROAD * usual(model))
     for pair in model.pairs:
         out[model.slices[pair]] *= BROAD / FAR
     return out
 
 
-def _condition(reduced: Reduced, factor: Array, names: Sequence[str]) -> float:
+def _condition(reduced: NormalEquations, factor: Array, names: Sequence[str]) -> float:
     """Ratio of the best to the worst determined number among what is identified, in units of the broad prior."""
     rows = np.concatenate(
         [np.arange(reduced.model.size)[reduced.model.slices[n]] for n in names] or [np.zeros(0, int)]
     )
     if not len(rows):
         return float("inf")
-    _, after = conditioned(reduced, with_others(factor, len(reduced.b)))
+    _, after = condition_on_prior(reduced, append_identity(factor, len(reduced.b)))
     before = (factor @ factor.T)[np.ix_(rows, rows)]
     size, ways = np.linalg.eigh(before)
     kept = size > 1e-6 * size[-1]
@@ -186,7 +188,7 @@ def combinations(
     size, ways = np.linalg.eigh((inner + inner.T) / 2)
     free = ways[:, size > OPEN]
     found = [_members(vector, labels, lower) for vector in _sparse(free)]
-    return tuple(_grouped(found, doubtful))
+    return tuple(_combinations(found, doubtful))
 
 
 def _shapes(model: ErrorModel, names: Sequence[str]) -> tuple[Array, list[tuple[str, str]]]:
@@ -250,10 +252,12 @@ def _members(vector: Array, labels: Sequence[tuple[str, str]], lower: Array) -> 
     share = amount / np.sqrt((lower**2).sum(axis=1))
     order = np.argsort(-np.abs(share))
     top = float(np.abs(share).max())
-    return [(*labels[i], float(amount[i])) for i in order if abs(share[i]) > SHOWN * top]
+    return [(*labels[i], float(amount[i])) for i in order if abs(share[i]) > LEAST_SHARE * top]
 
 
-def _grouped(found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[str]) -> list[Combination]:
+def _combinations(
+    found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[str]
+) -> list[Combination]:
     """One entry per error that stands alone (all its free shapes), one per combination of several; the rest in one word."""
     alone: dict[str, list[tuple[str, str, float]]] = {}
     several: list[Combination] = []

@@ -21,7 +21,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.evidence import SPAN
 from vcmm.learn.calibration.model import LINEAR, Curve, ErrorModel, gauge
-from vcmm.learn.calibration.net import trained
+from vcmm.learn.calibration.net import train_net
 from vcmm.learn.calibration.prior import KERNELS, smooth
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, project
@@ -39,7 +39,7 @@ SHORT = {
 }  # fmt: skip
 LINEAR_AXES = ("X", "Y", "Z")
 SAME = 1e-3  # mm: positions nearer than this are one
-APART = 3.0  # u of both together, of curves from the same readings; of 216 that did not swing none was further apart
+LARGEST_GAP = 3.0  # u of both together, of curves from the same readings; of 216 that did not swing none was further apart
 MEMBERS = 24  # nets of an ensemble
 MOST = 33  # nodes of a table
 
@@ -92,7 +92,7 @@ def swings(post: ErrorPosterior, beside: ErrorPosterior) -> list[str]:
         away = np.abs(post.theta[here] - beside.theta[here])
         u = np.sqrt(np.diag(post.covariance)[here] + np.diag(beside.covariance)[here])
         k = int((away / u).argmax())
-        if away[k] > APART * u[k]:
+        if away[k] > LARGEST_GAP * u[k]:
             size = f"{away[k] * 1e6:.2g} urad" if curve.turns else f"{away[k] * 1e3:.2g} um"
             out.append(
                 f"{curve.component}: {curve.kind} and spline differ by {size} at {curve.axis} = {curve.nodes[k]:.4g} mm, {away[k] / u[k]:.2g} "
@@ -101,7 +101,7 @@ def swings(post: ErrorPosterior, beside: ErrorPosterior) -> list[str]:
     return out
 
 
-def netted(
+def net_posterior(
     table: ErrorPosterior, carrier: ErrorPosterior, parts: Sequence[Readings], machine: Machine, name: str
 ) -> ErrorPosterior:
     """The posterior of an ensemble of nets at the nodes of `carrier`.
@@ -113,10 +113,10 @@ def netted(
     rng = np.random.default_rng(0)
     factor = _factor(table.covariance)
     draws = table.theta + rng.standard_normal((MEMBERS, factor.shape[1])) @ factor.T
-    lifted = np.array([_lifted(one, table.model, carrier.model, NETS[name], rng) for one in draws])
+    lifted = np.array([_net_through_draw(one, table.model, carrier.model, NETS[name], rng) for one in draws])
     lifted = lifted @ gauge(carrier.model, machine).T
     theta, away = lifted.mean(axis=0), lifted - lifted.mean(axis=0)
-    covariance = away.T @ away / (MEMBERS - 1) + _missed(theta, table, carrier.model)
+    covariance = away.T @ away / (MEMBERS - 1) + _net_misfit(theta, table, carrier.model)
     columns, _ = columns_of(parts, Before.nothing(carrier.model))
     whole = np.concatenate([theta, carrier.own])
     left = [
@@ -131,7 +131,7 @@ def _factor(covariance: Array) -> Array:
     return np.asarray(ways * np.sqrt(np.maximum(size, 0.0)))
 
 
-def _lifted(
+def _net_through_draw(
     draw: Array, table: ErrorModel, model: ErrorModel, layout: str, rng: np.random.Generator
 ) -> Array:
     """(model.size,): one net per axis through a draw of the table; lost motion and squareness as drawn."""
@@ -141,7 +141,7 @@ def _lifted(
         if not mine:
             continue
         learnt = np.stack([draw[table.slices[c.component]] for c in mine], axis=1)
-        net = trained(mine[0].nodes[:, None], learnt, layout, rng)
+        net = train_net(mine[0].nodes[:, None], learnt, layout, rng)
         for k, curve in enumerate(c for c in model.curves if c.axis == axis and not c.reversal):
             out[model.slices[curve.component]] = net.at(curve.nodes[:, None])[:, k]
     for name in (*(c.component for c in table.curves if c.reversal), *table.pairs):
@@ -149,7 +149,7 @@ def _lifted(
     return out
 
 
-def _missed(theta: Array, table: ErrorPosterior, model: ErrorModel) -> Array:
+def _net_misfit(theta: Array, table: ErrorPosterior, model: ErrorModel) -> Array:
     """(size, size): covariance of what the nets do not reproduce of the table; both have seen the same noise."""
     out = np.zeros((model.size, model.size))
     for fine, coarse in zip(model.curves, table.model.curves):

@@ -15,11 +15,11 @@ from vcmm.core.run import Array
 from vcmm.learn.calibration.between import expected_between, left_between
 from vcmm.learn.calibration.checks import check_agreement, check_instruments, check_recordings, remarks_on
 from vcmm.learn.calibration.evidence import smoothness
-from vcmm.learn.calibration.growth import grown, growth_factor
-from vcmm.learn.calibration.identified import Identified, identified
-from vcmm.learn.calibration.interpolation import NETS, as_kind, interpolation_of, netted, swings
+from vcmm.learn.calibration.growth import growth_factor, growth_remarks
+from vcmm.learn.calibration.identified import Identifiability, identify
+from vcmm.learn.calibration.interpolation import NETS, as_kind, interpolation_of, net_posterior, swings
 from vcmm.learn.calibration.known import (
-    Known,
+    PriorKnowledge,
     known_errors_of,
     known_nodes,
     known_ranges,
@@ -28,11 +28,11 @@ from vcmm.learn.calibration.known import (
 )
 from vcmm.learn.calibration.model import LINEAR, ErrorModel, error_model
 from vcmm.learn.calibration.readings import Readings, read_both_ways, readings
-from vcmm.learn.calibration.remarks import as_before, noticed
+from vcmm.learn.calibration.remarks import as_before, assumption_remarks
 from vcmm.learn.calibration.result import Calibration
 from vcmm.learn.calibration.reversed_readings import read_jointly
 from vcmm.learn.calibration.rotary import average_line
-from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
+from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, normal_equations, project, solve
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
@@ -117,22 +117,22 @@ def calibrate(
         growth=growth,
     )
     progress("reading", 0.1)
-    parts, post, known = job.best() if kind == SPLINE else job.other(kind)
+    parts, post, known = job.best() if kind == SPLINE else job.refit_as(kind)
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
-    found = beforehand(parts, post.model) if growth else identified(post.information, post.covariance)
+    found = beforehand(parts, post.model) if growth else identify(post.information, post.covariance)
     if not known.names:
         _refuse_if_nothing(found)
-    kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
+    kept, theta, covariance = _selected_errors(post, known, (*found.names, *known.names), machine)
     remarks = (
         *remarks_on(recordings),
-        *noticed(parts, post, only, bool(known.names)),
+        *assumption_remarks(parts, post, only, bool(known.names)),
         *swinging,
-        *(grown(growth, parts, post.model, known) if growth else as_before(found, known)),
+        *(growth_remarks(growth, parts, post.model, known) if growth else as_before(found, known)),
     )
     return Calibration(
-        machine=_travelled(machine, spans | ranges),
+        machine=_with_travels(machine, spans | ranges),
         kept=kept,
         theta=theta,
         covariance=covariance,
@@ -214,23 +214,23 @@ class _Job:
     progress: Progress
     growth: float
 
-    def best(self) -> tuple[list[Readings], ErrorPosterior, Known]:
+    def best(self) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """Splines; more nodes where a curve is so rough that it runs otherwise between them."""
-        parts, post, known = self.fitted(FINE if known_nodes(self.machine) <= FINE else FINEST)
+        parts, post, known = self.fit_nodes(FINE if known_nodes(self.machine) <= FINE else FINEST)
         fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
         if fine and expected_between(post) > BETWEEN:
             del parts, post  # of 10^5 readings a quarter of a gigabyte
-            return self.fitted(FINEST)
+            return self.fit_nodes(FINEST)
         return parts, post, known
 
-    def other(self, kind: str) -> tuple[list[Readings], ErrorPosterior, Known]:
+    def refit_as(self, kind: str) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """Another interpolation; nets are learnt from the table and stand at the nodes of a spline."""
         model = self.model(FINEST)
         known = known_errors_of(self.machine, model)
         if kind in NETS:
             table = self.posterior_of(as_kind(model, LINEAR, self.recordings))[1]
             parts, carrier = self.posterior_of(model)
-            return parts, netted(table, carrier, parts, self.machine, kind), known
+            return parts, net_posterior(table, carrier, parts, self.machine, kind), known
         parts, post = self.posterior_of(as_kind(model, kind, self.recordings))
         return parts, post, known_errors_of(self.machine, post.model)
 
@@ -238,7 +238,7 @@ class _Job:
         """The fit with just these nodes."""
         parts = self.read(model)
         self.progress("errors and smoothness", 0.4)
-        return parts, solved(parts, model, Before.nothing(model))
+        return parts, solve_posterior(parts, model, Before.nothing(model))
 
     def model(self, nodes: int) -> ErrorModel:
         """All errors that may be looked for, with so many nodes."""
@@ -260,26 +260,26 @@ class _Job:
         parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
         return read_jointly(parts, self.correlated)
 
-    def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
+    def fit_nodes(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
         model = self.model(nodes)
         parts = self.read(model)
         self.progress("errors and smoothness", 0.4)
         known = known_errors_of(self.machine, model)
         told = beforehand(parts, model) if known.names and any(c.rotary for c in model.curves) else None
-        best = solved(parts, model, self.since(known, model, told))
+        best = solve_posterior(parts, model, self.since(known, model, told))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
             if self.may_be(coarse, lift, known, best):
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
                 known = known_errors_of(self.machine, model)
-                best = solved(parts, model, self.since(known, model, told))
+                best = solve_posterior(parts, model, self.since(known, model, told))
                 break
         if known.names and not self.growth:
-            best = solved(parts, model, self.since(known, model, identified(best.information)))
+            best = solve_posterior(parts, model, self.since(known, model, identify(best.information)))
         return parts, best, known
 
-    def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
+    def may_be(self, coarse: ErrorModel, lift: Array, known: PriorKnowledge, best: ErrorPosterior) -> bool:
         """Whether fewer nodes say as much: by what they leave out between them and by the evidence, or, where a file is known, no
         fewer than it has (9 at least).
         """
@@ -289,10 +289,10 @@ class _Job:
             return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
         if left_between(best, coarse) > BETWEEN:
             return False
-        fewer = smoothness(best.information.lifted(coarse, lift))
+        fewer = smoothness(best.information.project_onto(coarse, lift))
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
-    def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
+    def since(self, known: PriorKnowledge, model: ErrorModel, found: Identifiability | None) -> Before:
         """Errors that the file states may have changed where the readings can tell, and where `only` names them; with a stated growth
         they have changed by that, whether or not a reading tells it.
         """
@@ -311,7 +311,7 @@ class _Job:
         return Before(known.factor, changed)
 
 
-def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:
+def solve_posterior(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:
     """The posterior. Raises ModelLimit with the combinations that no reading tells apart, where these leave no digit of the rest."""
     try:
         return solve(parts, model, before)
@@ -322,16 +322,16 @@ def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> Erro
         ) from None
 
 
-def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identified:
+def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identifiability:
     """What readings with their stated noise identify of all errors, whatever was known before.
 
     Of linear and rotary axes that moved together nearly nothing: there what the file states stays as it is from the start.
     """
     columns, _ = columns_of(parts, Before.nothing(model))
-    return identified(reduced([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
+    return identify(normal_equations([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
 
 
-def _refuse_if_nothing(found: Identified) -> None:
+def _refuse_if_nothing(found: Identifiability) -> None:
     if not found.names:
         raise UsageError(
             "the recordings identify no error of the machine by itself:\n  "
@@ -340,8 +340,8 @@ def _refuse_if_nothing(found: Identified) -> None:
         )
 
 
-def _kept(
-    post: ErrorPosterior, known: Known, names: Sequence[str], machine: Machine
+def _selected_errors(
+    post: ErrorPosterior, known: PriorKnowledge, names: Sequence[str], machine: Machine
 ) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
     """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty).
 
@@ -357,7 +357,7 @@ def _kept(
     return kept, about @ (known.theta + post.theta)[rows], covariance
 
 
-def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:
+def _with_travels(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:
     """The machine with the travels that were measured, where nobody stated them; an axis that stood still has 1 mm about it."""
     axes = dict(machine.axes)
     for letter, axis in machine.axes.items():

@@ -21,7 +21,7 @@ TABLES = (ComponentTable, ComponentSpline)
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class PriorKnowledge:
     """theta (size,): errors of the file by the conventions of the model; factor (size, r): of their covariance.
 
     names: errors that the file states.
@@ -32,7 +32,7 @@ class Known:
     names: tuple[str, ...]
 
 
-def known_errors_of(machine: Machine, model: ErrorModel) -> Known:
+def known_errors_of(machine: Machine, model: ErrorModel) -> PriorKnowledge:
     """Errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
     own = [e for e in machine.effects if e.calibrated]
     told = tuple(n for n in model.names if any(name_of(e) == n for e in own))
@@ -45,13 +45,13 @@ def known_errors_of(machine: Machine, model: ErrorModel) -> Known:
     blocks = [b for one in machine.inputs if (b := _input(machine, model, one)) is not None]
     factor = np.concatenate(blocks, axis=1) if blocks else np.zeros((model.size, 0))
     if not told and not blocks:
-        return Known(theta, factor, told)
+        return PriorKnowledge(theta, factor, told)
     convention = gauge(model, machine)
     for curve in (
         c for c in model.curves if c.rotary
     ):  # about the line that the file states: nothing is taken off
         convention[model.slices[curve.component], model.slices[curve.component]] = np.eye(len(curve.nodes))
-    return Known(convention @ theta, convention @ factor, told)
+    return PriorKnowledge(convention @ theta, convention @ factor, told)
 
 
 def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
@@ -119,17 +119,17 @@ def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
     """(size, r): how one draw of unit variance of an Input moves theta; None where it does not."""
     if one.is_channel or one.redraw != "machine":
         return None
-    total = _moved(machine, model, one)
+    total = _parameter_shift(machine, model, one)
     return None if total is None else total @ _factor(one, total.shape[1])
 
 
-def _moved(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
+def _parameter_shift(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
     """(size, k): theta per unit of each element of an Input; None where it does not move."""
     if one.members:
-        parts = [_moved(machine, model, m) for m in one.members]
+        parts = [_parameter_shift(machine, model, m) for m in one.members]
         nothing = np.zeros((model.size, 1))
         none = all(part is None for part in parts)
-        return None if none else one.joined([nothing if part is None else part for part in parts])
+        return None if none else one.join_responses([nothing if part is None else part for part in parts])
     total: Array | None = None
     for effect in machine.effects:
         if effect.name != one.effect or one.where not in (EVERY, effect.where):

@@ -109,7 +109,7 @@ class Curve:
         return np.stack([one, q - self.nodes[[0, -1]].mean()] if self.straightness else [one], axis=1)
 
     @cached_property
-    def taken(self) -> Array:
+    def convention(self) -> Array:
         """(k, c): what the convention takes away, at the nodes; c is 0 to 3."""
         return self._convention(self.nodes)
 
@@ -120,12 +120,12 @@ class Curve:
         Gauss between two nodes integrate a cubic times a line exactly; over whole turns equal steps do.
         """
         if self.periodic:
-            return np.pad(np.linalg.pinv(self.taken[:-1]), ((0, 0), (0, 1)))
+            return np.pad(np.linalg.pinv(self.convention[:-1]), ((0, 0), (0, 1)))
         at, weight = np.polynomial.legendre.leggauss(3)
         half = np.diff(self.nodes)[:, None] / 2
         q = (self.nodes[:-1, None] + half * (1 + at)).ravel()
         told = (self._convention(q) * (half * weight).ravel()[:, None]).T @ self.weights(q)
-        return np.asarray(np.linalg.solve(told @ self.taken, told))
+        return np.asarray(np.linalg.solve(told @ self.convention, told))
 
     @cached_property
     def projector(self) -> Array:
@@ -142,7 +142,7 @@ class Curve:
     @cached_property
     def coordinates(self) -> Array:
         """(g, k): values at the nodes to the amounts of the shapes of `free`."""
-        kept = np.eye(len(self.nodes)) - self.taken @ self.share
+        kept = np.eye(len(self.nodes)) - self.convention @ self.share
         shapes = self.free.copy()
         if self.periodic:
             shapes[-1] = 0.0
@@ -286,7 +286,7 @@ def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
     """(pairs, 1 or 2): squareness that stands for the constant and the line of a curve."""
     run = _grid(model, machine)
     field = _columns(machine.chain, machine.axes, run, curve_effect(curve, curve.nodes))
-    taken = field @ curve.taken
+    taken = field @ curve.convention
     pairs = [_columns(machine.chain, machine.axes, run, angle_effect(p, 0.0)) for p in model.pairs]
     free = np.concatenate([*pairs, _rigid(machine.prepare(run).tip), _tool_turns(machine, run)], axis=1)
     scale = np.linalg.norm(free, axis=0)

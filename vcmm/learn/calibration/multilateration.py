@@ -19,7 +19,9 @@ from vcmm.core.run import Array
 Ints = npt.NDArray[np.intp]
 STEPS, CLOSE = 60, 1e-8  # mm
 NEED = 4  # stations: fewer leave points and stations undetermined together
-DIRECTED = 0.01  # of a length: a beam that points wrong by so much changes a scatter across it by as much
+DIRECTION_ERROR = (
+    0.01  # of a length: a beam that points wrong by so much changes a scatter across it by as much
+)
 WEAK = (
     1e-9  # of the largest eigenvalue: a seventh direction of the stations that is as free as the whole lies
 )
@@ -37,7 +39,7 @@ class Lengths:
 
 
 @dataclass(frozen=True, eq=False)
-class Multilaterated:
+class MultilaterationResult:
     """points (I, 3), stations (J, 3), dead paths (J,) mm; residual (m,) w of eq. 2; left: degrees of freedom.
 
     u: of a length, mm, from the residuals.   alone (I, 3, 3): covariance of a point for u = 1 with the stations known.
@@ -58,7 +60,7 @@ class Multilaterated:
         return float(np.sqrt((self.residual**2).sum() / max(self.left, 1)))
 
 
-def located(data: Lengths) -> Multilaterated:
+def locate_points(data: Lengths) -> MultilaterationResult:
     """All points, stations and dead paths by Gauss-Newton, the points eliminated one by one (Schur complement).
 
     Raises ModelLimit for too few stations or lengths, and where they do not determine points and stations.
@@ -71,7 +73,7 @@ def located(data: Lengths) -> Multilaterated:
         way = np.linalg.norm(points[data.point[mine]] - stations[k], axis=1)
         dead[k] = float((way - data.length[mine]).mean())
     for _ in range(STEPS):
-        system = _linearised(data, points, stations, dead)
+        system = _linearise(data, points, stations, dead)
         change, condition = _reduced_step(system)
         points = points + system.back(change)
         stations, dead = stations + change[:, :3], dead + change[:, 3]
@@ -82,11 +84,11 @@ def located(data: Lengths) -> Multilaterated:
             f"points and stations still move by {np.abs(change).max():.2g} mm after {STEPS} steps; check from_x_mm ..., the unit of the "
             "values, and indicated - true against actual - commanded"
         )
-    _check_moved(data, stations)
-    system = _linearised(data, points, stations, dead)
+    _check_stations(data, stations)
+    system = _linearise(data, points, stations, dead)
     turn, shift = nearest_pose(points, data.nominal)
     alone, common, station = system.covariances(points)
-    found = Multilaterated(
+    found = MultilaterationResult(
         points=points @ turn.T + shift, stations=stations @ turn.T + shift, dead_paths=dead, residual=system.residual,
         left=len(data.length) - 3 * len(points) - 4 * len(stations) + 6,
         alone=turn @ alone @ turn.T, common=turn @ common @ turn.T, condition=condition,
@@ -104,7 +106,7 @@ def nearest_pose(points: Array, nominal: Array) -> tuple[Array, Array]:
     return turn, b - turn @ a
 
 
-def _check_moved(data: Lengths, stations: Array) -> None:
+def _check_stations(data: Lengths, stations: Array) -> None:
     """Raises ModelLimit where a station ends further from where it is said to stand than that is from the nearest point."""
     near = _nearest(data)
     moved = np.linalg.norm(stations - data.start, axis=1)
@@ -120,7 +122,7 @@ def _check_known(data: Lengths, u: Array) -> None:
     """Raises ModelLimit where a station is known worse than DIRECTED of its shortest length: its beams would point wrong by as much."""
     near = _nearest(data)
     worst = int((u / near).argmax())
-    if u[worst] > DIRECTED * near[worst]:
+    if u[worst] > DIRECTION_ERROR * near[worst]:
         raise ModelLimit(
             f"station {worst + 1} is known to {u[worst]:.2g} mm only; add stations or nodes off the present lines and planes"
         )
@@ -153,7 +155,7 @@ def _check(data: Lengths) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Linearised:
+class _LinearStep:
     """One step: residual (m,), beams (m, 3) from station to point, and the points' own normal matrices (I, 3, 3), inverted."""
 
     data: Lengths
@@ -161,7 +163,7 @@ class _Linearised:
     beam: Array
     inverse: Array
 
-    def reduced(self) -> tuple[Array, Array, Array]:
+    def eliminate_points(self) -> tuple[Array, Array, Array]:
         """Normal matrix (4J, 4J) and right side (4J,) of stations and dead paths without the points; coupling (I, 3, 4J)."""
         d, count, points = self.data, len(self.data.start), len(self.data.nominal)
         columns = np.concatenate(
@@ -193,7 +195,7 @@ class _Linearised:
         """See `Multilaterated`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the
         nominal points; largest variance (J,) of a station.
         """
-        matrix, _, coupling = self.reduced()
+        matrix, _, coupling = self.eliminate_points()
         values, vectors = np.linalg.eigh(matrix)
         root = vectors[:, 6:] / np.sqrt(values[6:])
         moved = (self.inverse @ coupling @ root).reshape(3 * len(points), -1)
@@ -212,7 +214,7 @@ def _rigid(points: Array) -> Array:
     return np.column_stack([np.tile(np.eye(3), (len(points), 1)), *turns])
 
 
-def _linearised(data: Lengths, points: Array, stations: Array, dead: Array) -> _Linearised:
+def _linearise(data: Lengths, points: Array, stations: Array, dead: Array) -> _LinearStep:
     """w = l + l0 - |x - X0|; dw/dx = -beam, dw/dX0 = beam, dw/dl0 = 1."""
     way = points[data.point] - stations[data.station]
     now = np.linalg.norm(way, axis=1)
@@ -223,12 +225,12 @@ def _linearised(data: Lengths, points: Array, stations: Array, dead: Array) -> _
     if weak.min() < 1e-6:
         at = " ".join(f"{v:g}" for v in data.nominal[int(weak.argmin())])
         raise ModelLimit(f"the beams to the point at ({at}) mm lie in one plane; place a station out of it")
-    return _Linearised(data, data.length + dead[data.station] - now, beam, np.asarray(np.linalg.inv(normal)))
+    return _LinearStep(data, data.length + dead[data.station] - now, beam, np.asarray(np.linalg.inv(normal)))
 
 
-def _reduced_step(system: _Linearised) -> tuple[Array, float]:
+def _reduced_step(system: _LinearStep) -> tuple[Array, float]:
     """Step (J, 4) of stations and dead paths, the whole at rest, and the condition of what is determined."""
-    matrix, right, _ = system.reduced()
+    matrix, right, _ = system.eliminate_points()
     values, vectors = np.linalg.eigh(matrix)
     if values[6] < WEAK * values[-1]:
         raise ModelLimit(

@@ -16,7 +16,7 @@ LAYOUTS = {  # hidden layers for i inputs
     "i, i+1, 2i+1, o": lambda i: (i + 1, 2 * i + 1),
     "i, 2i+1, 3i+1, o": lambda i: (2 * i + 1, 3 * i + 1),
 }
-CHOSEN = "i, 2i+1, o"  # the paper's best
+BEST_LAYOUT = "i, 2i+1, o"  # the paper's best
 GAIN, MOMENTUM, EPOCHS = (
     0.5,
     0.8,
@@ -37,7 +37,7 @@ class AxisNet:
 
     def at(self, x: Array) -> Array:
         """Outputs (n, o) for inputs (n, i)."""
-        z = _mapped(x, self.x_range, 0.0)
+        z = _map_to_unit(x, self.x_range, 0.0)
         weight, threshold = self.weight, self.threshold
         for before, now in pairwise(self.sizes):
             w, weight = weight[: before * now].reshape(now, before), weight[before * now :]
@@ -47,12 +47,12 @@ class AxisNet:
         return np.asarray(low + (z - MARGIN) / (1.0 - 2.0 * MARGIN) * (high - low))
 
 
-def _mapped(values: Array, ends: tuple[Array, Array], margin: float) -> Array:
+def _map_to_unit(values: Array, ends: tuple[Array, Array], margin: float) -> Array:
     low, high = ends
     return np.asarray(margin + (1.0 - 2.0 * margin) * (values - low) / np.where(high > low, high - low, 1.0))
 
 
-def trained(x: Array, y: Array, layout: str, rng: np.random.Generator, epochs: int = EPOCHS) -> AxisNet:
+def train_net(x: Array, y: Array, layout: str, rng: np.random.Generator, epochs: int = EPOCHS) -> AxisNet:
     """A net for inputs x (n, i) and outputs y (n, o), patterns in a drawn order in every epoch."""
     from vcmm.learn.calibration._net_kernels import train
 
@@ -63,7 +63,7 @@ def trained(x: Array, y: Array, layout: str, rng: np.random.Generator, epochs: i
     ends = ((x.min(axis=0), x.max(axis=0)), (y.min(axis=0), y.max(axis=0)))
     order = np.argsort(rng.random((epochs, len(x))), axis=1)
     train(
-        np.array(sizes), weight, threshold, x=_mapped(x, ends[0], 0.0), y=_mapped(y, ends[1], MARGIN), order=order, gain=GAIN,
+        np.array(sizes), weight, threshold, x=_map_to_unit(x, ends[0], 0.0), y=_map_to_unit(y, ends[1], MARGIN), order=order, gain=GAIN,
         momentum=MOMENTUM,
     )  # fmt: skip
     return AxisNet(sizes, weight, threshold, *ends)

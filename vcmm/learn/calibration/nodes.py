@@ -20,7 +20,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.multilateration import Ints, Lengths, Multilaterated, located
+from vcmm.learn.calibration.multilateration import Ints, Lengths, MultilaterationResult, locate_points
 from vcmm.task.instruments.tracker import FROM
 from vcmm.task.response.recording import Recording
 
@@ -49,14 +49,14 @@ class NodeScatter:
     dof: Ints
     test: Array
     at: Array
-    located: Multilaterated
+    located: MultilaterationResult
 
     @property
     def u(self) -> float:
         """rms of the residuals of eq. 2 for its degrees of freedom, mm."""
         return self.located.u
 
-    def rejected(self, level: float = 0.05) -> float:
+    def rejection_share(self, level: float = 0.05) -> float:
         """Share of the tests below a level; under the law it is about the level."""
         return float((self.test < level).mean())
 
@@ -68,9 +68,9 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     ModelLimit where the lengths determine no points.
     """
     data, node, place = lengths_of(recording, machine)
-    found = located(data)
-    own = _stated(recording)
-    share = _propagated(data, found, own**2)  # (I, 3) variance of a point by the lengths' own u
+    found = locate_points(data)
+    own = _length_uncertainties(recording)
+    share = _propagate(data, found, own**2)  # (I, 3) variance of a point by the lengths' own u
     groups = [np.flatnonzero(node == k) for k in range(len(place))]
     few = [k for k, g in enumerate(groups) if len(g) < LEAST]
     if few:
@@ -152,14 +152,14 @@ def _check_once(recording: Recording, point: Ints, station: Ints) -> None:
         )
 
 
-def _stated(recording: Recording) -> Array:
+def _length_uncertainties(recording: Recording) -> Array:
     """(m,) mm: standard uncertainty of every length as the file states it: u_d_um of a row, else [noise]."""
     if recording.u is not None:
         return recording.u
     return np.full(recording.m, 0.0 if recording.noise is None else float(np.ravel(recording.noise.u)[0]))
 
 
-def _propagated(data: Lengths, found: Multilaterated, variance: Array) -> Array:
+def _propagate(data: Lengths, found: MultilaterationResult, variance: Array) -> Array:
     """(I, 3) mm²: variance of every point by variances (m,) of its lengths, the stations known."""
     way = found.points[data.point] - found.stations[data.station]
     beam = way / np.linalg.norm(way, axis=1)[:, None]
@@ -169,7 +169,7 @@ def _propagated(data: Lengths, found: Multilaterated, variance: Array) -> Array:
     return out
 
 
-def _changing(data: Lengths, found: Multilaterated, node: Ints, nodes: int) -> Array:
+def _changing(data: Lengths, found: MultilaterationResult, node: Ints, nodes: int) -> Array:
     """(K,) mm²: mean square of the residuals at each node for its share of the degrees of freedom."""
     square, count = np.zeros(nodes), np.zeros(nodes)
     np.add.at(square, node[data.point], found.residual**2)
@@ -183,12 +183,12 @@ def t_tests(at: Array, count: Ints) -> Array:
     for n in np.unique(count):
         null = _null(int(n))
         for k in np.flatnonzero(count == n):
-            statistic = chi_squared(at[k, :n].T)
+            statistic = chi_squared_statistics(at[k, :n].T)
             out[k] = 1.0 - np.searchsorted(null, statistic - 1e-9) / len(null)
     return out
 
 
-def chi_squared(values: Array) -> Array:
+def chi_squared_statistics(values: Array) -> Array:
     """(r,) of samples (r, n): counts in cells of equal probability under the t-law of n - 1 degrees of freedom, placed at mean and standard
     deviation of the sample; about 3.5 expected in a cell, four cells at least.
     """
@@ -207,4 +207,4 @@ def chi_squared(values: Array) -> Array:
 def _null(n: int) -> Array:
     """Sorted chi-squared of samples of n from the t-law itself: mean and spread are estimated from so few that the table misleads."""
     rng = np.random.default_rng([NULL_SEED, n])
-    return np.sort(chi_squared(rng.standard_t(n - 1, size=(NULL_DRAWS, n))))
+    return np.sort(chi_squared_statistics(rng.standard_t(n - 1, size=(NULL_DRAWS, n))))

@@ -59,7 +59,7 @@ def powers(curve: Curve, length: float) -> Array:
     return np.asarray(basis @ basis.T)
 
 
-def apart(curve: Curve, length: float) -> Array:
+def independent_nodes(curve: Curve, length: float) -> Array:
     """(k, k) nodes that know nothing of one another."""
     return np.eye(len(curve.nodes))
 
@@ -68,7 +68,7 @@ KERNELS: Mapping[str, Callable[[Curve, float], Array]] = {
     "spline": smooth,
     "gaussian process": matern,
     "polynomial": powers,
-    "table": apart,
+    "table": independent_nodes,
 }
 
 
@@ -98,18 +98,18 @@ def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:
     blocks: list[int] = []
     for number, curve in enumerate(model.curves):
         unit = curve.free @ unit_factor(curve, lengths[curve.component])
-        columns.append(_placed(model, curve.component, unit))
+        columns.append(_embed(model, curve.component, unit))
         blocks += [number] * unit.shape[1]
         line = line_factor(curve)
-        columns.append(_placed(model, curve.component, line))
+        columns.append(_embed(model, curve.component, line))
         blocks += [-1] * line.shape[1]
     for pair, u in zip(model.pairs, widest_pairs(model)):
-        columns.append(_placed(model, pair, np.array([[u]])))
+        columns.append(_embed(model, pair, np.array([[u]])))
         blocks.append(-1)
     return CurvePrior(np.concatenate(columns, axis=1), np.array(blocks))
 
 
-def _placed(model: ErrorModel, name: str, block: Array) -> Array:
+def _embed(model: ErrorModel, name: str, block: Array) -> Array:
     out = np.zeros((model.size, block.shape[1]))
     out[model.slices[name]] = block
     return out
@@ -125,7 +125,7 @@ def usual(model: ErrorModel) -> Array:
     return np.array([c.usual for c in model.curves])
 
 
-def scaled(prior: CurvePrior, sizes: Array) -> Array:
+def scale_factor(prior: CurvePrior, sizes: Array) -> Array:
     """(size, r): the factor with the sizes of the curves."""
     return np.asarray(prior.factor * column_sizes(prior, sizes))
 

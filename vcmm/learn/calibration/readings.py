@@ -22,7 +22,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.model import ErrorModel, number_of
 from vcmm.task.instruments.instrument import InstrumentCertificate
-from vcmm.task.instruments.tracker import settled
+from vcmm.task.instruments.tracker import settle_stations
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer, lacking, noise_u
 from vcmm.task.response.recording import Recording
@@ -30,7 +30,7 @@ from vcmm.task.response.recording import Recording
 UNKNOWN_NOISE = {"angle": 1e-6}  # rad; lengths 1 um: only a start, the residuals decide
 ALONG, ACROSS = 0.9, 0.1  # |direction . travel| of a reading along, across the travel
 FEW = 3  # readings in either sense that tell a lost motion
-PLACED = ("zero", "rigid", "alignment")
+SETUP_NUISANCES = ("zero", "rigid", "alignment")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def readings(
     Raises ModelLimit and UsageError for recordings that cannot be used, naming them.
     """
     recording, assumed = freed(recording, machine)
-    recording, way = settled(recording, machine)
+    recording, way = settle_stations(recording, machine)
     observer = Observer(recording, machine)
     nuisance, names = nuisance_columns(recording, machine)
     turns = _tool_turns(recording, machine, observer)
@@ -113,7 +113,7 @@ def freed(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str,
     added: dict[str, str] = {}
     has = recording.nuisance
     setup = "setup" if "setup" in recording.run.labels else ""
-    if recording.kind in ("displacement", "angle") and not any(w in has for w in PLACED):
+    if recording.kind in ("displacement", "angle") and not any(w in has for w in SETUP_NUISANCES):
         added["zero"] = setup
     if recording.kind == "displacement" and not {"slope", "rigid", "alignment"} & set(has):
         sides = _sides(recording, machine)

@@ -12,7 +12,7 @@ from vcmm.learn.calibration.recorded_lengths import recorded_lengths
 from vcmm.learn.calibration.recorded_lines import recorded_diagonals, recorded_positioning
 
 
-def evaluated(
+def evaluate_recordings(
     tests: Sequence[RecordedTest], iso: str, limits: Mapping[str, Limit] | None = None
 ) -> tuple[list[Figure], list[str]]:
     """(figures of a test "230-2", "230-4", "230-6", "10360-2", notes) from its recordings.

@@ -69,7 +69,7 @@ def _geometry(test: RecordedTest) -> tuple[Array, Ints]:
 
 def _errors(test: RecordedTest, which: Ints) -> tuple[Array, Array | None]:
     """indicated - calibrated (k,), and as drawn (trials, k)."""
-    drawn = test.drawn
+    drawn = test.draws
     return -test.value[which], None if drawn is None else -drawn[:, which]
 
 

@@ -140,7 +140,7 @@ def recorded_diagonals(
                 return diagonal(value[..., up], value[..., down])
 
             out += test.figures(compute, name, limits, float(targets[-1] - targets[0]))
-            drawn = None if test.drawn is None else compute(test.drawn)["E"]
+            drawn = None if test.draws is None else compute(test.draws)["E"]
             largest["Ef" if "0" in name else "Ed"].append((float(compute(test.value)["E"]), drawn))
     for name, found in largest.items():
         if found:

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.learn.calibration.identified import Identified
-from vcmm.learn.calibration.known import Known
+from vcmm.learn.calibration.identified import Identifiability
+from vcmm.learn.calibration.known import PriorKnowledge
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.solve import ErrorPosterior
 
 WRONG_UNIT = {"angle": "arcsec taken for urad are 4.848 times too small"}  # of lengths: mm taken for um
 
 
-def as_before(found: Identified, known: Known) -> list[str]:
+def as_before(found: Identifiability, known: PriorKnowledge) -> list[str]:
     """What is taken over from the machine file unchanged."""
     kept = [n for n in known.names if n not in found.names]
     if not kept:
@@ -24,7 +24,9 @@ def as_before(found: Identified, known: Known) -> list[str]:
     ]
 
 
-def noticed(parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool) -> list[str]:
+def assumption_remarks(
+    parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool
+) -> list[str]:
     """Sentences about what was assumed and what was found to be otherwise."""
     out = [a for p in parts for a in p.assumed]
     if only:

@@ -12,7 +12,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.files.own.reversal import ReversalFile
 from vcmm.learn.calibration.identified import Combination
-from vcmm.task.instruments.reversal import ARTEFACT, Separated, separated
+from vcmm.task.instruments.reversal import ARTEFACT, SeparationResult, separate_errors
 from vcmm.task.instruments.reversal_line import (
     PLACE,
     LineScan,
@@ -37,7 +37,7 @@ class ReversalResult:
     scatter: float
     straight: StraightnessReversal | None = None
     square: SquarenessReversal | None = None
-    turning: Separated | None = None
+    turning: SeparationResult | None = None
     with_straight: bool = False
     with_tilt: bool = False
 
@@ -139,7 +139,7 @@ class ReversalResult:
                     _of(
                         name,
                         "1 per turn",
-                        _ONCE.format(
+                        _ONCE_PER_TURN.format(
                             error=name, artefact=_lying(self.file.test.test if self.file.test else "")
                         ),
                     )
@@ -155,7 +155,7 @@ class ReversalResult:
 _STRAIGHT = "{error}: its slope cannot be told from how the straightedge lies along the axis; it is squareness, to be measured apart"
 _HALF_TURN = "{error}: the mean tilt motion of the turning axis at both angles is in it; give a face reversal with it, or state axis_tilt"
 _HALF_SLOPE = "{error}: the slope that EZ{axis} has over the scanned part is in it; give a straightness reversal with it that covers the scans"
-_ONCE = "{error}: once per turn cannot be told from {artefact}, which every set-up has anew"
+_ONCE_PER_TURN = "{error}: once per turn cannot be told from {artefact}, which every set-up has anew"
 _CLOSED = "{error}: {orders} per turn cannot be told from the artefact, which looks the same in all positions of the test"
 _DIRECT = "{error}: the artefact is taken as perfect; a reversal (donaldson, multi-step) separates it"
 
@@ -195,7 +195,7 @@ def separate(file: ReversalFile, beside: Sequence[ReversalResult] = ()) -> Rever
         assert file.test is not None
         left = [g.plot - g.plot.mean(axis=0) for g in file.groups]
         scatter = float(np.sqrt(np.mean([(x**2).mean() for x in left])))
-        return ReversalResult(file, scatter, turning=separated(file.test, file.groups))
+        return ReversalResult(file, scatter, turning=separate_errors(file.test, file.groups))
     except UsageError as error:
         raise UsageError(f"{file.name}: {error}") from None
 
@@ -262,7 +262,7 @@ def check_apart(found: Sequence[ReversalResult]) -> None:
             first[name] = one.file.name
 
 
-def turning_input(found: Separated, name: str) -> tuple[Array, Array]:
+def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
     """((2 K,) cosine and sine of each order in turn, (2 K, 2 K) covariance): the coefficients of a rotary_cyclic effect.
 
     Raises UsageError for an error of which nothing is identified.

@@ -52,7 +52,7 @@ def reversed_texts(
     return {f"{target.stem}.toml": text, **out}
 
 
-def widened(dof: float) -> float:
+def student_variance(dof: float) -> float:
     """Variance of Student's law over its squared scale, dof / (dof - 2): an Input has a normal law. Three degrees are the fewest."""
     return dof / (dof - 2.0) if dof > 2.0 else 3.0
 
@@ -85,7 +85,7 @@ def _joint(straight: Sequence[ReversalResult]) -> JointCovariance:
 
     parts = [one.straight for one in straight if one.straight is not None]
     names = tuple(one.file.error for one in straight if one.straight for _ in one.straight.nodes)
-    matrix = block_diag(*(p.covariance * widened(p.dof) for p in parts))
+    matrix = block_diag(*(p.covariance * student_variance(p.dof) for p in parts))
     return JointCovariance(names, np.concatenate([p.nodes for p in parts]), matrix)
 
 
@@ -94,19 +94,22 @@ def _effects(one: ReversalResult) -> str:
     out = ""
     if one.square is not None:
         located = RotaryLocation(one.file.error, tilt=one.square.angle)
-        u = one.square.u * float(np.sqrt(widened(one.square.dof)))
-        out += _known(located, "tilt", Normal(u), one.file.name)
+        u = one.square.u * float(np.sqrt(student_variance(one.square.dof)))
+        out += _toml_of(located, "tilt", Normal(u), one.file.name)
     for name in one.errors if one.turning is not None else ():
         assert one.turning is not None
         value, covariance = turning_input(one.turning, name)
         turning = RotaryCyclic(name, value)
-        out += _known(
-            turning, "coefficients", MultivariateNormal(covariance * widened(one.turning.dof)), one.file.name
+        out += _toml_of(
+            turning,
+            "coefficients",
+            MultivariateNormal(covariance * student_variance(one.turning.dof)),
+            one.file.name,
         )
     return out
 
 
-def _known(effect: Effect, parameter: str, law: Law | MultivariateNormal, source: str) -> str:
+def _toml_of(effect: Effect, parameter: str, law: Law | MultivariateNormal, source: str) -> str:
     known = Input(effect.name, str(effect.where), parameter, law, "machine", "")
     said = input_toml(effect, known, source).replace("diagnosed from", "reversal")
     return effect_toml(effect) + said

@@ -20,7 +20,7 @@ from vcmm.core.run import Array, Run
 from vcmm.files.own.reversal import ReversalFile
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.reversed import ReversalResult, separate
-from vcmm.learn.calibration.reversed_file import widened
+from vcmm.learn.calibration.reversed_file import student_variance
 from vcmm.task.response.recording import Recording
 
 LINES = ("zero", "slope")
@@ -48,7 +48,7 @@ def reversed_recordings(
     return recordings, {r.name: _covariance(one) for r, one in zip(recordings, found)}
 
 
-def whitened(part: Readings, covariance: Array) -> Readings:
+def whiten_readings(part: Readings, covariance: Array) -> Readings:
     """The readings with independent noise of their u, when it has this covariance (m, m); zero and slope among the nuisance."""
     lines = np.linalg.qr(part.nuisance)[0]
     full = (
@@ -87,9 +87,12 @@ def _recording(one: ReversalResult, machine: Machine) -> Recording:
 
 def _covariance(one: ReversalResult) -> Array:
     assert one.straight is not None
-    return one.straight.covariance * widened(one.straight.dof)
+    return one.straight.covariance * student_variance(one.straight.dof)
 
 
 def read_jointly(parts: Sequence[Readings], correlated: Mapping[str, Array]) -> list[Readings]:
     """The readings, those with a joint covariance whitened by it. correlated: recording name -> (m, m) mm^2."""
-    return [whitened(p, correlated[p.recording.name]) if p.recording.name in correlated else p for p in parts]
+    return [
+        whiten_readings(p, correlated[p.recording.name]) if p.recording.name in correlated else p
+        for p in parts
+    ]

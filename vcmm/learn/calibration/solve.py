@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array
-from vcmm.learn.calibration.evidence import JointPosterior, Reduced, Smoothness, smoothness
+from vcmm.learn.calibration.evidence import JointPosterior, NormalEquations, Smoothness, smoothness
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.readings import Readings
 
@@ -27,7 +27,7 @@ DOFS = (3.0, 4.0, 6.0, 10.0)  # Student laws tried beside the normal law
 PAYS = 4.0  # nats that tails must win
 ROUNDS, STILL = 12, 1e-3
 CHUNK = 4096  # readings
-REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
+REFINE_ROUNDS = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
 FINEST = (
     1e-3  # of the readings: a noise that nobody stated is not taken for smaller, however few the readings
 )
@@ -72,13 +72,13 @@ class ErrorPosterior:
     own_names: tuple[str, ...]
     residual: tuple[Array, ...]
     noise: tuple[ReadingNoise, ...]
-    information: Reduced
+    information: NormalEquations
     used: float
     log_evidence: float
 
 
 @dataclass(frozen=True, eq=False)
-class Whitened:
+class WhitenedReadings:
     """A recording under weights: x = P root columns (m, size + c) and y = P root value (m,), P without the nuisance; gram = x' x.
 
     x is never made: of 10^5 readings it has as much as all that is known of them.
@@ -94,11 +94,11 @@ class Whitened:
     def rank(self) -> int:
         return self.basis.shape[1]
 
-    def seen(self, theta: Array) -> Array:
+    def predict(self, theta: Array) -> Array:
         """(m,): x theta."""
         return self._without(self.root * (self.columns @ theta))
 
-    def told(self, whitened: Array) -> Array:
+    def back_project(self, whitened: Array) -> Array:
         """(size + c,): x' of (m,)."""
         return np.asarray(self.columns.T @ (self.root * self._without(whitened)))
 
@@ -107,9 +107,9 @@ class Whitened:
 
     def residual(self, mean: Array) -> Array:
         """(m,): what errors, instrument and nuisance leave, mm or rad."""
-        return np.asarray((self.y - self.seen(mean)) / self.root)
+        return np.asarray((self.y - self.predict(mean)) / self.root)
 
-    def spent(self, covariance: Array) -> float:
+    def used_freedom(self, covariance: Array) -> float:
         """Degrees of freedom of the readings that the fit has used up."""
         return self.rank + float((self.gram * covariance).sum())
 
@@ -151,7 +151,7 @@ def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], 
     return ([p.errors for p in parts] if plain else out), tuple(names)
 
 
-def project(part: Readings, columns: Array, weight: Array) -> Whitened:
+def project(part: Readings, columns: Array, weight: Array) -> WhitenedReadings:
     """Whiten by the root of the weights (m,) and take the nuisance out; gram by CHUNK readings at a time."""
     root = np.sqrt(weight)
     y = part.value * root
@@ -162,7 +162,7 @@ def project(part: Readings, columns: Array, weight: Array) -> Whitened:
     for i in parts:
         x = columns[i] * root[i, None] - basis[i] @ taken
         gram += x.T @ x
-    return Whitened(columns, basis, y - basis @ (basis.T @ y), root, gram)
+    return WhitenedReadings(columns, basis, y - basis @ (basis.T @ y), root, gram)
 
 
 def nuisance_basis(nuisance: Array) -> Array:
@@ -175,10 +175,10 @@ def nuisance_basis(nuisance: Array) -> Array:
     return np.asarray(left[:, values > 1e-9 * values[0]])
 
 
-def reduced(whitened: Sequence[Whitened], model: ErrorModel) -> Reduced:
+def normal_equations(whitened: Sequence[WhitenedReadings], model: ErrorModel) -> NormalEquations:
     """A and b of all recordings together."""
     a = np.sum([w.gram for w in whitened], axis=0)
-    return Reduced(a, np.sum([w.told(w.y) for w in whitened], axis=0), model)
+    return NormalEquations(a, np.sum([w.back_project(w.y) for w in whitened], axis=0), model)
 
 
 def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
@@ -191,22 +191,22 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
     before: Array | None = None
     for turn in range(ROUNDS):
         white = [project(p, c, w) for p, c, w in zip(parts, columns, weights)]
-        told = reduced(white, model)
-        if turn in REFINED:
+        told = normal_equations(white, model)
+        if turn in REFINE_ROUNDS:
             smooth = smoothness(told, smooth)
         assert smooth is not None
         mean, covariance = posterior(told, smooth)
         residual = [w.residual(mean) for w in white]
-        noise = [_noise(p, e, w.spent(covariance)) for p, e, w in zip(parts, residual, white)]
+        noise = [_noise(p, e, w.used_freedom(covariance)) for p, e, w in zip(parts, residual, white)]
         weights = [_weights(p, e, n) for p, e, n in zip(parts, residual, noise)]
         plain = all(np.isinf(n.dof) and n.scale == 1.0 for n in noise)
-        still = before is not None and _change(mean, before, covariance) < STILL and turn > max(REFINED)
+        still = before is not None and _change(mean, before, covariance) < STILL and turn > max(REFINE_ROUNDS)
         before = mean
         if still or plain:
             break
     assert smooth is not None
     fisher = [project(p, c, _information(p, n)) for p, c, n in zip(parts, columns, noise)]
-    told = replace(reduced(fisher, model), b=told.b)
+    told = replace(normal_equations(fisher, model), b=told.b)
     _, covariance = posterior(told, smooth)
     lift, own = known.lift(len(mean)), model.size + known.factor.shape[1]
     used = float((told.a * covariance).sum())
@@ -226,18 +226,18 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
     )
 
 
-def posterior(told: Reduced, smooth: Smoothness) -> tuple[Array, Array]:
+def posterior(told: NormalEquations, smooth: Smoothness) -> tuple[Array, Array]:
     """Mean and covariance of theta and the numbers behind it."""
     return JointPosterior(told, smooth.sites).posterior()
 
 
-def conditioned(told: Reduced, factor: Array) -> tuple[Array, Array]:
+def condition_on_prior(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
     """Mean and covariance under the prior factor @ factor.T."""
     mean, half = conditioned_factor(told, factor)
     return mean, half @ half.T
 
 
-def conditioned_factor(told: Reduced, factor: Array) -> tuple[Array, Array]:
+def conditioned_factor(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
     """Mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
     from scipy.linalg import cho_factor, cho_solve, solve_triangular
 

@@ -20,7 +20,7 @@ from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.acceptance import Figure, Limit, tip_errors
 from vcmm.learn.calibration.limits import TURNING
 from vcmm.learn.calibration.reversed import CIRCLE, ReversalResult
-from vcmm.task.instruments.reversal import NORMAL, Separated
+from vcmm.task.instruments.reversal import NORMAL, SeparationResult
 from vcmm.task.instruments.reversal_turns import Complex, TurnGroup
 
 TRIALS = 1000
@@ -28,7 +28,14 @@ TURNS, PER_TURN = 10, 72
 REACH = 100.0  # mm between the two heights where a tilt is read
 ANGLE = " (urad)"  # at the end of the name of a figure in urad
 NOTHING = 1e-13  # mm, rad
-WHAT = {"X": "radial X", "Y": "radial Y", "Z": "axial Z", "A": "tilt A", "B": "tilt B", "C": "angle C"}
+COORDINATE_NAMES = {
+    "X": "radial X",
+    "Y": "radial Y",
+    "Z": "axial Z",
+    "A": "tilt A",
+    "B": "tilt B",
+    "C": "angle C",
+}
 
 
 def recorded_spindle(
@@ -44,9 +51,9 @@ def recorded_spindle(
             f'{found.file.name} is a test of kind "{found.file.kind}"; ISO 230-7 takes one of a turning axis'
         )
     rng, out = np.random.default_rng(seed), []
-    drawn = found.turning.drawn(rng, trials)
+    drawn = found.turning.draw(rng, trials)
     for i, name in enumerate(found.errors):
-        seen = _values(found.turning, name, _apart(found, name))
+        seen = _values(found.turning, name, _first_setup(found, name))
         moved = {
             "synchronous": _ranges(drawn[:, i]),
             "fundamental": 2.0 * np.abs(drawn[:, i, 0]),
@@ -54,7 +61,9 @@ def recorded_spindle(
         }
         for value, one in seen.items():
             spread = None if value not in moved else float(moved[value].std())
-            out.append(figure(f"{value} {WHAT[name[1]]}", one, spread, name[1] in "ABC", limits or {}))
+            out.append(
+                figure(f"{value} {COORDINATE_NAMES[name[1]]}", one, spread, name[1] in "ABC", limits or {})
+            )
     return out
 
 
@@ -89,7 +98,7 @@ def _ranges(coefficients: Complex) -> Array:
     return np.asarray(np.ptp(np.real(coefficients @ waves), axis=1))
 
 
-def _values(found: Separated, name: str, apart: Array) -> dict[str, float]:
+def _values(found: SeparationResult, name: str, apart: Array) -> dict[str, float]:
     """Values in mm or rad; apart (turns, angles): what the turns differ from their mean."""
     orders = found.value.shape[1]
     known = found.identified[found.names.index(name)]
@@ -105,7 +114,7 @@ def _values(found: Separated, name: str, apart: Array) -> dict[str, float]:
     return out
 
 
-def _apart(found: ReversalResult, name: str) -> Array:
+def _first_setup(found: ReversalResult, name: str) -> Array:
     """(turns, angles) of the first set-up: readings less their mean; for a tilt the outer probe less the inner one, over the arm."""
     file, test = found.file, found.file.test
     assert test is not None
@@ -145,15 +154,15 @@ def predicted_spindle(
     out, rng = [], np.random.default_rng(seed)
     for axis in turning:
         for name, drawn in _motions(machine, axis, rng, trials).items():
-            label = WHAT[name] if len(turning) == 1 else f"{WHAT[name]} of {axis}"
+            label = COORDINATE_NAMES[name] if len(turning) == 1 else f"{COORDINATE_NAMES[name]} of {axis}"
             if float(np.abs(drawn).max()) < NOTHING:
                 continue  # the machine file knows no such error
             for value, values in _drawn_values(drawn, name in "XY").items():
-                out.append(_predicted(f"{value} {label}", values, name in "AB", limits or {}))
+                out.append(_predicted_figure(f"{value} {label}", values, name in "AB", limits or {}))
     return out
 
 
-def _predicted(name: str, drawn: Array, angle: bool, limits: Mapping[str, Limit]) -> Figure:
+def _predicted_figure(name: str, drawn: Array, angle: bool, limits: Mapping[str, Limit]) -> Figure:
     one = figure(name, float(drawn.mean()), float(drawn.std()), angle, limits)
     if one.limit_um is None:
         return one

@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.learn.calibration.readings import freed
 from vcmm.learn.calibration.result import rms
 from vcmm.learn.calibration.solve import nuisance_basis
-from vcmm.task.instruments.tracker import settled
+from vcmm.task.instruments.tracker import settle_stations
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer, noise_u
 from vcmm.task.response.recording import Recording
@@ -74,7 +74,7 @@ def put_to_test(recording: Recording, before: Machine, after: Machine, noise: fl
 def remainder(recording: Recording, machine: Machine, noise: float = 0.0) -> tuple[Array, Array]:
     """(m,) what the machine does not predict, nuisance taken out, and its covariance (m, m)."""
     recording, _ = freed(recording, machine)
-    recording, _ = settled(recording, machine)
+    recording, _ = settle_stations(recording, machine)
     observer = Observer(recording, machine)
     basis = nuisance_basis(nuisance_columns(recording, machine)[0])
     value = recording.value - observer.baseline()

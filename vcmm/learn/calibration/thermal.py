@@ -23,7 +23,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.trained import trained_range
 from vcmm.learn.calibration.result import rms
-from vcmm.learn.calibration.thermal_search import ThermalFit, ordinary, repeating, selected
+from vcmm.learn.calibration.thermal_search import ThermalFit, ordinary, repeating, select_terms
 from vcmm.learn.calibration.thermal_terms import Term, candidates, sensors_of, warm_readings
 from vcmm.task.response.recording import Recording
 
@@ -78,7 +78,7 @@ def thermal_model(
         raise UsageError(
             "no temperature varies in the recordings; a thermal model needs columns temp_<sensor>_C that follow warming up"
         )
-    fit = selected(ThermalFit(parts, (), np.zeros(0)), candidates(parts, chosen))
+    fit = select_terms(ThermalFit(parts, (), np.zeros(0)), candidates(parts, chosen))
     if not fit.terms:
         raise UsageError(
             f"no sensor of {', '.join(chosen)} predicts readings that were held out better than chance does; nothing is written"
@@ -90,7 +90,7 @@ def thermal_model(
 def _model(fit: ThermalFit, trained: dict[str, tuple[float, float]], unused: dict[str, str]) -> ThermalModel:
     """The amounts, lags and their covariance."""
     weight = fit.weights()
-    amounts, left = fit.solved(fit.lags, weight)
+    amounts, left = fit.solve(fit.lags, weight)
     kept = ordinary(fit, left)
     plain = ThermalFit(fit.parts, (), np.zeros(0))
     held, after = rms(np.concatenate(fit.held_out())), rms(np.concatenate(kept))
@@ -99,7 +99,7 @@ def _model(fit: ThermalFit, trained: dict[str, tuple[float, float]], unused: dic
         amounts=amounts,
         lags=fit.lags,
         covariance=fit.covariance(amounts, left, weight) * repeating(kept) * max(1.0, held / after) ** 2,
-        before=rms(np.concatenate(ordinary(fit, plain.solved(plain.lags, weight)[1]))),
+        before=rms(np.concatenate(ordinary(fit, plain.solve(plain.lags, weight)[1]))),
         after=after,
         held_out=(rms(np.concatenate(plain.held_out())), held),
         trained=trained,

@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.net import CHOSEN, trained
+from vcmm.learn.calibration.net import BEST_LAYOUT, train_net
 from vcmm.learn.calibration.result import rms
 from vcmm.learn.calibration.solve import nuisance_basis
 from vcmm.learn.calibration.thermal_terms import WarmReadings, warm_readings
@@ -24,7 +24,7 @@ EPOCHS, MEMBERS = 1000, 5
 def inputs(part: WarmReadings, sensors: Sequence[str]) -> Array:
     """(m, 3 per sensor) temperatures behind the lags, degC."""
     run = part.observer.run
-    columns = [run.lagged(s, tau)[part.recording.row] for s in sensors for tau in LAGS]
+    columns = [run.lag(s, tau)[part.recording.row] for s in sensors for tau in LAGS]
     return np.stack(columns, axis=1)
 
 
@@ -37,7 +37,7 @@ def net_left(
     y = np.concatenate([(p.value - np.median(p.value))[p.weight > 0] for p in parts])
     other = warm_readings(asked, machine)
     rng = np.random.default_rng(seed)
-    nets = [trained(x, y[:, None], CHOSEN, rng, EPOCHS) for _ in range(MEMBERS)]
+    nets = [train_net(x, y[:, None], BEST_LAYOUT, rng, EPOCHS) for _ in range(MEMBERS)]
     told = np.mean([net.at(inputs(other, sensors))[:, 0] for net in nets], axis=0)
     basis = nuisance_basis(other.nuisance)
     left = other.value - told

@@ -38,10 +38,10 @@ class ThermalFit:
 
     def left(self) -> float:
         """What the terms leave, mm^2."""
-        left, weight = self.solved(self.lags, self.weights())[1], self.weights()
+        left, weight = self.solve(self.lags, self.weights())[1], self.weights()
         return sum(float(w @ e**2) for w, e in zip(weight, left)) / sum(float(w.sum()) for w in weight)
 
-    def known(self) -> bool:
+    def is_determined(self) -> bool:
         """Is every amount beyond twice its u, and are two lags of one sensor two?"""
         for i, term in enumerate(self.terms):
             for j in range(i):
@@ -50,7 +50,7 @@ class ThermalFit:
                 ):
                     return False
         weight = self.weights()
-        amounts, left = self.solved(self.lags, weight)
+        amounts, left = self.solve(self.lags, weight)
         spread = np.diag(self.covariance(amounts, left, weight))[: len(amounts)] * repeating(
             ordinary(self, left)
         )
@@ -65,11 +65,11 @@ class ThermalFit:
             for p in self.parts
         ]
 
-    def solved(self, lags: Array, weight: Sequence[Array] | None = None) -> tuple[Array, list[Array]]:
+    def solve(self, lags: Array, weight: Sequence[Array] | None = None) -> tuple[Array, list[Array]]:
         """Amounts (t,), residuals per recording: weighted least squares, nuisance projected out."""
         weight = weight or [np.ones(len(p.value)) for p in self.parts]
         columns = self.columns(lags)
-        x, y = _projected(self.parts, columns, weight)
+        x, y = _project_nuisance(self.parts, columns, weight)
         amounts = np.asarray(np.linalg.lstsq(x, y, rcond=1e-10)[0], dtype=np.float64)
         left = [
             _without(p.value - c @ amounts, p.nuisance, w) for p, c, w in zip(self.parts, columns, weight)
@@ -80,7 +80,7 @@ class ThermalFit:
         """Per recording (m,): 0 for single readings that stand out."""
         return [p.weight for p in self.parts]
 
-    def refined(self) -> ThermalFit:
+    def refine_lags(self) -> ThermalFit:
         """The same terms with their best lags."""
         from scipy.optimize import least_squares
 
@@ -92,7 +92,7 @@ class ThermalFit:
         def left(logs: Array) -> Array:
             lags = self.lags.copy()
             lags[free] = np.exp(logs)
-            x, y = _projected(self.parts, self.columns(lags), weight)
+            x, y = _project_nuisance(self.parts, self.columns(lags), weight)
             return np.asarray(y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0])
 
         start = np.log(np.clip(self.lags[free], 2 * SHORTEST, self.longest / 1.1))
@@ -113,7 +113,7 @@ class ThermalFit:
         out = []
         for block in range(BLOCKS):
             kept = [w * (p.block != block) for w, p in zip(weight, self.parts)]
-            x, y = _projected(self.parts, columns, kept)
+            x, y = _project_nuisance(self.parts, columns, kept)
             amounts = np.linalg.lstsq(x, y, rcond=1e-10)[0]
             rest = [
                 _without(p.value - c @ amounts, p.nuisance, w)[(p.block == block) & (p.weight > 0)]
@@ -134,7 +134,7 @@ class ThermalFit:
                 ]
             )
         full = [np.column_stack([c, *(s[k] for s in slopes)]) for k, c in enumerate(columns)]
-        x, _ = _projected(self.parts, full, weight)
+        x, _ = _project_nuisance(self.parts, full, weight)
         size = np.linalg.norm(x, axis=0)
         used = size > 0
         inverse = np.zeros((len(size), len(size)))
@@ -145,7 +145,7 @@ class ThermalFit:
         return inverse * float((w * e**2).sum()) / spare
 
 
-def selected(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
+def select_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
     """Of all paths the fit with the least Bayesian information criterion, n ln(mean square) + numbers ln n, n readings that say
     something new: all of them over what the fit with the most independent rest repeats.
 
@@ -153,9 +153,9 @@ def selected(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
     """
     sensors = dict.fromkeys(t.sensor for t in every)
     ways = [[t for t in every if t.sensor in (one, "")] for one in sensors if len(sensors) > 1]
-    known = [f for way in [*ways, every] for f in _path(fit, way) if f.known()]
+    known = [f for way in [*ways, every] for f in _path(fit, way) if f.is_determined()]
     weight = fit.weights()
-    least = min(repeating(ordinary(f, f.solved(f.lags, weight)[1])) for f in known)
+    least = min(repeating(ordinary(f, f.solve(f.lags, weight)[1])) for f in known)
     n = sum(float(w.sum()) for w in weight) / least
     return min(known, key=lambda f: n * np.log(f.left() + 1e-300) + f.numbers * np.log(n))
 
@@ -166,16 +166,16 @@ def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:
     while len(fit.terms) < MOST:
         tried = [
             ThermalFit(fit.parts, (*fit.terms, t), np.append(fit.lags, tau))
-            for t, tau in _allowed(every, fit)
+            for t, tau in _candidate_terms(every, fit)
         ]
         if not tried:
             break
-        fit = _exchanged(min(tried, key=ThermalFit.left).refined(), every)
+        fit = _exchange_terms(min(tried, key=ThermalFit.left).refine_lags(), every)
         path.append(fit)
     return path
 
 
-def _allowed(every: Sequence[Term], fit: ThermalFit) -> list[tuple[Term, float]]:
+def _candidate_terms(every: Sequence[Term], fit: ThermalFit) -> list[tuple[Term, float]]:
     """Terms that may be added, with the lags to begin with: two per direction and sensor, one of the others."""
     return [
         (t, tau)
@@ -186,21 +186,21 @@ def _allowed(every: Sequence[Term], fit: ThermalFit) -> list[tuple[Term, float]]
     ]
 
 
-def _exchanged(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
+def _exchange_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
     """The fit with one term after the other exchanged for what leaves less."""
     for i in range(len(fit.terms) - 1):
         rest = replace(fit, terms=(*fit.terms[:i], *fit.terms[i + 1 :]), lags=np.delete(fit.lags, i))
         tried = [
             replace(rest, terms=(*rest.terms, t), lags=np.append(rest.lags, tau))
-            for t, tau in _allowed(every, rest)
+            for t, tau in _candidate_terms(every, rest)
         ]
-        new = min(tried, key=ThermalFit.left).refined()
+        new = min(tried, key=ThermalFit.left).refine_lags()
         if new.left() < fit.left():
             fit = new
     return fit
 
 
-def _projected(
+def _project_nuisance(
     parts: Sequence[WarmReadings], columns: Sequence[Array], weight: Sequence[Array]
 ) -> tuple[Array, Array]:
     """All recordings whitened, nuisance taken out: (all m, t), (all m,)."""

@@ -24,7 +24,7 @@ SHORTEST = 1.0  # s
 BLOCKS = 8  # of time, per recording
 VARIES = 0.5  # K: a sensor that changes less tells nothing
 ABOUT, FAR = 5, 8.0  # readings; beyond so many standard deviations none lies by chance
-SEEN = 0.3  # share of a direction in a reading
+LEAST_DIRECTION = 0.3  # share of a direction in a reading
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def candidates(parts: Sequence[WarmReadings], sensors: Sequence[str]) -> list[Te
     out = []
     lengths = [p for p in parts if p.recording.kind != "angle"]
     for k, direction in enumerate("xyz"):
-        if any((np.abs(p.recording.direction[:, k]) > SEEN).any() for p in lengths):
+        if any((np.abs(p.recording.direction[:, k]) > LEAST_DIRECTION).any() for p in lengths):
             out += [_drift(direction, s) for s in sensors]
     for axis in "XYZ":
         moves = [np.ptp(p.observer.run.q(axis)) > 1.0 for p in parts if axis in p.observer.run.position]

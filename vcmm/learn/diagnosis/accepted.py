@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vcmm.learn.diagnosis.families import open_text
-from vcmm.learn.diagnosis.renewed import Renewed
+from vcmm.learn.diagnosis.renewed import RenewedTables
 from vcmm.learn.diagnosis.result import Answer
 
 
-def written(answers: Sequence[Answer]) -> tuple[Answer, ...]:
+def answers_to_write(answers: Sequence[Answer]) -> tuple[Answer, ...]:
     """Answers with a crisp number that belong to the machine and are more probable than not, their rivals included."""
     return tuple(a for a in answers if a.fitted is not None and not _why_not(a))
 
 
-def anew(answers: Sequence[Answer]) -> Renewed | None:
+def anew(answers: Sequence[Answer]) -> RenewedTables | None:
     """The stored tables as they are written anew; None where they stay."""
     return next((a.renewed for a in answers if a.renewed is not None and not _why_not(a)), None)
 

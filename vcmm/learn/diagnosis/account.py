@@ -8,37 +8,37 @@ from math import nan
 
 import numpy as np
 
-from vcmm.learn.diagnosis.aliases import unresolved, with_aliases
+from vcmm.learn.diagnosis.aliases import unresolved_shapes, with_aliases
 from vcmm.learn.diagnosis.all_rows import mistake_on_all_rows, on_all_rows
-from vcmm.learn.diagnosis.answers import Named, answers
+from vcmm.learn.diagnosis.answers import NamedTerms, answers
 from vcmm.learn.diagnosis.candidates import Catalogue
 from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
-from vcmm.learn.diagnosis.delivered import Delivered, delivered, rms_left
+from vcmm.learn.diagnosis.contradicted import add_contradictions, pulls_of, told_pulls, unexplained_pulls
+from vcmm.learn.diagnosis.delivered import DeliveredTerms, deliver_terms, rms_left
 from vcmm.learn.diagnosis.evidence import scorer
 from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge
-from vcmm.learn.diagnosis.judged import FIELD, Judged
+from vcmm.learn.diagnosis.judged import FIELD, Judgement
 from vcmm.learn.diagnosis.locate import locate, score_map
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
-from vcmm.learn.diagnosis.null import clipped
+from vcmm.learn.diagnosis.null import clip_residuals
 from vcmm.learn.diagnosis.power import power
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.renewed import is_stale, renewed
-from vcmm.learn.diagnosis.result import NOT_MODELLED, Answer, Diagnosis, Fit
+from vcmm.learn.diagnosis.renewed import is_stale, renew_tables
+from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, Answer, Diagnosis, Fit
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, mismatch
 from vcmm.learn.diagnosis.shortfall import scatter_excess
-from vcmm.learn.diagnosis.thinning import loss, said
-from vcmm.learn.diagnosis.verdict import beyond, curves, doubts, reasons, seen, verdict
+from vcmm.learn.diagnosis.thinning import loss, thinning_text
+from vcmm.learn.diagnosis.verdict import beyond, clear_places, curves, doubts, reasons, verdict
 
 
-def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:
+def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:
     """The diagnosis of what was judged in the rows that were searched, with numbers of all rows; these may be the same."""
     stage, mistake, used, rest = one.stage, one.mistake, one.problem, one.rest
     sigma = _sigma(one.selection, stage)
     places = _with_other_rivals(one.places, used, stage, one.selection, one.tied)
-    named = with_contradicted(Named(used, stage, one.selection, places, one.field))
+    named = add_contradictions(NamedTerms(used, stage, one.selection, places, one.field))
     found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
     screen = stage.screen or stage
     shown, hidden = power(screen.found, sigma / loss(len(screen.u), len(stage.u)))
@@ -46,20 +46,22 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
     if searched is not whole and not _has_field(used):
         mistake, whole = mistake_on_all_rows(mistake, whole)
         named = on_all_rows(named, whole, seed)
-    given, every = _determined(named, found, one.parts if named.problem is used else None, mistake, seed)
-    every, held, unmodelled = _renewed(every, given, named.stage)
+    given, every = _determine(named, found, one.parts if named.problem is used else None, mistake, seed)
+    every, held, unmodelled = _renew_tables(every, given, named.stage)
     excess = "" if rest else scatter_excess(one.selection, stage.white, stage.noise, stage.sample)
     pulls = pulls_of(given, named.stage)
     against = (*unmodelled, *_of_noise(one, every, searched, excess), *unexplained_pulls(pulls, given))
-    y = clipped(stage.white.apply(searched.residual), stage.white, stage.noise.noise.clip)
+    y = clip_residuals(stage.white.apply(searched.residual), stage.white, stage.noise.noise.clip)
     is_named = any(not a.doubtful for a in every) or mistake is not None
-    places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), is_named or bool(against))
+    places_of, unnamed = clear_places(
+        locate(scorer(stage.generic), y, stage.chance), is_named or bool(against)
+    )
     against = (*against, *unnamed)
     predicted = tuple(judge(given.problem, f, given.selection, given.selection.terms) for f in given.parts)
     scatter = _sigma(named.selection, named.stage) * float(np.sqrt(np.mean(named.stage.u**2)))
     left = rms_left(named.problem, named.selection)
     return Diagnosis(
-        NOT_MODELLED if unmodelled and is_named else verdict(is_named, against),
+        STATUS_NOT_MODELLED if unmodelled and is_named else verdict(is_named, against),
         every,
         rest,
         places_of,
@@ -68,7 +70,7 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
         (*stage.noise.findings, *([excess] if excess else [])),
         Fit(nan, nan, scatter, (*predicted, *held) if given.selection.terms else (), left),
         known.not_testable,
-        _once((*known.unseen, *screen.found.invisible, *hidden)),
+        _unique_places((*known.unseen, *screen.found.invisible, *hidden)),
         shown,
         steps,
         stage.threshold,
@@ -80,27 +82,29 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
         pulls=pulls,
         searched=(searched.m, whole.m),
         recorded=whole.recording.chosen_from,
-        warnings=(said(searched.m, whole.m, named.problem is used),) if searched is not whole else (),
+        warnings=(thinning_text(searched.m, whole.m, named.problem is used),)
+        if searched is not whole
+        else (),
     )
 
 
-def _determined(
-    named: Named, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
-) -> tuple[Delivered, tuple[Answer, ...]]:
+def _determine(
+    named: NamedTerms, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
+) -> tuple[DeliveredTerms, tuple[Answer, ...]]:
     """What is handed over, and all answers: without the terms whose sizes turn out not to be known or not to be possible, the others
     refitted."""
-    given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
+    given = deliver_terms(named.problem, named.stage, named.selection.terms, found, parts)
     every = answers(named, given, mistake, seed)
     unknown = {a.id for a in every if (a.undetermined or a.beyond) and not a.alias_of}
     kept = [i for i in found if named.selection.terms[i].family.id not in unknown]
     if len(kept) == len(found):
         return given, every
-    given = delivered(named.problem, named.stage, named.selection.terms, kept, parts)
+    given = deliver_terms(named.problem, named.stage, named.selection.terms, kept, parts)
     return given, answers(named, given, mistake, seed)
 
 
-def _renewed(
-    every: Sequence[Answer], given: Delivered, stage: Stage
+def _renew_tables(
+    every: Sequence[Answer], given: DeliveredTerms, stage: Stage
 ) -> tuple[tuple[Answer, ...], tuple[HeldOut, ...], tuple[str, ...]]:
     """The answers, that of a calibration which is stale as a whole with its tables anew where these predict rows held out; those
     rows; and what to say where they do not.
@@ -110,7 +114,11 @@ def _renewed(
         if a.doubtful or not is_stale(a.effect, a.where.get("component")):
             continue
         number = [t.family.id for t in given.selection.terms]
-        new = renewed(given.problem, stage, given.selection, number.index(a.id)) if a.id in number else None
+        new = (
+            renew_tables(given.problem, stage, given.selection, number.index(a.id))
+            if a.id in number
+            else None
+        )
         if new is not None and new.holds:
             out[k] = replace(a, renewed=new)
             held += new.held_out
@@ -122,7 +130,7 @@ def _renewed(
     return tuple(out), tuple(held), tuple(said)
 
 
-def _of_noise(one: Judged, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:
+def _of_noise(one: Judgement, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:
     """Why the names are not the whole story: what is left, folds, the scatter, answers that are doubtful."""
     selection, stage = one.selection, one.stage
     over_stated = float(np.sqrt(np.mean(stage.u**2) / np.mean(searched.u**2)))
@@ -152,12 +160,12 @@ def _with_other_rivals(
     """The standings with rivals that are no candidates: a mistake of the table, shapes that the rows do not resolve."""
     if not selection.terms:
         return []
-    hidden = unresolved(problem, stage.white)
+    hidden = unresolved_shapes(problem, stage.white)
     named = [_with_mistake(p, selection, i, tied) for i, p in enumerate(places)]
     return [with_aliases(p, selection, i, hidden) for i, p in enumerate(named)]
 
 
-def _once(gone: Sequence[str]) -> tuple[str, ...]:
+def _unique_places(gone: Sequence[str]) -> tuple[str, ...]:
     """Names and places without repetition; a name says all its places."""
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
 

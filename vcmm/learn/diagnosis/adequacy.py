@@ -67,7 +67,7 @@ def described_shape(
     return Unknown(covariates[:3], words, rms, family.where["direction"], " and " in family.name)
 
 
-def described(
+def describe_shape(
     rest: Unknown | None, problem: Problem, setting: Setting, selection: Selection, parts: Sequence[Fold]
 ) -> Unknown | None:
     """The same with the fitted shape and, where one pays for its search and extrapolates, a formula."""

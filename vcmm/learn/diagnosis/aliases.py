@@ -18,20 +18,20 @@ from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.candidates import Family, Option, applies, make_option
 from vcmm.learn.diagnosis.confusion import Standing, rank_of, ranks, separability
-from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLVED
+from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLUTION_DELTA
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.scans import refused
+from vcmm.learn.diagnosis.scans import refused_changes
 from vcmm.learn.diagnosis.select import Selection
 from vcmm.physics import ALL
 
 
-def unresolved(problem: Problem, white: Whitener) -> Dictionary:
+def unresolved_shapes(problem: Problem, white: Whitener) -> Dictionary:
     """What the refused shapes of the catalogue would show on this recording, where they show anything."""
     out = []
     for kind in ALL:
-        changes = refused(kind, problem.run)
+        changes = refused_changes(kind, problem.run)
         if not changes or not applies(kind, problem):
             continue
         for effect in instances(kind, problem):
@@ -62,7 +62,7 @@ def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictiona
     gap = separability(given, selection.signal(i))
     mine = rank_of(selection.terms[i].white, given.basis)
     nearest = np.minimum.reduceat(np.where(ranks(given) <= mine, gap, np.inf), hidden.first)
-    near = nearest < max(RESOLVED / max(selection.delta(i), NOTHING), MISMATCH)
+    near = nearest < max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
     known = {selection.terms[i].family.name, *place.names}
     names = dict.fromkeys(f.name for f, close in zip(hidden.families, near) if close)
     return replace(place, names=(*place.names, *(n for n in names if n not in known)))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vcmm.answer.evaluation.gaussian import Whitener
-from vcmm.learn.diagnosis.answers import Named
-from vcmm.learn.diagnosis.candidates import again
+from vcmm.learn.diagnosis.answers import NamedTerms
+from vcmm.learn.diagnosis.candidates import rebuild_option
 from vcmm.learn.diagnosis.delivered import left_over, setting_for
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.mistakes import Mistake, hypotheses
@@ -16,14 +16,14 @@ from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Term, fitted_again
 
 
-def on_all_rows(named: Named, whole: Problem, seed: int) -> Named:
+def on_all_rows(named: NamedTerms, whole: Problem, seed: int) -> NamedTerms:
     """The terms fitted again to the observations of `whole`, with the noise that is found there; their standings stay.
 
     The same where a term cannot be worked out for all rows (a row beyond what its law holds for).
     """
     kept = {name for name, _ in named.problem.stated}
     whole = whole.without([name for name, _ in whole.stated if name not in kept])
-    terms = lifted(named.selection.terms, whole)
+    terms = lift_terms(named.selection.terms, whole)
     if terms is None:
         return named
     plain = whole.whitener()
@@ -36,9 +36,9 @@ def on_all_rows(named: Named, whole: Problem, seed: int) -> Named:
     return replace(named, problem=whole, stage=stage, selection=selection, searched=named)
 
 
-def lifted(terms: tuple[Term, ...], whole: Problem) -> tuple[Term, ...] | None:
+def lift_terms(terms: tuple[Term, ...], whole: Problem) -> tuple[Term, ...] | None:
     """The terms with columns for the observations of `whole`; None where one has none."""
-    options = [again(t.option, whole) for t in terms]
+    options = [rebuild_option(t.option, whole) for t in terms]
     if any(o is None for o in options):
         return None
     return tuple(replace(t, option=o) for t, o in zip(terms, options) if o is not None)

@@ -9,20 +9,20 @@ import numpy as np
 
 from vcmm.answer.evaluation.gaussian import RANK, SCALES, Whitener
 from vcmm.learn.diagnosis.bounds import beyond
-from vcmm.learn.diagnosis.candidates import again
+from vcmm.learn.diagnosis.candidates import rebuild_option
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING, STRONG
-from vcmm.learn.diagnosis.delivered import Delivered, setting_for, shares_of_rows
+from vcmm.learn.diagnosis.delivered import DeliveredTerms, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import estimates
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.families import open_text
-from vcmm.learn.diagnosis.field import Field, weighed
-from vcmm.learn.diagnosis.improve import fitted
+from vcmm.learn.diagnosis.field import Field, weigh_against_field
+from vcmm.learn.diagnosis.improve import fitted_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.plain_words import remark
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.refine import Refiner, scanned
+from vcmm.learn.diagnosis.refine import Refiner, scanned_names
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again
@@ -30,7 +30,7 @@ from vcmm.learn.diagnosis.simple_part import simple_part
 
 
 @dataclass(frozen=True, eq=False)
-class Named:
+class NamedTerms:
     """Everything that was thought of: the terms with their joint fit, and each among its rivals.
 
     searched: the same in the rows that were searched, where these are not all.
@@ -41,12 +41,12 @@ class Named:
     selection: Selection
     places: Sequence[Standing]
     field: Field | None = None
-    searched: Named | None = None
+    searched: NamedTerms | None = None
 
     def probabilities(self) -> list[Answer]:
         """Every term as an answer without numbers: what of it is probable."""
         bare = [self._bare(i) for i in range(len(self.places))]
-        return list(weighed(bare, self.field))
+        return list(weigh_against_field(bare, self.field))
 
     def _bare(self, i: int) -> Answer:
         term, place = self.selection.terms[i], self.places[i]
@@ -91,7 +91,9 @@ def _excess(selection: Selection, stage: Stage) -> float:
     return max(float(selection.y @ selection.y) - stage.white.dof * variance, NOTHING)
 
 
-def answers(named: Named, given: Delivered, mistake: Mistake | None, seed: int) -> tuple[Answer, ...]:
+def answers(
+    named: NamedTerms, given: DeliveredTerms, mistake: Mistake | None, seed: int
+) -> tuple[Answer, ...]:
     """All answers, those of the largest share first; below each its twins at other places, which repeat it exactly."""
     of_rows = shares_of_rows(given.problem, given.selection)
     apart = shares_of_rows(named.problem, named.selection)
@@ -114,14 +116,14 @@ def _with_numbers(
 ) -> Answer:
     white = problem.whitener(stage.u, stage.noise.rho)
     found = estimates(problem, selection, i, Refiner(problem, white), seed)
-    effect, inputs = fitted(selection, i, problem.machine)
-    terms, offset = (*scanned(selection.terms[i].option), "period"), problem.run.offset
+    effect, inputs = fitted_effect(selection, i, problem.machine)
+    terms, offset = (*scanned_names(selection.terms[i].option), "period"), problem.run.offset
     outside = beyond(effect, found, problem.machine, offset)
     return replace(bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside)
 
 
 def _twins(
-    of: Answer, named: Named, problem: Problem, selection: Selection, at: int, i: int, seed: int
+    of: Answer, named: NamedTerms, problem: Problem, selection: Selection, at: int, i: int, seed: int
 ) -> list[Answer]:
     """The same name at the places that repeat answer `of`, each with its own numbers; none of them is written."""
     setting, out = setting_for(problem, named.stage), []
@@ -138,12 +140,12 @@ def _twins(
     return out
 
 
-def _twin(named: Named, selection: Selection, at: int, i: int, j: int) -> Term:
+def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> Term:
     """Term `at` of a refit, which is term i of all, as family j."""
     if named.searched is None:
         return _at_place(named.stage.found, selection, at, j)
     term = _at_place(named.searched.stage.found, named.searched.selection, i, j)
-    option = again(term.option, named.problem)
+    option = rebuild_option(term.option, named.problem)
     return selection.terms[at] if option is None else replace(term, option=option)
 
 

@@ -91,7 +91,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
         found, missing, still = _of_kind(kind, problem)
         lost += still
         for family in found:
-            families = _joined(families, family)
+            families = _join_family(families, family)
         if not found and missing:
             absent[kind.name] = tuple(sorted(missing))
         elif not found and instances(kind, problem):
@@ -129,7 +129,7 @@ def _stale(problem: Problem) -> list[Family]:
     return [Family(GeometricChange.name, {"component": "all"}, (option,))]
 
 
-def _joined(families: list[Family], new: Family) -> list[Family]:
+def _join_family(families: list[Family], new: Family) -> list[Family]:
     """A second shape of a family at the same place adds its options; each class keeps half the weight."""
     for i, old in enumerate(families):
         if old.name == new.name and dict(old.where) == dict(new.where):
@@ -220,7 +220,7 @@ def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
     if not near.any():
         return [option]
     option = replace(option, log_prior=option.log_prior + float(np.log(0.5)))
-    return [option, _turned(option, near)]
+    return [option, _reverse_option(option, near)]
 
 
 def _near_reversal(effect: Effect, problem: Problem) -> Mask:
@@ -231,18 +231,20 @@ def _near_reversal(effect: Effect, problem: Problem) -> Mask:
     return np.asarray(problem.of_rows(since) < typical(effect, effect.taken_up))
 
 
-def _turned(option: Option, near: Mask) -> Option:
+def _reverse_option(option: Option, near: Mask) -> Option:
     return replace(option, columns=option.columns * np.where(near, -1.0, 1.0)[:, None], turned=True)
 
 
-def again(option: Option, problem: Problem, effect: Effect | None = None) -> Option | None:
+def rebuild_option(option: Option, problem: Problem, effect: Effect | None = None) -> Option | None:
     """The same option for the observations of `problem`, with another effect of its class where one is given."""
     effect = effect or option.effect
     if effect is None:
         stale = [o for f in _stale(problem) for o in f.options]
         return stale[0] if stale and option.labels[:1] == stale[0].labels[:1] else None
     made = make_option(effect, problem, option.log_prior)
-    return _turned(made, _near_reversal(effect, problem)) if made is not None and option.turned else made
+    return (
+        _reverse_option(made, _near_reversal(effect, problem)) if made is not None and option.turned else made
+    )
 
 
 def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:

@@ -85,14 +85,14 @@ def _bumps(axes: Sequence[Axis], lengths: tuple[float, ...], places: int) -> Ite
 
 def _axes(problem: Problem) -> tuple[Axis, ...]:
     known = {a: problem.of_rows(q) for a, q in problem.run.position.items()}
-    return tuple(Axis(a, _scaled(q)) for a, q in known.items() if np.ptp(q) > 0)
+    return tuple(Axis(a, _scale_to_unit(q)) for a, q in known.items() if np.ptp(q) > 0)
 
 
 def _positions(problem: Problem, what: str) -> tuple[Axis, ...]:
     """Where the tip is ("tip") or where on the part it touches ("part")."""
     known = {f"{what}_{c}": problem.run.columns.get(f"{what}_{c}_mm") for c in "xyz"}
     values = {name: problem.of_rows(v) for name, v in known.items() if v is not None}
-    return tuple(Axis(name, _scaled(v)) for name, v in values.items() if np.ptp(v) > 0)
+    return tuple(Axis(name, _scale_to_unit(v)) for name, v in values.items() if np.ptp(v) > 0)
 
 
 def _conditions(problem: Problem) -> tuple[Axis, ...]:
@@ -109,7 +109,7 @@ def _conditions(problem: Problem) -> tuple[Axis, ...]:
     return tuple(out)
 
 
-def _scaled(v: Array) -> Array:
+def _scale_to_unit(v: Array) -> Array:
     return np.asarray((v - v.min()) / np.ptp(v))
 
 
@@ -122,7 +122,7 @@ def _ranks(v: Array) -> Array:
 def of_component(problem: Problem, component: str) -> Iterator[Array]:
     """What free shapes of one component over its axis do to the observations (m, k): bumps of three lengths, and steps."""
     q = problem.run.position[axis_of(component)]
-    z = _scaled(q)
+    z = _scale_to_unit(q)
     for length in (FINE, 0.05, 0.12):
         centres = np.linspace(0.0, 1.0, round(1 / length) + 1)
         yield moved_by(problem, component, np.exp(-0.5 * ((z[:, None] - centres) / length) ** 2))

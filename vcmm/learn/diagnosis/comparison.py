@@ -117,7 +117,7 @@ class Comparison:
         return tuple(out)
 
 
-def compared(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 0) -> Comparison:
+def compare_machines(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 0) -> Comparison:
     """What machines of one file leave of recordings. Raises ModelLimit: rows outside the travels, noise not known, fewer
     rows than nuisance parameters, angles beside lengths.
     """
@@ -146,7 +146,7 @@ def left_by(recording: Recording, machine: Machine) -> Misfit:
     observer = Observer(in_order(recording, machine), machine)
     recording, run = observer.recording, observer.run
     u = noise_u(recording, machine)
-    predicted, exact = observer.predicted
+    predicted, exact = observer.predict
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
     departure = recording.value - predicted
     residual, rank = without_nuisance(departure, columns, u, known_here(recording, machine))

@@ -25,7 +25,7 @@ from vcmm.learn.diagnosis.constants import (
     MISMATCH,
     MOST_SHAPES,
     NOTHING,
-    RESOLVED,
+    RESOLUTION_DELTA,
     STRONG,
     THIRD,
     UNSEEN,
@@ -65,7 +65,7 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     gap = separability(given, selection.signal(i))
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
-    unknown = _unknown(generic, given, selection, i, _Own(setting, own, float(scores[own])))
+    unknown = _unknown(generic, given, selection, i, _AnswerFamily(setting, own, float(scores[own])))
     alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
     exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
     same = [j for j in exact if _name(setting, j) == _name(setting, own)]
@@ -124,7 +124,7 @@ def own_arguments(family: Family) -> set[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Own:
+class _AnswerFamily:
     """The family of an answer, its nats given the other terms, and what of it is left beside further columns."""
 
     setting: Setting
@@ -137,7 +137,9 @@ class _Own:
         return float(scorer(found, columns).scores(y[:, None])[0, 0])
 
 
-def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, i: int, own: _Own) -> float:
+def _unknown(
+    generic: Dictionary | None, given: Scorer, selection: Selection, i: int, own: _AnswerFamily
+) -> float:
     """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name.
 
     A shape beside which the name explains as much as before explains something else, and is no rival.
@@ -203,7 +205,7 @@ def _rivals(
     mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
     nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
     alias = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), found.first)  # and with no more columns
-    unresolved = max(RESOLVED / max(selection.delta(i), NOTHING), MISMATCH)
+    unresolved = max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
     best: dict[str, int] = {}
     holding: set[str] = set()
     freer: dict[str, None] = {}

@@ -27,10 +27,10 @@ QUANTILE = 0.997  # of a statistic of null recordings, the chance of FAR: beyond
 CHANCE = 0.999  # the same of the scatter itself, which every recording is asked, named or not
 HEAVY = 4.0  # degrees of freedom of a t law with heavy tails: the most at which a fourth moment is infinite
 RELEVANT = 1.4  # times the stated noise, twice its variance: less is a statement that is somewhat too small
-ALIKE = 0.7  # correlation from which a neighbour tells half of the variance: then the rows move together
-STRUCTURED = 0.9  # the same, 81 % of the variance: a movement and no scatter
-UNSTATED = 3.0  # times the stated noise: eight ninths of the variance have another cause
-APART = 1.1  # ratio from which two measures of one scatter are both told; no answer depends on it
+STRONG_CORRELATION = 0.7  # a neighbour tells half of the variance from here on: the rows move together
+STRUCTURE_CORRELATION = 0.9  # the same, 81 % of the variance: a movement and no scatter
+UNSTATED_RATIO = 3.0  # times the stated noise: eight ninths of the variance have another cause
+SCATTER_RATIO = 1.1  # ratio from which two measures of one scatter are both told; no answer depends on it
 
 # templates: no shape, time constant or thermometer is quite right
 MISMATCH = 0.05  # of a signal that its template may leave: chosen on concealed mechanisms that are no formula (docs/exam.md)
@@ -40,8 +40,8 @@ SAME = 0.99  # of the energy of a signal, which leaves a tenth of it, twice MISM
 THIRD = 1 / 3  # of its evidence that a shape must leave a name, else the name was its shadow: chosen
 MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
 FORGIVEN = 0.1  # of what a term wins in the other folds, twice MISMATCH: fit and prediction both err by it
-SEEN = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
-EXCITED = 2.0  # delta in the rows of a fold: at most two nats, less than STRONG: it says nothing
+SECURE_DELTA = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
+EXCITATION_DELTA = 2.0  # delta in the rows of a fold: at most two nats, less than STRONG: it says nothing
 LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
 FEW = 3  # numbers of a name, a vector; with more it is a shape of its own
 
@@ -50,13 +50,13 @@ MOST_TERMS = 6  # names of one recording; more have never been asked for
 CLOSING = 2  # names of one number that may close the account of the noise: with more, any would
 MOST_SHAPES = 10  # shapes without a name that are looked at one by one beside an answer: chosen
 FEWEST = 20  # observations of a fold: their scatter is known to 16 %
-VANISHED = 1e-3  # of a signal that must survive nuisance and calibration: of 1 mm that is 1 um
+VANISHING_SHARE = 1e-3  # of a signal that must survive nuisance and calibration: of 1 mm that is 1 um
 NOTHING = 1e-300  # in place of a zero below a fraction
 
 # consequences
-UNSEEN = VANISHED**2  # of an energy, what VANISHED is of a length; of singular values, far above rounding
+UNSEEN = VANISHING_SHARE**2  # of an energy, what VANISHING_SHARE is of a length; far above rounding
 SUREST = -log(UNSEEN)  # nats that a field or names may have over one another: odds of a million
 LOWEST = UNSEEN**2  # of a chance: beyond seven standard deviations the normal law itself is not believed
-RESOLVED = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate two names
+RESOLUTION_DELTA = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate two names
 DEVIATIONS = NormalDist().inv_cdf(1.0 - FALSE_ALARM)  # of the mean square of noise in a null recording
 MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of the absolute value, normal law

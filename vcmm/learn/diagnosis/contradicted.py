@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.learn.diagnosis.answers import Named
+from vcmm.learn.diagnosis.answers import NamedTerms
 from vcmm.learn.diagnosis.confusion import Standing, standing
-from vcmm.learn.diagnosis.delivered import Delivered, left_over, replaced, setting_for
+from vcmm.learn.diagnosis.delivered import DeliveredTerms, left_over, replaced_inputs, setting_for
 from vcmm.learn.diagnosis.pulls import Pull, calibration_pulls, contradiction, farthest
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Term, best_option, fitted_again
 
 
-def with_contradicted(named: Named) -> Named:
+def add_contradictions(named: NamedTerms) -> NamedTerms:
     """The same with a term for every stated number that the rows contradict, where the catalogue has a name for it."""
     selection, stage = named.selection, named.stage
     sigma = _sigma(selection, stage)
@@ -27,7 +27,7 @@ def with_contradicted(named: Named) -> Named:
     if not new:
         return named
     terms = [*selection.terms, *(t for _, t in new)]
-    free = named.problem.without(replaced(named.problem, [t for _, t in new]))
+    free = named.problem.without(replaced_inputs(named.problem, [t for _, t in new]))
     whole = fitted_again(terms, setting_for(free, stage))
     places = [
         *named.places,
@@ -36,7 +36,7 @@ def with_contradicted(named: Named) -> Named:
     return replace(named, problem=free, selection=whole, places=places)
 
 
-def _term(statement: str, named: Named) -> Term | None:
+def _term(statement: str, named: NamedTerms) -> Term | None:
     """The family that the statement is about, as a term; None where it is named already or no candidate."""
     found = named.stage.found
     wanted = statement.rsplit(".", 1)[0]
@@ -49,7 +49,7 @@ def _term(statement: str, named: Named) -> Term | None:
     return None
 
 
-def _place(whole: Selection, i: int, pull: Pull, asked: int, named: Named) -> Standing:
+def _place(whole: Selection, i: int, pull: Pull, asked: int, named: NamedTerms) -> Standing:
     """Its probability is that the statement does not hold; only what repeats it exactly is a rival, for the statement is
     about this quantity and no other.
     """
@@ -71,7 +71,7 @@ def _sigma(selection: Selection, stage: Stage) -> float:
     )
 
 
-def pulls_of(given: Delivered, stage: Stage) -> tuple[Pull, ...]:
+def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
     """Pulls after what was delivered: of a quantity that was set free, what was found less what was stated."""
     selection = given.selection
     rest = left_over(given.problem, selection)
@@ -93,25 +93,29 @@ def pulls_of(given: Delivered, stage: Stage) -> tuple[Pull, ...]:
     return tuple(sorted((*inside, *free), key=lambda p: -abs(p.pull)))
 
 
-def told_pulls(pulls: Sequence[Pull], given: Delivered) -> tuple[str, ...]:
+def told_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
     """Sentences about statements that are contradicted and have a name."""
-    named = _named(given)
+    named = _effect_ids(given)
     far = farthest(len(pulls))
-    return tuple(_said(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] in named)
+    return tuple(
+        _contradiction_text(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] in named
+    )
 
 
-def unexplained_pulls(pulls: Sequence[Pull], given: Delivered) -> tuple[str, ...]:
+def unexplained_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
     """The same of statements that no name replaces: they speak against "explained"."""
-    named = _named(given)
+    named = _effect_ids(given)
     far = farthest(len(pulls))
-    return tuple(_said(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] not in named)
+    return tuple(
+        _contradiction_text(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] not in named
+    )
 
 
-def _named(given: Delivered) -> set[str]:
+def _effect_ids(given: DeliveredTerms) -> set[str]:
     return {t.option.effect.id for t in given.selection.terms if t.option.effect is not None}
 
 
-def _said(p: Pull) -> str:
+def _contradiction_text(p: Pull) -> str:
     return (
         f"the rows contradict what the machine file states of {p.input}: the estimate lies {abs(p.pull):.1f} of its standard"
         " uncertainties from the statement"

@@ -60,7 +60,7 @@ def stretching(problem: Problem) -> Iterator[Course]:
     time = clock(problem)
     if time is None:
         return
-    grown = _grown(problem)
+    grown = _growth_column(problem)
     for width in SMOOTH:
         bumps = over_clock(time, width)
         for axis, q in problem.run.position.items():
@@ -81,19 +81,19 @@ def _of_scale(problem: Problem, axis: str, bumps: Array) -> Iterator[Course]:
         yield Course(("time", axis), moved, f"a scale of {axis} that changes with time")
 
 
-def _grown(problem: Problem) -> Array | None:
+def _growth_column(problem: Problem) -> Array | None:
     """What a larger part does to the observations (m,), 1 at its largest; None for machines that measure no part."""
     run = problem.run
     if problem.recording.kind not in WITH_A_PART or "part_x_mm" not in run.columns:
         return None
     x, y, z = run.part_point.T
-    grown = problem.observer.through(_Grown(), motion(run, X=x, Y=y, Z=z))
+    grown = problem.observer.through(_PartGrowth(), motion(run, X=x, Y=y, Z=z))
     largest = float(np.abs(grown).max())
     return grown / largest if largest > 0 else None
 
 
 @dataclass(frozen=True, eq=False)
-class _Grown(Effect):
+class _PartGrowth(Effect):
     """The part, which is indicated larger."""
 
     @property

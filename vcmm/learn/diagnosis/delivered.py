@@ -17,7 +17,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.comparison import without_nuisance
 from vcmm.learn.diagnosis.constants import NOTHING
-from vcmm.learn.diagnosis.holdout import Fold, folds, worsened
+from vcmm.learn.diagnosis.holdout import Fold, folds, worsened_folds
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.search import Stage, setting_under
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again, joint
@@ -26,7 +26,7 @@ OWN_ROWS = "the rows to which it was fitted become worse with it"
 
 
 @dataclass(frozen=True, eq=False)
-class Delivered:
+class DeliveredTerms:
     """problem: without the statements that the terms replace; selection: the refit; parts: its folds.
 
     number: the terms by their numbers in the selection they came from; withheld: number -> why it is not handed over;
@@ -44,17 +44,17 @@ class Delivered:
         return self.number.index(i) if i in self.number else None
 
 
-def delivered(
+def deliver_terms(
     problem: Problem,
     stage: Stage,
     terms: Sequence[Term],
     wanted: Sequence[int],
     known: Sequence[Fold] | None = None,
-) -> Delivered:
+) -> DeliveredTerms:
     """The refit of the terms with the numbers `wanted`, less those that make rows worse. known: the folds of the problem, if at
     hand.
     """
-    gone = replaced(problem, [terms[i] for i in wanted])
+    gone = replaced_inputs(problem, [terms[i] for i in wanted])
     free = problem.without(gone)
     setting = setting_for(free, stage)
     parts = known if known is not None and not gone else folds(free, stage.u, stage.noise.rho)
@@ -72,10 +72,10 @@ def delivered(
         (worst,) = set(number) - set(rest[best])
         withheld[worst] = found[0]
         number, now = rest[best], tried[best]
-    return Delivered(free, now, parts, number, withheld)
+    return DeliveredTerms(free, now, parts, number, withheld)
 
 
-def replaced(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
+def replaced_inputs(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
     """Ids of the Inputs on the effects that the terms are: those of one number, which the term is too."""
     effects = {t.option.effect.id for t in terms if t.option.effect is not None}
     return tuple(
@@ -99,7 +99,9 @@ def _trouble(problem: Problem, parts: Sequence[Fold], now: Selection) -> list[st
     """Why a set of terms is not handed over, in words; empty where it may be."""
     if not now.terms:
         return []
-    out = [f"it makes rows worse that were not fitted ({fold})" for fold in worsened(problem, parts, now)]
+    out = [
+        f"it makes rows worse that were not fitted ({fold})" for fold in worsened_folds(problem, parts, now)
+    ]
     plain = rms_left(problem, replace(now, terms=(), fit=None))
     return ([OWN_ROWS] if rms_left(problem, now) > plain else []) + out
 

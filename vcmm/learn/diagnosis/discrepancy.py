@@ -26,7 +26,7 @@ LENGTHS = (0.1, 0.25, 0.6)  # of the range of a covariate, tried
 MOST = 14  # principal functions of one part
 GRID = 41
 PAIR_GRID = 21
-KEPT = 1e-4  # of the variance of a kernel
+LEAST_VARIANCE = 1e-4  # of the variance of a kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def shape_of(
     known = [(n, v) for n in names if (v := values_of(problem, n)) is not None and np.ptp(v) > 0]
     if not known:
         return None
-    scaled = np.stack([_scaled(v, v) for _, v in known], axis=1)
+    scaled = np.stack([_scale_to(v, v) for _, v in known], axis=1)
     cyclic = tuple(is_angle(problem, n) for n, _ in known)
     turned = np.where(cyclic, np.stack([v for _, v in known], axis=1), scaled)
     modulator = modulators(problem).get(direction, np.ones(problem.m))
@@ -107,7 +107,7 @@ def shape_of(
     return _on_grid(best[0], best[1], turned, known, cyclic, direction, pair, size)
 
 
-def _scaled(v: Array, over: Array) -> Array:
+def _scale_to(v: Array, over: Array) -> Array:
     return np.asarray((v - over.min()) / max(float(np.ptp(over)), NOTHING))
 
 
@@ -124,7 +124,7 @@ def _part(z: Array, which: tuple[int, ...], cyclic: tuple[bool, ...], length: fl
     places = np.stack([m.ravel() for m in mesh], axis=1)
     value, vector = np.linalg.eigh(_kernel(places, places, length, cyclic))
     kept = np.argsort(-value)[: MOST * len(which)]
-    kept = kept[value[kept] > KEPT * value.max()]
+    kept = kept[value[kept] > LEAST_VARIANCE * value.max()]
     return Part(which, places, vector[:, kept] / np.sqrt(value[kept]), length, cyclic)
 
 
@@ -154,7 +154,7 @@ def _on_grid(
     mesh = np.meshgrid(*axes, indexing="ij")
     at = np.tile(np.median(z, axis=0), (mesh[0].size, 1))
     for i in range(drawn):
-        at[:, i] = mesh[i].ravel() if cyclic[i] else _scaled(mesh[i].ravel(), known[i][1])
+        at[:, i] = mesh[i].ravel() if cyclic[i] else _scale_to(mesh[i].ravel(), known[i][1])
     functions = np.concatenate([p.functions(at) for p in parts], axis=1) * size
     functions = functions - functions.mean(axis=0)
     value = functions @ fit.mean

@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.account import account
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
 from vcmm.learn.diagnosis.delivered import left_over
-from vcmm.learn.diagnosis.judged import beside_field, judged
+from vcmm.learn.diagnosis.judged import beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.locate import each_shape, generic_families
 from vcmm.learn.diagnosis.machine_match import check_belonging, wild
@@ -20,20 +20,20 @@ from vcmm.learn.diagnosis.mistakes import tables_of
 from vcmm.learn.diagnosis.noise import Audit, audit
 from vcmm.learn.diagnosis.order import in_order
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.qualify import qualified
+from vcmm.learn.diagnosis.qualify import qualify
 from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.diagnosis.sanity import Checked, checked
-from vcmm.learn.diagnosis.screening import screened, screened_shapes
-from vcmm.learn.diagnosis.search import Chosen, Stage, search, staged
+from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
+from vcmm.learn.diagnosis.screening import screen_families, screened_shapes
+from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search
 from vcmm.learn.diagnosis.select import Selection
-from vcmm.learn.diagnosis.thinning import LARGEST, SCREENED, thinned
+from vcmm.learn.diagnosis.thinning import LARGEST, MOST_SCREENED, thin_problem
 from vcmm.learn.diagnosis.written_fit import with_written_fit
-from vcmm.task.response.indexing import told
+from vcmm.task.response.indexing import index_text
 from vcmm.task.response.recording import Recording
 
 NULLS = 2000
 USUAL_STEPS = 4  # after which half is done
-COMPARED = "compare the machine as it is written with all rows"
+STEP_COMPARE = "compare the machine as it is written with all rows"
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -54,19 +54,19 @@ def diagnose_recording(
     """
     tell = _steps(progress)
     tell("checking and predicting the recording")
-    fit = checked(recording, machine)
+    fit = check_recording(recording, machine)
     problem, warnings = _usable(fit, machine)
-    searched = thinned(problem, LARGEST)
+    searched = thin_problem(problem, LARGEST)
     tell("listing what could be missing")
-    known, generics, stage, chosen = _searched(searched, extra_effects, seed, nulls, tell)
+    known, generics, stage, chosen = _search(searched, extra_effects, seed, nulls, tell)
     tell("predicting rows held out, and weighing the names against physics without a name")
-    held = beside_field(judged(chosen, stage, seed), known, generics, seed, nulls)
+    held = beside_field(judge_terms(chosen, stage, seed), known, generics, seed, nulls)
     tell("planning the next measurement")
     found = account(held, known, searched, problem, seed)
     found = replace(found, warnings=(*warnings, *found.warnings))
-    found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
+    found = qualify(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
     attempt = Attempt.none()
-    found = attempt(COMPARED, lambda: with_written_fit(found, [recording], machine), found)
+    found = attempt(STEP_COMPARE, lambda: with_written_fit(found, [recording], machine), found)
     attempt.raise_bugs()
     found = replace(found, failed=(*found.failed, *attempt.failures))
     if progress:
@@ -86,7 +86,7 @@ def _steps(progress: Progress | None) -> Callable[[str], None]:
     return tell
 
 
-def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
+def _usable(fit: SanityCheck, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     """The problem without rows that cannot belong to it, and what to tell."""
     recording = in_order(fit.recording, machine)
     problem = make_problem(recording, machine)
@@ -94,22 +94,22 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     if out.any():
         problem = make_problem(recording.take(~out), machine)
     check_belonging(problem, problem.whitener())
-    moved = told(problem.recording)
+    moved = index_text(problem.recording)
     index = [f"readings moved by their index on the exact chain: {moved}; it stays free"] if moved else []
     return problem, (*fit.warnings, *index, *([text] if text else []))
 
 
-def _searched(
+def _search(
     problem: Problem, extra: Sequence[type[Effect]], seed: int, nulls: int, tell: Callable[[str], None]
-) -> tuple[Catalogue, tuple[Family, ...], Stage, Chosen]:
+) -> tuple[Catalogue, tuple[Family, ...], Stage, SearchResult]:
     """What was looked for, and what was found; of a long recording first in some of its rows, with the whole catalogue."""
-    screen = thinned(problem, SCREENED)
+    screen = thin_problem(problem, MOST_SCREENED)
     known, generics = catalogue(screen, extra), generic_families(screen)
     stage, chosen = _passes(screen, known, generics, None, seed, nulls, tell)
     if screen is problem:
         return known, generics, stage, chosen
     tell("comparing in all rows what explains most in some of them")
-    known = replace(known, families=screened(chosen, problem))
+    known = replace(known, families=screen_families(chosen, problem))
     generics = screened_shapes(each_shape(problem), chosen, problem, problem.whitener())
     return known, generics, *_passes(problem, known, generics, stage, seed, nulls, tell)
 
@@ -122,7 +122,7 @@ def _passes(
     seed: int,
     nulls: int,
     tell: Callable[[str], None],
-) -> tuple[Stage, Chosen]:
+) -> tuple[Stage, SearchResult]:
     """Audit the noise, select, audit again what is left; until the preparation stands.
 
     Neighbours that agree because of what is looked for are no correlation of the noise (a reversal is a square wave), so
@@ -133,7 +133,7 @@ def _passes(
     earlier: Selection | None = None
     for _ in range(PASSES):
         tell("simulating recordings with nothing concealed")
-        stage = staged(problem, known, generics, noise, seed, nulls, screen)
+        stage = build_stage(problem, known, generics, noise, seed, nulls, screen)
         tell("weighing the evidence")
         chosen = search(problem, stage, earlier)
         earlier = chosen.selection

@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.learn.diagnosis.candidates import linear_parameters
 from vcmm.learn.diagnosis.constants import SECURE
-from vcmm.learn.diagnosis.marginal import drawn
+from vcmm.learn.diagnosis.marginal import draw_term
 from vcmm.learn.diagnosis.problem import Problem, generator
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.scans import turns_round
@@ -24,7 +24,7 @@ from vcmm.learn.diagnosis.select import Selection
 
 DRAWS = 2000
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
-COVERED = ((1.0 - SECURE) / 2.0, (1.0 + SECURE) / 2.0)
+COVERAGE_ENDS = ((1.0 - SECURE) / 2.0, (1.0 + SECURE) / 2.0)
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def estimates(
     assert selection.fit is not None
     term, part = selection.terms[i], selection.span(i)
     mean, unit = selection.fit.mean[part], term.option.unit
-    draws = drawn(problem, selection, i, refiner, generator(seed, f"estimate {term.family.id}"), DRAWS)
+    draws = draw_term(problem, selection, i, refiner, generator(seed, f"estimate {term.family.id}"), DRAWS)
     values = draws.sizes * unit
     if term.option.effect is None:
         return {"rms": _rms_seen(problem, term.option.columns, mean, draws.sizes)}
@@ -143,7 +143,7 @@ def _shown_name(selection: Selection, i: int, name: str) -> str:
 
 
 def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
-    low, high = np.quantile(draws, COVERED)
+    low, high = np.quantile(draws, COVERAGE_ENDS)
     low, high = min(low, value), max(high, value)  # draws of a length lie above the length of their mean
     return Estimate(
         in_unit(float(value), unit),

@@ -23,7 +23,7 @@ from vcmm.answer.evaluation.gaussian import (
 )
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, Option, unseen_places
-from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN, VANISHED
+from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN, VANISHING_SHARE
 
 BATCH = 256
 IMPOSSIBLE = -700.0  # nats of a number that would have to be negative; exp of it is still a number
@@ -85,7 +85,7 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
         *dict.fromkeys(f.name for f in families if f.name not in names),
         *unseen_places([f for f in lost if f.name in names], kept),
     )
-    weight = _renormalised(np.array([o.log_prior for o in options]), np.array(first, dtype=np.intp))
+    weight = _renormalise(np.array([o.log_prior for o in options]), np.array(first, dtype=np.intp))
     return Dictionary(
         tuple(kept),
         tuple(options),
@@ -111,16 +111,16 @@ def only(found: Dictionary, family: int) -> Dictionary:
 
 def visible(columns: Array, white: Whitener) -> Array | None:
     """White columns, or None where nothing of them survives."""
-    before = float(np.linalg.norm(white.scaled(columns)))
+    before = float(np.linalg.norm(white.scale(columns)))
     after = white.apply(columns)
     return (
         after
-        if float(np.linalg.norm(after)) > VANISHED * max(before, NOTHING) and before > UNSEEN**2
+        if float(np.linalg.norm(after)) > VANISHING_SHARE * max(before, NOTHING) and before > UNSEEN**2
         else None
     )
 
 
-def _renormalised(weight: Array, first: Ints) -> Array:
+def _renormalise(weight: Array, first: Ints) -> Array:
     if not len(first):
         return weight
     total = np.logaddexp.reduceat(weight, first)

@@ -36,26 +36,26 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.adequacy import described_shape
 from vcmm.learn.diagnosis.candidates import Option
 from vcmm.learn.diagnosis.confusion import own_arguments
-from vcmm.learn.diagnosis.constants import SUREST, UNSEEN, VANISHED, VERY_STRONG
+from vcmm.learn.diagnosis.constants import SUREST, UNSEEN, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.learn.diagnosis.kernels import (
-    Asked,
+    KernelQuestion,
     components_of,
     everywhere,
     of_components,
     of_time,
     principal_turn,
-    pulled,
+    pull_back,
     questions,
 )
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.refine import MOMENTS, scanned
+from vcmm.learn.diagnosis.refine import MOMENTS, scanned_names
 from vcmm.learn.diagnosis.result import Answer, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
 from vcmm.learn.diagnosis.shape_proposal import proposal
 from vcmm.physics.structure.geometric_change import GeometricChange
 
-TRIED = 8  # kernels that the residual follows most
+TRIAL_KERNELS = 8  # kernels that the residual follows most
 SHORT = 4  # fields that are weighed with every subset of the names
 NULLS = 200
 COUNTS = (10, 20, 40, 80)  # principal functions: the fewer, the smoother
@@ -107,7 +107,7 @@ def rival_field(
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
     price = own + VERY_STRONG + mismatch(selection)
     simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
-    tried = _tried(problem, selection, white, null)
+    tried = _trial_kernels(problem, selection, white, null)
     weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
 
     def worth(choice: tuple[_Weighing, Subset]) -> float:
@@ -126,7 +126,7 @@ def rival_field(
     refused = tuple(i for i in every if i not in kept)
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
     sigma = selection.fit.sigma if selection.fit else 1.0
-    what = w.told(problem, selection, kept, white, says)
+    what = w.describe(problem, selection, kept, white, says)
     chosen = sum(pays[i] for i in refused) - (threshold if refused else 0.0)
     return Field(w.evidence(kept) + chosen - price, what, refused, w.covariance(kept, sigma, setting))
 
@@ -135,7 +135,7 @@ def is_simple(term: Term) -> bool:
     """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
     effect = term.option.effect
     waves = term.white.shape[1] <= WAVE or (effect is not None and effect.diagnosis.size_name == "amplitude")
-    return waves and set(scanned(term.option)) <= {"period", *MOMENTS}
+    return waves and set(scanned_names(term.option)) <= {"period", *MOMENTS}
 
 
 def _columns(options: Sequence[Option], setting: Setting) -> Array:
@@ -149,7 +149,7 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
         return columns
     x = white.apply(simple)
     length = np.linalg.norm(x, axis=0)
-    seen = length > VANISHED * np.linalg.norm(white.scaled(simple), axis=0)
+    seen = length > VANISHING_SHARE * np.linalg.norm(white.scale(simple), axis=0)
     x, simple = x[:, seen] / length[seen], simple[:, seen] / length[seen]
     return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=UNSEEN)[0])
 
@@ -183,7 +183,7 @@ class _Weighing:
     counts, sizes: numbers of functions and prior widths that share its evidence; prior: ln, of a shape.
     """
 
-    asked: Asked | tuple[Dictionary, int]  # kernels, or a family of shapes
+    asked: KernelQuestion | tuple[Dictionary, int]  # kernels, or a family of shapes
     functions: Array
     seen: Array  # what the functions are of the observation (m, k), mm or rad
     y: Array
@@ -197,13 +197,13 @@ class _Weighing:
     prior: float = 0.0
 
     @staticmethod
-    def of(asked: Asked, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
+    def of(asked: KernelQuestion, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
         """None where nothing of the field is seen. simple (m, p): what simple names do to the observation."""
         bumps = np.concatenate([k.bumps * k.factor[:, None] for k in asked.kernels], axis=1)
         free = orthogonal(bumps, simple, white)
         x = white.apply(free)
         turn = principal_turn(x, COUNTS[-1])
-        if turn is None or np.linalg.norm(x) <= VANISHED * np.linalg.norm(white.scaled(bumps)):
+        if turn is None or np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(bumps)):
             return None
         seen = free @ turn
         return _Weighing.beside(selection, asked, white.apply(seen), seen, white.dof)
@@ -218,7 +218,7 @@ class _Weighing:
     @staticmethod
     def beside(
         selection: Selection,
-        asked: Asked | tuple[Dictionary, int],
+        asked: KernelQuestion | tuple[Dictionary, int],
         functions: Array,
         seen: Array,
         dof: int,
@@ -258,11 +258,11 @@ class _Weighing:
             out.append((nats, count, width))
         return out
 
-    def told(
+    def describe(
         self, problem: Problem, selection: Selection, kept: Subset, white: Whitener, says: str
     ) -> Unknown:
         """In words."""
-        if isinstance(self.asked, Asked):
+        if isinstance(self.asked, KernelQuestion):
             return proposal(self.asked.clearest, problem, self.rms(white), says)
         generic, family = self.asked
         others = [selection.terms[i].white for i in kept]
@@ -279,20 +279,22 @@ class _Weighing:
         return float(np.sqrt(np.mean((signal / white.weight) ** 2)))
 
 
-def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[Asked]:
+def _trial_kernels(
+    problem: Problem, selection: Selection, white: Whitener, null: Array
+) -> list[KernelQuestion]:
     """What the residual follows most clearly, nothing named or all names but one; and every smooth course of time, in which a
     finer bump that follows the scatter too stands before them by its score and not by its evidence.
     """
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
-    found: list[Asked] = []
+    found: list[KernelQuestion] = []
     curves = _curves(selection)
     for terms in given:
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
-        rows = pulled(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
+        rows = pull_back(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
         over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
         groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
-        found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
+        found += heapq.nlargest(TRIAL_KERNELS, questions(groups, rows), key=lambda a: float(a.z[0]))
         found += [] if terms else questions(of_time(problem), rows)
     return found
 
@@ -320,7 +322,7 @@ def kept_terms(selection: Selection, field: Field) -> list[Term]:
     return [t for i, t in enumerate(selection.terms) if i not in field.refused]
 
 
-def weighed(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...]:
+def weigh_against_field(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...]:
     """The answers, in the order of the terms, with the probability that the field leaves them."""
     if field is None or not field.refused:
         return tuple(answers)

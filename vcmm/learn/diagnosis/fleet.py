@@ -22,8 +22,8 @@ from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.result import diagnosis_json
 from vcmm.learn.diagnosis.trend import ALWAYS, STEADY, Trend, presence, trend
 
-KEPT = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
-NOT_JUDGED = Trend("")
+COMMON_KEYS = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
+NO_TREND = Trend("")
 Record = dict[str, Any]
 
 
@@ -54,7 +54,7 @@ class Change:
     after: tuple[float, float] | None
     found: int
     of: int
-    went: Trend = NOT_JUDGED
+    went: Trend = NO_TREND
     there: tuple[str, int | None, int | None] = (ALWAYS, None, None)
     when: tuple[tuple[str, str], ...] = ()
 
@@ -127,7 +127,7 @@ def record_of(asked: FolderJob, file: str) -> Record:
             "problem": f"internal error ({type(error).__name__}: {error}); please report it",
             "ours": True,
         }
-    kept = {k: found[k] for k in KEPT if k in found}
+    kept = {k: found[k] for k in COMMON_KEYS if k in found}
     if kept["unknown"]:  # its curve or map is long, and stands in the document of the recording itself
         kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
     return {**known, "problem": None, "ours": False, **kept}

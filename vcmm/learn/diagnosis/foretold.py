@@ -19,7 +19,7 @@ from vcmm.task.response.recording import UNKNOWN, Recording
 WAVES = 10  # that are watched: their period is known to a hundredth then
 
 
-def with_foretold(found: Diagnosis, recording: Recording) -> Diagnosis:
+def describe_unknown(found: Diagnosis, recording: Recording) -> Diagnosis:
     """The same with the unknown of the recording told: verdict, reason, what to measure next."""
     told = [(name.removeprefix(UNKNOWN), k) for name, k in recording.known if name.startswith(UNKNOWN)]
     if not told:

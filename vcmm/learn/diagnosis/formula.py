@@ -75,7 +75,7 @@ def propose(
         if gains and sum(gains) <= 0:
             break
         chosen.append(best)
-        text = _written(chosen, longer, direction, size, problem.recording.kind)
+        text = _formula_text(chosen, longer, direction, size, problem.recording.kind)
         found = Formula(text, float(sum(gains)), term)
     return found
 
@@ -109,7 +109,7 @@ def _best(
     if not singles:
         return None
     scores = _scores(singles, setting, factor, rest, basis)
-    short = [_shortened(one, singles, scores) for one in lists]
+    short = [_shortlist(one, singles, scores) for one in lists]
     products = [_product(a, b) for p, q in itertools.combinations(short, 2) for a in p for b in q]
     everything = singles + products
     both = np.concatenate([scores, _scores(products, setting, factor, rest, basis)])
@@ -117,7 +117,7 @@ def _best(
     return everything[top] if both[top] - np.log(len(everything)) > STRONG else None
 
 
-def _shortened(own: Sequence[Atom], singles: Sequence[Atom], scores: Array) -> list[Atom]:
+def _shortlist(own: Sequence[Atom], singles: Sequence[Atom], scores: Array) -> list[Atom]:
     """Powers and harmonics, and the few best of the sines: what enters products."""
     plain = [a for a in own if a.order <= HARMONICS]
     score = {id(a): s for a, s in zip(singles, scores)}
@@ -165,7 +165,7 @@ def _product(a: Atom, b: Atom) -> Atom:
     return Atom(f"{a.covariate} and {b.covariate}", columns, texts, a.order + b.order)
 
 
-def _written(atoms: Sequence[Atom], longer: Selection, direction: str, size: float, kind: str) -> str:
+def _formula_text(atoms: Sequence[Atom], longer: Selection, direction: str, size: float, kind: str) -> str:
     """The formula with its numbers in um (urad where angles were recorded), largest first."""
     assert longer.fit is not None
     micro = 1e6 if kind == "angle" else 1e3

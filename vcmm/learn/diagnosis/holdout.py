@@ -16,7 +16,15 @@ from vcmm.answer.evaluation.gaussian import Whitener, posterior, whitener
 from vcmm.core.axes import axis_of, is_rotary
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import EXCITED, FAR, FEWEST, FORGIVEN, NOTHING, STRONG, VERY_STRONG
+from vcmm.learn.diagnosis.constants import (
+    EXCITATION_DELTA,
+    FAR,
+    FEWEST,
+    FORGIVEN,
+    NOTHING,
+    STRONG,
+    VERY_STRONG,
+)
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.select import Selection, Term
 from vcmm.physics import BY_NAME
@@ -84,7 +92,7 @@ def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Te
     columns = np.concatenate([t.option.columns for t in terms], axis=1)
     x_fit, x_test = fold.fitted.apply(columns[~fold.test]), fold.predicted.apply(columns[fold.test])
     width = np.concatenate([np.full(t.white.shape[1], t.width) for t in terms])
-    limited = _limited(x_fit, r_fit, fold.fitted.dof, width, sigma)
+    limited = _limit_outliers(x_fit, r_fit, fold.fitted.dof, width, sigma)
     fit = posterior(x_fit, limited, fold.fitted.dof, width)
     rest = r_test - x_test @ fit.mean
     after = float(rest @ rest)
@@ -96,7 +104,7 @@ def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Te
     return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
 
 
-def worsened(problem: Problem, parts: Sequence[Fold], selection: Selection) -> tuple[str, ...]:
+def worsened_folds(problem: Problem, parts: Sequence[Fold], selection: Selection) -> tuple[str, ...]:
     """The folds that the terms make worse, beyond the noise of a fold; a free curve is not asked beyond its own zone."""
     out = []
     for part in parts:
@@ -106,7 +114,7 @@ def worsened(problem: Problem, parts: Sequence[Fold], selection: Selection) -> t
     return tuple(out)
 
 
-def _limited(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
+def _limit_outliers(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
     """Residuals with outliers pulled to 3 sigma of a first fit."""
     signal = x @ posterior(x, r, dof, width).mean
     return np.asarray(signal + np.clip(r - signal, -FAR * sigma, FAR * sigma))
@@ -131,7 +139,7 @@ def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[
     failed: list[tuple[float, int]] = []
     for i in range(len(selection.terms)):
         gains = _gains(problem, parts, selection, i)
-        if len(gains) and _refused(gains):
+        if len(gains) and _is_refused(gains):
             failed.append((float(gains.min()), i))
     return [i for _, i in sorted(failed)]
 
@@ -148,16 +156,16 @@ def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int
     others = [t for t in selection.terms if t is not term]
     gains = []
     for fold in parts:
-        if _known(fold, selection, i) > EXCITED:
+        if _fitted_size(fold, selection, i) > EXCITATION_DELTA:
             with_it = judge(problem, fold, selection, selection.terms).gain
             without = judge(problem, fold, selection, others).gain
-            told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > STRONG
+            told = _held_out_size(fold, selection, i) > EXCITATION_DELTA or abs(with_it - without) > STRONG
             if told and (with_it > without or not _own_zone(term, fold)):
                 gains.append(with_it - without)
     return np.array(gains)
 
 
-def _refused(gains: Array) -> bool:
+def _is_refused(gains: Array) -> bool:
     """It loses overall, wins too seldom, or makes one kind of rows clearly worse: the log score knows the noise and how
     uncertain the term is there, so a large loss is a wrong shape. A part of what it wins elsewhere is forgiven, because
     no template is exact.
@@ -190,12 +198,12 @@ def tells(term: Term, fold: Fold) -> bool:
     return not _own_zone(term, fold)
 
 
-def _known(fold: Fold, selection: Selection, i: int) -> float:
+def _fitted_size(fold: Fold, selection: Selection, i: int) -> float:
     """Size of term i in the rows fitted, in units of the noise: is it determined there?"""
     return _size(fold.fitted, ~fold.test, selection, i)
 
 
-def _seen(fold: Fold, selection: Selection, i: int) -> float:
+def _held_out_size(fold: Fold, selection: Selection, i: int) -> float:
     """The same in the rows held out. A term that is not seen there may still be told by them: it changes what the other
     terms are, and so what they predict (a bed that stands hot while the frame warms).
     """

@@ -22,7 +22,7 @@ from vcmm.learn.diagnosis.select import Selection
 EVIDENCE = "diagnosis of a recording"
 
 
-def fitted(selection: Selection, i: int, machine: Machine) -> tuple[Effect | None, tuple[Input, ...]]:
+def fitted_effect(selection: Selection, i: int, machine: Machine) -> tuple[Effect | None, tuple[Input, ...]]:
     """Term i as an effect (a departure is added to the machine's own value) and what is known of its parameters.
 
     Where the machine has the effect with another period or time constant the departure is an effect of its own.
@@ -33,11 +33,11 @@ def fitted(selection: Selection, i: int, machine: Machine) -> tuple[Effect | Non
         return None, ()
     mean = selection.fit.mean[part] * option.unit
     covariance = selection.fit.covariance[part, part] * np.outer(option.unit, option.unit)
-    effect = apart(option.effect, machine)
+    effect = separate_effect(option.effect, machine)
     return _with_numbers(effect, mean), _inputs(effect, covariance)
 
 
-def apart(effect: Effect, machine: Machine) -> Effect:
+def separate_effect(effect: Effect, machine: Machine) -> Effect:
     """The effect as it is, or, beside the machine's own with another period, under a name of its own and from zero.
 
     A wave of period p is harmonic h of the period h p: with an unused h its Inputs can be told apart by place.
@@ -89,7 +89,7 @@ def _inputs(effect: Effect, covariance: Array) -> tuple[Input, ...]:
     return tuple(out)
 
 
-def improved(machine: Machine, found: tuple[tuple[Effect | None, tuple[Input, ...]], ...]) -> Machine:
+def improve_machine(machine: Machine, found: tuple[tuple[Effect | None, tuple[Input, ...]], ...]) -> Machine:
     """A copy of the machine with the fitted effects in place of its own of the same id, and their Inputs."""
     for effect, inputs in found:
         if effect is None:

@@ -9,10 +9,10 @@ from vcmm.answer.evaluation.sampling import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.foretold import with_foretold
+from vcmm.learn.diagnosis.foretold import describe_unknown
 from vcmm.learn.diagnosis.opposite_sign import other_way
 from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.diagnosis.very_long import few_enough, told
+from vcmm.learn.diagnosis.very_long import few_enough, thinning_notes
 from vcmm.task.response.recording import Recording
 
 
@@ -30,6 +30,11 @@ def diagnose(
     """
     recording = few_enough(recording)
     found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
-    found = with_foretold(found, recording)
-    warnings = (*recording.notes, *told(recording), *found.warnings, *other_way(recording, machine, found))
+    found = describe_unknown(found, recording)
+    warnings = (
+        *recording.notes,
+        *thinning_notes(recording),
+        *found.warnings,
+        *other_way(recording, machine, found),
+    )
     return replace(found, warnings=warnings)

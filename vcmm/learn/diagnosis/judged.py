@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.learn.diagnosis.adequacy import described, unknown_rest
+from vcmm.learn.diagnosis.adequacy import describe_shape, unknown_rest
 from vcmm.learn.diagnosis.answers import of_the_machine
 from vcmm.learn.diagnosis.candidates import Catalogue, Family
 from vcmm.learn.diagnosis.confusion import Standing, standing
@@ -20,11 +20,11 @@ from vcmm.learn.diagnosis.families import by_simplest
 from vcmm.learn.diagnosis.field import Field, is_simple, kept_terms, rival_field
 from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, wins_everywhere
 from vcmm.learn.diagnosis.mistakes import Mistake
-from vcmm.learn.diagnosis.modulated import modulated
+from vcmm.learn.diagnosis.modulated import find_modulation
 from vcmm.learn.diagnosis.neighbours import departure
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.result import Unknown
-from vcmm.learn.diagnosis.search import Chosen, Stage, search, setting_of, staged
+from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search, setting_of
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, basis_of, joint
 from vcmm.learn.diagnosis.shortfall import failing_fold, of_fold
 
@@ -32,7 +32,7 @@ FIELD = "field"  # a covariance beside those of the machine's Inputs
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Judgement:
     """Terms that hold, and what they compete with. failed: terms were held back; thought: all that the search named; tied: see
     Chosen.
     """
@@ -51,7 +51,7 @@ class Judged:
     thought: Sequence[Term] = ()
 
 
-def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> Judged:
+def judge_terms(chosen: SearchResult, stage: Stage, seed: int, in_field: bool = False) -> Judgement:
     """The terms that hold, what they are worth, and a field that may stand for them.
 
     in_field: a field stands beside the calibration already. No further shape without physics is weighed, and a fold, in which
@@ -61,7 +61,7 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
     setting = replace(setting_of(used, stage), start=selection.y)
     parts = folds(used, stage.u, stage.noise.rho)
     shapes = None if in_field else stage.generic
-    searched, selection = selection, selection if in_field else _gated(used, parts, selection, setting)
+    searched, selection = selection, selection if in_field else _gate_terms(used, parts, selection, setting)
     failed = len(selection.terms) < len(searched.terms)
     selection = of_the_machine(selection, _standings(used, parts, selection, setting, shapes), setting)
     places = _standings(used, parts, selection, setting, shapes)
@@ -71,7 +71,7 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
     firm = tuple(i for i in range(len(places)) if wins_everywhere(used, parts, selection, i))
     field = rival_field(used, selection, setting, stage.sample, shapes, firm) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)
-    return Judged(
+    return Judgement(
         used,
         stage,
         setting,
@@ -88,8 +88,8 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
 
 
 def beside_field(
-    first: Judged, known: Catalogue, generics: Sequence[Family], seed: int, nulls: int
-) -> Judged:
+    first: Judgement, known: Catalogue, generics: Sequence[Family], seed: int, nulls: int
+) -> Judgement:
     """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
     where nothing is left without a name.
     """
@@ -99,12 +99,12 @@ def beside_field(
     if field is None or not field.stands:
         return first
     beside = first.problem.with_statement(FIELD, field.columns)
-    stage = staged(beside, _simple(known), generics, first.stage.noise, seed, nulls, first.stage.screen)
+    stage = build_stage(beside, _simple(known), generics, first.stage.noise, seed, nulls, first.stage.screen)
     chosen = search(beside, stage)
-    second = judged(chosen, chosen.stage, seed, in_field=True)
-    if not second.selection.terms or _lost(first, second) or not _told_before(first, second):
+    second = judge_terms(chosen, chosen.stage, seed, in_field=True)
+    if not second.selection.terms or _loses_name(first, second) or not _told_before(first, second):
         return first
-    what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
+    what = describe_shape(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
     return replace(second, mistake=first.mistake, field=None, rest=what)
 
 
@@ -117,7 +117,7 @@ def _simple(known: Catalogue) -> Catalogue:
     return replace(known, families=tuple(kept))
 
 
-def _told_before(first: Judged, second: Judged) -> bool:
+def _told_before(first: Judgement, second: Judgement) -> bool:
     """Is most of what the second search names what the first one named, perhaps as a curve? A field takes the place of what
     a name has too much; what is new beside it is a shadow of what it leaves out, and names of more numbers than the first
     ones had are one of them in parts.
@@ -140,11 +140,11 @@ def _freedom(terms: Sequence[Term]) -> int:
     return sum(t.option.freedom for t in terms)
 
 
-def _lost(first: Judged, second: Judged) -> bool:
+def _loses_name(first: Judgement, second: Judgement) -> bool:
     """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
-    kept = _found(second)
+    kept = _probable_ids(second)
     own = first.selection
-    gone = [i for i, t in enumerate(own.terms) if t.family.id in _found(first) - kept]
+    gone = [i for i, t in enumerate(own.terms) if t.family.id in _probable_ids(first) - kept]
     return any(
         wins_everywhere(first.problem, first.parts, own, i)
         for i in gone
@@ -152,14 +152,14 @@ def _lost(first: Judged, second: Judged) -> bool:
     )
 
 
-def _found(one: Judged) -> set[str]:
+def _probable_ids(one: Judgement) -> set[str]:
     """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
     refused = one.field.refused if one.field is not None and one.field.stands else ()
     pairs = enumerate(zip(one.selection.terms, one.places))
     return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
 
 
-def _gated(problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting) -> Selection:
+def _gate_terms(problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting) -> Selection:
     """The terms that predict rows held out: the one that fails worst is refused, the others are refitted and asked again."""
     while failed := gate(problem, parts, selection):
         selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
@@ -196,12 +196,14 @@ def _rest(
     that is surer than shapes are in null recordings, else a fold that falls short of what the names promise.
     """
     if field is not None and field.wins:
-        return described(field.unknown, problem, setting, joint(kept_terms(selection, field), setting), parts)
+        return describe_shape(
+            field.unknown, problem, setting, joint(kept_terms(selection, field), setting), parts
+        )
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
-    rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
+    rest = rest or find_modulation(problem, selection, stage.white, stage.generic_threshold)
     rest = rest or departure(problem, selection, stage.white, stage.sample)
     if rest is None and field is not None and field.lead > stage.generic_threshold:
         rest = field.unknown
-    rest = described(rest, problem, setting, selection, parts)
+    rest = describe_shape(rest, problem, setting, selection, parts)
     short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
     return of_fold(short) if short and rest is None else rest

@@ -20,7 +20,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener, without_span
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.closeness import nearness, of_component
-from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN, VANISHED
+from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN, VANISHING_SHARE
 from vcmm.learn.diagnosis.courses import stretching, wandering
 from vcmm.learn.diagnosis.locate import modulators
 from vcmm.learn.diagnosis.problem import Problem
@@ -42,7 +42,7 @@ class Kernel:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class KernelQuestion:
     """One question: kernels that are added, the clearest of them, t and z of the residual and of every null (1 + M,)."""
 
     kernels: tuple[Kernel, ...]
@@ -52,7 +52,7 @@ class Asked:
 
 
 @dataclass(frozen=True, eq=False)
-class Pulled:
+class PulledResiduals:
     """Residual and nulls (m, 1 + M), white, outside `basis` and of length 1, pulled back to the observations up to a common
     factor; residual (m,): white, of length 1.
     """
@@ -61,30 +61,30 @@ class Pulled:
     basis: Array
     residual: Array
     rows: Array
-    _turned: dict[str, Array] = field(default_factory=dict)
+    _cache: dict[str, Array] = field(default_factory=dict)
 
     def times(self, kernel: Kernel) -> Array:
         """The rows times the kernel's factor; once per direction."""
         if kernel.component or kernel.what:
             return self.rows
-        if kernel.direction not in self._turned:
-            self._turned[kernel.direction] = self.rows * kernel.factor[:, None].astype(np.float32)
-        return self._turned[kernel.direction]
+        if kernel.direction not in self._cache:
+            self._cache[kernel.direction] = self.rows * kernel.factor[:, None].astype(np.float32)
+        return self._cache[kernel.direction]
 
     def columns(self, kernels: Sequence[Kernel]) -> Array:
         """White columns (m, k) of kernels, outside the basis; (m, 0) where nothing of them is seen."""
         columns = np.concatenate([k.bumps * k.factor[:, None] for k in kernels], axis=1)
         x = without_span(self.white.apply(columns), self.basis)
         before = float(np.linalg.norm((self.white.weight * columns.T).T))
-        return x if float(np.linalg.norm(x)) > VANISHED * before else x[:, :0]
+        return x if float(np.linalg.norm(x)) > VANISHING_SHARE * before else x[:, :0]
 
 
-def pulled(white: Whitener, basis: Array, rows: Array) -> Pulled:
+def pull_back(white: Whitener, basis: Array, rows: Array) -> PulledResiduals:
     """rows (m, 1 + M): white residual and nulls."""
     rows = without_span(rows, basis)
     rows = rows / np.maximum(np.linalg.norm(rows, axis=0), NOTHING)
     back = white.adjoint(rows)
-    return Pulled(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
+    return PulledResiduals(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
 
 
 def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[Kernel]]:
@@ -111,26 +111,26 @@ def of_time(problem: Problem) -> Iterator[list[Kernel]]:
         yield [Kernel(course.names, "normal", course.columns, alone, what=course.what)]
 
 
-def questions(groups: Iterable[list[Kernel]], rows: Pulled) -> Iterator[Asked]:
+def questions(groups: Iterable[list[Kernel]], rows: PulledResiduals) -> Iterator[KernelQuestion]:
     """Every kernel by itself, and those of x, y and z together: a swirl turns."""
     return itertools.chain.from_iterable(_of_group(group, rows) for group in groups)
 
 
-def _of_group(group: list[Kernel], rows: Pulled) -> Iterator[Asked]:
+def _of_group(group: list[Kernel], rows: PulledResiduals) -> Iterator[KernelQuestion]:
     bumps = group[0].bumps.T.astype(np.float32)
     alone = []
     for k in group:
         t = ((bumps @ rows.times(k)) ** 2).sum(axis=0).astype(float)
-        alone.append(Asked((k,), k, t, departed(t)))
+        alone.append(KernelQuestion((k,), k, t, normal_scores(t)))
     yield from alone
     turned = [a for a in alone if a.clearest.direction in tuple("xyz")]
     if len(turned) > 1:
         total = np.sum([a.t for a in turned], axis=0)
         clearest = max(turned, key=lambda a: float(a.z[0])).clearest
-        yield Asked(tuple(a.clearest for a in turned), clearest, total, departed(total))
+        yield KernelQuestion(tuple(a.clearest for a in turned), clearest, total, normal_scores(total))
 
 
-def departed(t: Array, forgiven: float = 0.0) -> Array:
+def normal_scores(t: Array, forgiven: float = 0.0) -> Array:
     """z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, is what errors of templates may bring."""
     own = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
     logs = np.log(np.maximum(np.r_[own, t[1:]], NOTHING))

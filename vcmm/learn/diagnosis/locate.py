@@ -27,7 +27,7 @@ ZONE_WIDTHS = (0.12, 0.25)  # of the range
 ZONE_ROWS = 8.0  # that a zone must hold
 LEVELS = 20
 SKIP = ("raw_", "travel_", "tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
-SHOWN = 6
+MOST_SHOWN = 6
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
         zones = zone_bumps(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))
         if zones:
             out[f"{a} and {b} (zone)"] = zones
-    for a, (name, values) in itertools.product(axes, _shared(problem)):
+    for a, (name, values) in itertools.product(axes, _shared_conditions(problem)):
         out[f"{a} and {name}"] = [surface(problem.of_rows(run.position[a]), values)]
     for a, angle in itertools.product(axes, [c for c in run.columns if c.endswith("angle_rad")]):
         out[f"{a} and {short(angle)}"] = [
@@ -110,7 +110,7 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
     return {name: [g for g in groups if g.shape[1]] for name, groups in out.items() if groups}
 
 
-def _shared(problem: Problem) -> list[tuple[str, Array]]:
+def _shared_conditions(problem: Problem) -> list[tuple[str, Array]]:
     """Conditions whose product with a place is looked at: the speed on the way, whatever its direction."""
     speed = path_speed(problem.run)
     return [] if speed is None or np.ptp(speed) <= UNSEEN else [("speed", problem.of_rows(speed))]
@@ -203,7 +203,7 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
     for i in np.argsort(-scores, kind="stable"):
         family = generic.found.families[i]
         p = (1 + int(np.sum(chance >= scores[i]))) / (1 + len(chance))
-        if p > 1.0 - SECURE or len(out) == SHOWN:
+        if p > 1.0 - SECURE or len(out) == MOST_SHOWN:
             break
         if family.name not in seen:
             seen.add(family.name)

@@ -24,8 +24,13 @@ from vcmm.task.response.recording import Recording
 
 LOG = "log_mistake"  # the name of an answer
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
-ALIKE = ("temp_", "speed_", "accel_", "sense_")  # beginnings of columns that are taken for one another
-Corrected = Callable[[Run], Run]
+COLUMN_PREFIXES = (
+    "temp_",
+    "speed_",
+    "accel_",
+    "sense_",
+)  # beginnings of columns that are taken for one another
+RunCorrection = Callable[[Run], Run]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +66,7 @@ def of_machine(machine: object) -> Callable[[Recording], Array]:
     return lambda recording: Observer(recording, machine).baseline()  # type: ignore[arg-type]
 
 
-def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, Corrected]]]]:
+def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
     names = sorted(n for n, v in run.columns.items() if np.ptp(v) > 0)
     axes = sorted(a for a, q in run.position.items() if np.ptp(q) > 0)
     alike = [[n for n in names if n.startswith(start) and _ending(n) == end] for start, end in _groups(names)]
@@ -74,7 +79,7 @@ def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, Corrected]]]]:
     yield (
         SIGN,
         [
-            *((a, _mirrored(a)) for a in axes),
+            *((a, _mirror(a)) for a in axes),
             *((n, _times(n, -1.0, 0.0)) for n in names if n.startswith(("speed_", "accel_"))),
         ],
     )
@@ -109,7 +114,7 @@ def _units_taken() -> dict[str, tuple[tuple[float, float], ...]]:
 
 
 def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
-    found = [(start, _ending(n)) for start in ALIKE for n in names if n.startswith(start)]
+    found = [(start, _ending(n)) for start in COLUMN_PREFIXES for n in names if n.startswith(start)]
     return list(dict.fromkeys(found))
 
 
@@ -118,7 +123,7 @@ def _ending(name: str) -> str:
     return "_".join(name.split("_")[2:])
 
 
-def _columns(a: str, b: str) -> Corrected:
+def _columns(a: str, b: str) -> RunCorrection:
     def corrected(run: Run) -> Run:
         one, other = sensor_of(a), sensor_of(b)
         series = dict(run.series)
@@ -131,15 +136,15 @@ def _columns(a: str, b: str) -> Corrected:
     return corrected
 
 
-def _axes(a: str, b: str) -> Corrected:
+def _axes(a: str, b: str) -> RunCorrection:
     return lambda run: replace(run, position={**run.position, a: run.position[b], b: run.position[a]})
 
 
-def _mirrored(axis: str) -> Corrected:
+def _mirror(axis: str) -> RunCorrection:
     return lambda run: replace(run, position={**run.position, axis: -run.position[axis]})
 
 
-def _times(name: str, factor: float, zero: float) -> Corrected:
+def _times(name: str, factor: float, zero: float) -> RunCorrection:
     def corrected(run: Run) -> Run:
         series = dict(run.series)
         sensor = sensor_of(name)
@@ -151,5 +156,5 @@ def _times(name: str, factor: float, zero: float) -> Corrected:
     return corrected
 
 
-def _all_times(names: Sequence[str]) -> Corrected:
+def _all_times(names: Sequence[str]) -> RunCorrection:
     return lambda run: run.with_columns({n: -run.columns[n] for n in names})

@@ -22,10 +22,10 @@ from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
 from vcmm.files.foreign.isg_writer import isg_text, with_values
 from vcmm.files.toml_edits import editable, move_names
-from vcmm.learn.diagnosis.accepted import notes, written
+from vcmm.learn.diagnosis.accepted import answers_to_write, notes
 from vcmm.learn.diagnosis.improve import departure
 from vcmm.learn.diagnosis.mistakes import Mistake
-from vcmm.learn.diagnosis.repair import repaired, repaired_effects
+from vcmm.learn.diagnosis.repair import repair_machine, repaired_effects
 from vcmm.learn.diagnosis.result import Answer
 
 TABLE = "errors_corrected.csv"
@@ -44,7 +44,7 @@ def improved_machine(
     text = str(document.as_string())
     known = {i.id for i in machine.inputs}
     blocks = [f"# {note}\n" for note in notes(answers)]
-    for answer in written(answers):
+    for answer in answers_to_write(answers):
         assert answer.fitted is not None
         said = f"found in {source}, probability {answer.probability:.3f}"
         remark = answer.fitted.diagnosis.file_note(answer.fitted)
@@ -86,7 +86,7 @@ def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
     Effects of one name and place are added when the file is read, so each holds the difference.
     """
     try:
-        new = repaired(machine, mistake).effects
+        new = repair_machine(machine, mistake).effects
     except (UsageError, KeyError):
         return ""
     changed = [(one, two) for one, two in zip(machine.effects, new) if two is not one]

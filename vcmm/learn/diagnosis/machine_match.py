@@ -26,11 +26,11 @@ FAR_LENGTH, FAR_ANGLE = (
 TIMES = 100.0  # times the stated noise
 WILD = 100.0  # times the scatter of the others, and the stated noise
 FEW = 0.05  # share of the rows up to which they are single rows
-REWEIGHTED = 15
-EXPLAINED = 0.97  # share of the energy
+REWEIGHTING_ROUNDS = 15
+ENERGY_SHARE = 0.97  # share of the energy
 UNITS = {25.4: "inches for mm", 1e3: "metres for mm", 1e-3: "um for mm", 1 / 25.4: "mm for inches"}
 NOISE = 30.0  # times (or parts of) the stated noise at which units are suspected
-LINKED = 0.98  # correlation of recording and prediction
+LINK_CORRELATION = 0.98  # correlation of recording and prediction
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _robust_rest(problem: Problem) -> Array:
     if not columns.shape[1]:
         return rest
     weight = np.ones(problem.m)
-    for _ in range(REWEIGHTED):
+    for _ in range(REWEIGHTING_ROUNDS):
         root = np.sqrt(weight)
         fit = np.linalg.lstsq(columns * root[:, None], problem.residual * root, rcond=1e-10)[0]
         rest = problem.residual - columns @ fit
@@ -117,7 +117,7 @@ def _of_prediction(problem: Problem) -> list[Suspicion]:
     predicted = problem.observer.baseline()
     predicted = predicted - predicted.mean()
     size = float(np.linalg.norm(value) * np.linalg.norm(predicted))
-    if size <= 0 or abs(float(value @ predicted)) < LINKED * size:
+    if size <= 0 or abs(float(value @ predicted)) < LINK_CORRELATION * size:
         return []
     factor = float(value @ predicted) / float(predicted @ predicted)
     share = (float(value @ predicted) / size) ** 2
@@ -131,7 +131,7 @@ def _of_alignment(problem: Problem) -> list[Suspicion]:
     n, p = problem.recording.direction, _tip(problem)
     columns = np.concatenate([n, np.cross(p - p.mean(axis=0), n)], axis=1)
     share, fit = _share(problem.residual, columns)
-    if share < EXPLAINED:
+    if share < ENERGY_SHARE:
         return []
     turn = float(np.linalg.norm(fit[3:]))
     text = f"an alignment (shift {np.linalg.norm(fit[:3]):.3g} mm, turn {np.degrees(turn):.2g} deg): add rigid to [nuisance]"
@@ -150,7 +150,7 @@ def _of_axes(problem: Problem) -> list[Suspicion]:
     across = p - p.mean(axis=0)
     columns = np.concatenate([np.einsum("mi,mj->mij", n, across).reshape(len(n), 9), n], axis=1)
     share, fit = _share(problem.residual, columns)
-    if share < EXPLAINED:
+    if share < ENERGY_SHARE:
         return []
     found = np.eye(3) + problem.recording.sign * fit[:9].reshape(3, 3)
     words = _in_words(found)

@@ -23,30 +23,30 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
 from vcmm.learn.diagnosis.constants import NOTHING, VERY_STRONG
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, moved, reach, scanned
+from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, reach, scanned_names, shift_value
 from vcmm.learn.diagnosis.select import Selection, basis_of
 
 WIDEST = 4.0  # times the range of the search
 STEPS = {1: 40, 2: 12, 3: 8}  # to find where the evidence has fallen
 NODES = {1: 41, 2: 21, 3: 7}  # values per scanned parameter
 MOST_GAPS = 60  # between rows, on either side of a moment
-Fallen = Callable[[float], bool]
+HasFallen = Callable[[float], bool]
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class TermDraws:
     """sizes (D, k) in units of the option; values: scanned name -> (D,), canonical units."""
 
     sizes: Array
     values: dict[str, Array]
 
 
-def drawn(
+def draw_term(
     problem: Problem, selection: Selection, i: int, refiner: Refiner, rng: np.random.Generator, count: int
-) -> Drawn:
+) -> TermDraws:
     """Draws of term i."""
     term = selection.terms[i]
-    names = scanned(term.option)
+    names = scanned_names(term.option)
     others = [t for j, t in enumerate(selection.terms) if j != i]
     basis = basis_of(others, problem.m)
     given = _FittedTo(refiner, term.width, without_span(selection.y, basis), basis)
@@ -70,7 +70,7 @@ def drawn(
     normal = np.stack([_normal(fits[w], selection.factor, rng) for w in which])
     means = np.stack([fits[w].mean for w in which])
     values = {n: np.array([_between(boxes[w][a], n, rng) for w in which]) for a, n in enumerate(names)}
-    return Drawn(means + normal * heavy, values)
+    return TermDraws(means + normal * heavy, values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ def _cells(
     centre = float(getattr(option.effect, name))
     top = given.fit(option).log_evidence
 
-    others = [n for n in scanned(option) if n != name]
+    others = [n for n in scanned_names(option) if n != name]
 
     def fallen(value: float) -> bool:
         trial = at_value(option, name, value, problem)
@@ -123,26 +123,26 @@ def _cells(
     if name in MOMENTS and "time_s" in problem.run.columns:
         return _gaps(problem.run.columns["time_s"], centre, fallen)
     span = reach(option.effect, name, problem)
-    count = min(len(scanned(option)), max(NODES))
+    count = min(len(scanned_names(option)), max(NODES))
     steps = span * np.geomspace(0.002 if count == 1 else 0.02, WIDEST, STEPS[count])
     end = _last_beside if name == "period" else _fallen_at
     low, high = (end(centre, sign * steps, name, fallen) for sign in (-1.0, 1.0))
-    edges = [moved(centre, s, name) for s in np.linspace(low, high, NODES[count] + 1)]
+    edges = [shift_value(centre, s, name) for s in np.linspace(low, high, NODES[count] + 1)]
     return list(itertools.pairwise(edges))
 
 
-def _fallen_at(centre: float, steps: Array, name: str, fallen: Fallen) -> float:
+def _fallen_at(centre: float, steps: Array, name: str, fallen: HasFallen) -> float:
     """The first step of `moved` at which the evidence has fallen, the last where it does not."""
-    return next((float(s) for s in steps if fallen(moved(centre, s, name))), float(steps[-1]))
+    return next((float(s) for s in steps if fallen(shift_value(centre, s, name))), float(steps[-1]))
 
 
-def _last_beside(centre: float, steps: Array, name: str, fallen: Fallen) -> float:
+def _last_beside(centre: float, steps: Array, name: str, fallen: HasFallen) -> float:
     """The step after the last at which the evidence has not fallen: side lobes stand beyond a valley."""
-    high = [i for i, s in enumerate(steps) if not fallen(moved(centre, s, name))]
+    high = [i for i, s in enumerate(steps) if not fallen(shift_value(centre, s, name))]
     return float(steps[min(max(high, default=-1) + 1, len(steps) - 1)])
 
 
-def _gaps(time: Array, centre: float, fallen: Fallen) -> list[tuple[float, float]]:
+def _gaps(time: Array, centre: float, fallen: HasFallen) -> list[tuple[float, float]]:
     """The gaps between rows about a moment at which the evidence has not fallen, and the gap of the moment itself."""
     times = np.unique(time)
     at = int(np.clip(np.searchsorted(times, centre), 1, len(times) - 1))

@@ -16,10 +16,10 @@ from vcmm.answer.evaluation.gaussian import Whitener, without_span
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHED, VERY_STRONG
+from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.log_mistakes import LOG, log_hypotheses, of_machine
-from vcmm.learn.diagnosis.null import clipped, robust_scale
+from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.physics.structure.abbe import AbbeCountedTwice
 from vcmm.physics.structure.component import ComponentTable
@@ -35,7 +35,7 @@ TAKEN_FOR = (
 )  # mm for um, ppm for um in 100 mm, inches, arcsec for urad, deg
 UNIT_FACTORS = (*TAKEN_FOR, *(1.0 / k for k in TAKEN_FOR))
 MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
-HELD = (ComponentTable, Squareness)  # effects whose numbers a table file holds
+TABLE_ROLES = (ComponentTable, Squareness)  # effects whose numbers a table file holds
 TINY = 1e-7  # mm or rad: a table this small says nothing
 
 
@@ -68,7 +68,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     if not candidates:
         return None
     departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
-    seen = np.linalg.norm(departures, axis=0) > VANISHED
+    seen = np.linalg.norm(departures, axis=0) > VANISHING_SHARE
     left = raw[:, None] - departures
     bound = limit * min(float(robust_scale(raw)), float(robust_scale(left).min()))
     total = float(np.minimum(raw**2, bound**2).sum())
@@ -86,7 +86,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
         )
     )
     # the nats of all against nothing, outliers pulled in about the mistake as they are about fitted terms
-    own = clipped(left[:, best], white, limit)
+    own = clip_residuals(left[:, best], white, limit)
     with_it = departures[:, best] + own
     nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (own @ own)))
     score = nats + float(prior[best] - np.logaddexp.reduce(prior))
@@ -103,7 +103,7 @@ def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> b
     """
     d = without_span(departure, orthonormal(chosen))
     size = float(np.linalg.norm(d))
-    if size <= VANISHED:
+    if size <= VANISHING_SHARE:
         return True
     c = float(d @ rest) / size**2
     return abs(c) <= max(FAR * sigma / size, MISMATCH)
@@ -116,8 +116,8 @@ def _name(mistake: Mistake) -> tuple[str, str]:
 def hypotheses(problem: Problem) -> Iterator[Mistake]:
     """All mistakes of all tables (and of all together)."""
     tables = tables_of(problem)
-    nothing = _observed(problem, ())
-    own = {name: _observed(problem, (effect,)) - nothing for name, effect in tables.items()}
+    nothing = _baseline_of(problem, ())
+    own = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
     own = {name: e for name, e in own.items() if np.abs(e).max(initial=0.0) > TINY}
     if len(own) > 1:
         own["all"] = np.sum(list(own.values()), axis=0)
@@ -141,7 +141,7 @@ def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
             continue
         try:
             effect = AbbeCountedTwice.from_tables(letter, problem.machine.effects, axis.measured_at)
-            e = _observed(problem, (effect,)) - nothing
+            e = _baseline_of(problem, (effect,)) - nothing
         except (UsageError, ModelLimit):
             continue  # no rotation tables, or a position outside them
         if np.abs(e).max(initial=0.0) > TINY:
@@ -153,12 +153,12 @@ def tables_of(problem: Problem) -> dict[str, Effect]:
     """Component tables and squareness errors of the machine by component name."""
     out: dict[str, Effect] = {}
     for effect in problem.machine.effects:
-        if isinstance(effect, HELD):
+        if isinstance(effect, TABLE_ROLES):
             out[effect.where] = effect
     return out
 
 
-def _observed(problem: Problem, effects: tuple[Effect, ...]) -> Array:
+def _baseline_of(problem: Problem, effects: tuple[Effect, ...]) -> Array:
     return baseline(problem.recording, replace(problem.machine, effects=effects, inputs=()))
 
 
@@ -171,7 +171,7 @@ def _swaps(
     for a, table in single.items():
         for b, source in single.items():
             if a != b and (a[1] in "XYZ") == (b[1] in "XYZ"):
-                moved[a, b] = _observed(problem, (_holding(table, source),)) - nothing
+                moved[a, b] = _baseline_of(problem, (_holding(table, source),)) - nothing
     zero = np.zeros(problem.m)
     share = -float(np.log(max(2 * len(single), 1)))
     for (a, b), instead in moved.items():

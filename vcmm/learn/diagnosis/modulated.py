@@ -55,7 +55,9 @@ def knows(term: Term, condition: str) -> bool:
     return condition in needed or (clock and any(n == "time" or n.startswith("temp_") for n in needed))
 
 
-def modulated(problem: Problem, selection: Selection, white: Whitener, threshold: float) -> Unknown | None:
+def find_modulation(
+    problem: Problem, selection: Selection, white: Whitener, threshold: float
+) -> Unknown | None:
     """The term and condition of highest evidence, where it exceeds the threshold of shapes without a name."""
     varied = conditions(problem)
     tried = [(i, name) for i, term in enumerate(selection.terms) for name in varied if not knows(term, name)]

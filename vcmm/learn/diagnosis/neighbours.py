@@ -20,15 +20,15 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, NOTHING
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.kernels import (
-    Asked,
     Kernel,
-    Pulled,
+    KernelQuestion,
+    PulledResiduals,
     components_of,
-    departed,
     everywhere,
+    normal_scores,
     of_components,
     principal,
-    pulled,
+    pull_back,
     questions,
     reach,
 )
@@ -42,7 +42,7 @@ NOTHING_NAMED = (
     FALSE_ALARM / 3
 )  # a null recording has paid 1 % to the catalogue and 1 % to the shapes already
 BEYOND = 10  # null recordings beyond the threshold, where there are so many
-KEPT = 20  # of the clearest questions: where templates explain them all, there is none to ask
+MOST_QUESTIONS = 20  # of the clearest questions: where templates explain them all, there is none to ask
 FUNCTIONS = 20  # in which the size of a departure is estimated
 
 
@@ -50,7 +50,7 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
     """The clearest departure from white, None where chance explains it. null (m, M): prepared null recordings, white."""
     basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in selection.terms)], axis=1))
     alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
-    rows = pulled(white, basis, np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]))
+    rows = pull_back(white, basis, np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]))
     forgiven = (
         2.0
         * mismatch(selection)
@@ -59,7 +59,7 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
     )
     found = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
     found = found or _clearest(everywhere(problem), rows, forgiven, alarm)
-    return None if found is None else _measured(found[0], problem, found[1], selection, white)
+    return None if found is None else _measure_departure(found[0], problem, found[1], selection, white)
 
 
 def _variance(selection: Selection) -> float:
@@ -68,34 +68,36 @@ def _variance(selection: Selection) -> float:
 
 
 def _clearest(
-    groups: Iterable[list[Kernel]], rows: Pulled, forgiven: float, alarm: float
+    groups: Iterable[list[Kernel]], rows: PulledResiduals, forgiven: float, alarm: float
 ) -> tuple[Kernel, Array] | None:
     """The kernel of the largest departure and its white columns, where it exceeds what a share `alarm` of the null
     recordings reaches.
     """
     largest = np.full(rows.rows.shape[1] - 1, -np.inf)
-    clearest = heapq.nlargest(KEPT, _noted(questions(groups, rows), largest), key=lambda a: float(a.z[0]))
+    clearest = heapq.nlargest(
+        MOST_QUESTIONS, _track_largest(questions(groups, rows), largest), key=lambda a: float(a.z[0])
+    )
     limit = upper_quantile(largest, alarm)
     for asked in (a for a in clearest if a.z[0] > limit):
         x = rows.columns(asked.kernels)
-        if x.shape[1] and departed(asked.t, _of_templates(x, rows, forgiven))[0] > limit:
+        if x.shape[1] and normal_scores(asked.t, _of_templates(x, rows, forgiven))[0] > limit:
             return asked.clearest, rows.columns([asked.clearest])
     return None
 
 
-def _noted(asked: Iterable[Asked], largest: Array) -> Iterator[Asked]:
+def _track_largest(asked: Iterable[KernelQuestion], largest: Array) -> Iterator[KernelQuestion]:
     """The same, while `largest` (M,) takes the largest z of every null recording."""
     for one in asked:
         np.maximum(largest, one.z[1:], out=largest)
         yield one
 
 
-def _of_templates(x: Array, rows: Pulled, forgiven: float) -> float:
+def _of_templates(x: Array, rows: PulledResiduals, forgiven: float) -> float:
     """Share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
     return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), NOTHING)
 
 
-def _measured(
+def _measure_departure(
     kernel: Kernel, problem: Problem, columns: Array, selection: Selection, white: Whitener
 ) -> Unknown:
     """The departure with its size, from the principal functions of the kernel."""

@@ -31,8 +31,8 @@ from vcmm.task.response.recording import Recording
 PLACES = 60  # along the covariate of something unknown
 ROWS = 80  # of the recording repeated in an add-on
 PER_TOUCH = 10.0  # s
-WORTH = 0.08  # gain of separability below which an add-on is not proposed
-SHOWN = 3
+LEAST_GAIN = 0.08  # gain of separability below which an add-on is not proposed
+MOST_SHOWN = 3
 STANDS = 0.05  # component of the normal below which an axis has stopped before the touch
 ALONG, CONFIRMED = (
     15.0,
@@ -77,9 +77,10 @@ def _for_rival(
     columns = (selection.terms[i].option.columns, rival.columns)
     now = separability(columns, problem.whitener(), selection, i)
     found = [
-        _tried(problem, addon, selection, i, rival, pair, now) for addon in (*ADDONS, *along_axes(problem))
+        _try_addon(problem, addon, selection, i, rival, pair, now)
+        for addon in (*ADDONS, *along_axes(problem))
     ]
-    return sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)[:SHOWN]
+    return sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)[:MOST_SHOWN]
 
 
 def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
@@ -143,7 +144,7 @@ def separability(columns: tuple[Array, Array], white: Whitener, selection: Selec
     return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), NOTHING)
 
 
-def _tried(
+def _try_addon(
     problem: Problem,
     addon: AddOn,
     selection: Selection,
@@ -153,7 +154,7 @@ def _tried(
     now: float,
 ) -> NextStep | None:
     try:
-        longer = extended(problem, addon)
+        longer = extend_recording(problem, addon)
         if longer is None:
             return None
         recording, u = longer
@@ -166,12 +167,12 @@ def _tried(
         then = separability((columns[0], columns[1]), white, selection, i)
     except (ModelLimit, UsageError):
         return None
-    if then - now <= WORTH:
+    if then - now <= LEAST_GAIN:
         return None
-    return NextStep(pair, told(addon, problem), minutes_of(addon, problem), then - now)
+    return NextStep(pair, instruction(addon, problem), minutes_of(addon, problem), then - now)
 
 
-def told(addon: AddOn, problem: Problem) -> str:
+def instruction(addon: AddOn, problem: Problem) -> str:
     """What to do, in the words of the kind of recording: only a probe touches."""
     return addon.do if problem.recording.kind == "probe" else addon.do.replace("some touches", "some rows")
 
@@ -196,7 +197,7 @@ def _on(observer: Observer, option: Option) -> Array:
     return np.concatenate(parts, axis=1) * option.unit
 
 
-def extended(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
+def extend_recording(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
     """The recording with the rows of the add-on behind it, and u of all observations; None where it cannot be done."""
     recording = problem.recording
     if (recording.other >= 0).any():
@@ -209,7 +210,7 @@ def extended(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
     new = change(run.take(rows))
     if new is None:
         return None
-    both = joined(run, new)
+    both = join_runs(run, new)
     added = np.arange(run.n, run.n + len(rows))
     out = replace(
         recording,
@@ -228,7 +229,7 @@ def new_direction(new: Run, old: Array) -> Array:
     return new.normal if "turned" in new.labels and "nx" in new.columns else old
 
 
-def joined(a: Run, b: Run) -> Run:
+def join_runs(a: Run, b: Run) -> Run:
     """Rows of a, then those of b."""
     series = {**a.series, **b.series}
     return RememberingRun(
@@ -277,7 +278,7 @@ def _longer_stylus(run: Run) -> Run | None:
     return replace(out, labels=labels)
 
 
-def _turned(run: Run) -> Run | None:
+def _turn_artefact(run: Run) -> Run | None:
     """The artefact turned by 90 degrees about the vertical, about its own middle: a new pose."""
     if not {"X", "Y", "Z"} <= set(run.position) or "pose" not in run.labels or "nx" not in run.columns:
         return None
@@ -285,9 +286,9 @@ def _turned(run: Run) -> Run | None:
     middle = tip.mean(axis=0)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     moved = (tip - middle) @ turn.T + middle - run.offset
-    columns = {**_rotated(run, turn, "n{}"), **_rotated(run, turn, "part_{}_mm")}
+    columns = {**_rotate_vector(run, turn, "n{}"), **_rotate_vector(run, turn, "part_{}_mm")}
     for name in ("speed_{}_mm_s", "accel_{}_mm_s2", "sense_{}"):  # the approach turns with the artefact
-        columns.update(_rotated(run, turn, name, "XYZ"))
+        columns.update(_rotate_vector(run, turn, name, "XYZ"))
     if "probe_angle_rad" in run.columns:
         columns["probe_angle_rad"] = run.columns["probe_angle_rad"] + np.pi / 2
     labels = {
@@ -302,7 +303,7 @@ def _turned(run: Run) -> Run | None:
     )
 
 
-def _rotated(run: Run, turn: Array, name: str, letters: str = "xyz") -> dict[str, Array]:
+def _rotate_vector(run: Run, turn: Array, name: str, letters: str = "xyz") -> dict[str, Array]:
     """Three columns of a vector, turned; nothing where one of them is missing."""
     names = [name.format(c) for c in letters]
     if not set(names) <= set(run.columns):
@@ -318,7 +319,7 @@ def _warmer(run: Run) -> Run | None:
     out = _later(run, 4 * 3600.0)
     assert out is not None
     warm = {c: run.columns[c] + 2.0 for c in names}
-    logs = {k: _continued(s, float(out.columns["time_s"].max()), 2.0) for k, s in run.series.items()}
+    logs = {k: _continue_log(s, float(out.columns["time_s"].max()), 2.0) for k, s in run.series.items()}
     return replace(out.with_columns(warm), series=logs)
 
 
@@ -331,11 +332,11 @@ def _later(run: Run, pause: float, stretch: float = 1.0) -> Run | None:
         return None
     time = run.columns["time_s"]
     later = time.max() + pause + stretch * (time - time.min())
-    logs = {k: _continued(s, float(later.max()), 0.0) for k, s in run.series.items()}
+    logs = {k: _continue_log(s, float(later.max()), 0.0) for k, s in run.series.items()}
     return replace(run.with_columns({"time_s": later}), series=logs)
 
 
-def _continued(log: Series, until: float, rise: float) -> Series:
+def _continue_log(log: Series, until: float, rise: float) -> Series:
     last, value = float(log.time[-1]), float(log.value[-1])
     if until <= last:
         return log
@@ -368,7 +369,7 @@ ADDONS = (
     AddOn("repeat some touches after moving up from the other side (reverse the preload)", 5.0, _other_side),
     AddOn("repeat some touches right after a reversal, at a tenth of the distance", 5.0, _longer_way),
     AddOn("repeat some touches with a stylus of twice the length", 15.0, _longer_stylus),
-    AddOn("turn the artefact by 90 degrees and repeat some touches", 20.0, _turned),
+    AddOn("turn the artefact by 90 degrees and repeat some touches", 20.0, _turn_artefact),
     AddOn("repeat some touches two kelvin warmer, after soaking", 240.0, _warmer),
     AddOn("continue the log for twice the time", 0.0, _longer_log),
 )

@@ -15,7 +15,6 @@ from vcmm.answer.evaluation.gaussian import Ints, Whitener, best_width
 from vcmm.core.laws import StudentT
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import (
-    ALIKE,
     CHANCE,
     FALSE_ALARM,
     FAR,
@@ -26,7 +25,8 @@ from vcmm.learn.diagnosis.constants import (
     QUANTILE,
     RELEVANT,
     SECURE,
-    STRUCTURED,
+    STRONG_CORRELATION,
+    STRUCTURE_CORRELATION,
     UNSEEN,
     VERY_STRONG,
 )
@@ -36,8 +36,10 @@ from vcmm.learn.diagnosis.problem import Problem, generator
 from vcmm.physics.structure.scatter import Scatter
 
 DRAWS = 600
-TRIED = tuple(np.append(np.arange(0.0, STRUCTURED, 0.1), (STRUCTURED, SECURE)))
-SIMULATED = 60
+TRIAL_CORRELATIONS = tuple(
+    np.append(np.arange(0.0, STRUCTURE_CORRELATION, 0.1), (STRUCTURE_CORRELATION, SECURE))
+)
+NULL_COUNT = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,7 @@ class Audit:
         return np.asarray(self.less * problem.u * by_speed)
 
 
-def stated(problem: Problem) -> Noise:
+def stated_noise(problem: Problem) -> Noise:
     """The law of the recording's noise, else of the machine's repeatability, in units of u."""
     scatter = [i.law for i in problem.machine.inputs if i.effect == Scatter.name]
     law = problem.recording.noise or (scatter[0] if scatter and problem.recording.u is None else None)
@@ -73,7 +75,7 @@ def stated(problem: Problem) -> Noise:
 
 def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
     """Look at white residuals (m,) that hold no known effect; `white` must be without AR filter and speed weights."""
-    noise = stated(problem)
+    noise = stated_noise(problem)
     null = draws(noise, white, seed, "noise audit", DRAWS)
     spread = robust_scale(null)
     middle = float(np.median(spread))
@@ -99,10 +101,10 @@ def _limit(spread: Array, problem: Problem, white: Whitener, rho: float, seed: i
     two signs of the same movement, so there chance alone is the limit.
     """
     usual = spread / float(np.median(spread))
-    if rho < ALIKE:
+    if rho < STRONG_CORRELATION:
         return max(float(np.quantile(usual, CHANCE)), RELEVANT * float(np.quantile(usual, 1.0 - FALSE_ALARM)))
     rng = generator(seed, "correlated scale")
-    noise = chained(rng.standard_normal((problem.m, DRAWS)), problem.before, rho)
+    noise = chain_noise(rng.standard_normal((problem.m, DRAWS)), problem.before, rho)
     seen = by_columns(lambda x: robust_scale(white.apply(x / white.weight[:, None])), noise)
     return float(np.quantile(seen / float(np.median(spread)), CHANCE))
 
@@ -142,24 +144,24 @@ def _correlation(
     chance = neighbour_correlation(null[0], problem.before, null[1])
     if not np.isfinite(found) or found <= np.quantile(chance, QUANTILE):
         return 0.0
-    rho = _unbiased(found, problem, white, seed)
+    rho = _unbiased_correlation(found, problem, white, seed)
     findings.append(f"neighbouring observations are correlated, about {rho:.2f}")
     return rho
 
 
-def _unbiased(found: float, problem: Problem, white: Whitener, seed: int) -> float:
+def _unbiased_correlation(found: float, problem: Problem, white: Whitener, seed: int) -> float:
     """The rho whose simulated noise, seen through the same nuisance, gives the statistic found (indirect inference)."""
     rng = generator(seed, "correlation")
-    innovation = rng.standard_normal((problem.m, SIMULATED))
+    innovation = rng.standard_normal((problem.m, NULL_COUNT))
     medians = []
-    for rho in TRIED:
-        noise = chained(innovation, problem.before, rho)
+    for rho in TRIAL_CORRELATIONS:
+        noise = chain_noise(innovation, problem.before, rho)
         seen = white.apply(noise / white.weight[:, None])
         medians.append(float(np.median(neighbour_correlation(seen, problem.before))))
-    return float(np.interp(found, np.maximum.accumulate(medians), TRIED))
+    return float(np.interp(found, np.maximum.accumulate(medians), TRIAL_CORRELATIONS))
 
 
-def chained(innovation: Array, before: Ints, rho: float) -> Array:
+def chain_noise(innovation: Array, before: Ints, rho: float) -> Array:
     """AR(1) series (m, M) of unit variance from white innovations; rows follow their predecessors."""
     out = innovation.copy()
     for i, j in enumerate(before):

@@ -49,7 +49,7 @@ def _add(raw: Array, columns: Array, sizes: Array) -> None:
         raw[i : i + CHUNK] += columns[i : i + CHUNK] @ sizes
 
 
-def clipped(r: Array, white: Whitener, limit: float) -> Array:
+def clip_residuals(r: Array, white: Whitener, limit: float) -> Array:
     """White residuals (m,) or (m, M), limited to `limit` robust standard deviations, put back outside the nuisance."""
     if not np.isfinite(limit):
         return r

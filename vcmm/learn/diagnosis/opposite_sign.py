@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
-from vcmm.learn.diagnosis.constants import FAR, OUTLYING, VANISHED
+from vcmm.learn.diagnosis.constants import FAR, OUTLYING, VANISHING_SHARE
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.physics import ALL
@@ -64,7 +64,7 @@ def against_known(recording: Recording, machine: Machine) -> tuple[float, float]
         return 0.0, float("inf")
     d, r = white.apply(known[:, None])[:, 0], white.apply(problem.residual)
     size = float(np.linalg.norm(d))
-    if size < VANISHED:
+    if size < VANISHING_SHARE:
         return 0.0, float("inf")
     sigma = float(np.sqrt(r @ r / white.dof))
     return float(d @ r) / size**2, sigma / size

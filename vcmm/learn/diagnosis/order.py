@@ -13,14 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run, coded
+from vcmm.core.run import Array, Run, encode_labels
 from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Ints, Recording
 
 
 def in_order(recording: Recording, machine: Machine) -> Recording:
     """The same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
-    recording = replace(recording, run=_with_counted(recording, machine))
+    recording = replace(recording, run=_run_with_counts(recording, machine))
     run = recording.run
     rows = rows_in_order(run, recording)
     place = np.empty(run.n, dtype=np.intp)
@@ -32,7 +32,7 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
     return replace(moved, run=run.take(rows), lines=lines)
 
 
-def _with_counted(recording: Recording, machine: Machine) -> Run:
+def _run_with_counts(recording: Recording, machine: Machine) -> Run:
     """The run with the lengths that an instrument counted from the first row of the file."""
     if recording.kind != "displacement":
         return recording.run
@@ -46,7 +46,7 @@ def rows_in_order(run: Run, recording: Recording) -> Ints:
         return np.arange(run.n)
     position = [run.position[a] for a in sorted(run.position)]
     columns = [run.columns[c] for c in sorted(run.columns) if not c.startswith("counted_")]
-    labels = [coded(run.labels[k])[1].astype(float) for k in sorted(run.labels)]
+    labels = [encode_labels(run.labels[k])[1].astype(float) for k in sorted(run.labels)]
     seen = np.zeros(run.n)
     np.add.at(seen, recording.row, recording.value)
     time = [run.columns["time_s"]] if "time_s" in run.columns else []

@@ -22,8 +22,8 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import HEAVY, NOTHING
-from vcmm.learn.diagnosis.null import Noise, clipped, draws, upper_quantile
-from vcmm.learn.diagnosis.select import Selection, Setting, worth
+from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws, upper_quantile
+from vcmm.learn.diagnosis.select import Selection, Setting, net_evidence
 
 RECORDINGS = 400  # simulated
 SPAN = 40.0  # of ln s that is searched
@@ -64,7 +64,7 @@ def worth_of_all_rows(state: Selection, setting: Setting) -> float:
     if state.fit is None:
         return -heavy_loss(setting.raw, dof)
     fitted = 0.5 * dof * float(np.log(state.fit.sigma**2 * dof / (state.y @ state.y)))
-    return worth(state, setting) + fitted - heavy_loss(_left(state, setting), dof)
+    return net_evidence(state, setting) + fitted - heavy_loss(_left(state, setting), dof)
 
 
 def one_row_speaks(state: Selection, setting: Setting, plain: Selection) -> float:
@@ -84,16 +84,16 @@ def _left(state: Selection, setting: Setting) -> Array:
     return np.asarray(setting.raw - np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean)
 
 
-def owed(state: Selection, setting: Setting) -> float:
+def pulled_cost(state: Selection, setting: Setting) -> float:
     """Nats by which the rows that were pulled in cost more as they are, at the scale of the noise that the others show."""
     return _debt(_left(state, setting), state.rest, setting.found.dof, setting.clip)
 
 
-def excused(setting: Setting) -> float:
+def heavy_tail_allowance(setting: Setting) -> float:
     """What noise of heavy tails owes, the t law of HEAVY degrees of freedom: all but 1 % of recordings owe less."""
     dof, clip = setting.found.dof, setting.clip
     sample = draws(Noise(HEAVY), setting.white, 0, "what heavy tails owe", RECORDINGS)
-    near = clipped(sample, setting.white, clip)
+    near = clip_residuals(sample, setting.white, clip)
     return upper_quantile(np.array([_debt(r, y, dof, clip) for r, y in zip(sample.T, near.T)]))
 
 

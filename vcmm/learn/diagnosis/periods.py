@@ -24,7 +24,7 @@ NEAR = 0.125  # of a period: places closer than this are one place
 MOST_BINS = 2**20
 MOST_PEAKS = 60
 SAME = 0.05  # of a frequency: closer ones are one
-ROUNDED = 1e-9  # relative, of sums
+SUM_TOLERANCE = 1e-9  # relative, of sums
 FURTHER = 40.0  # an alias is looked for at periods down to this part
 LEAD = 4.0  # mm: shorter leads are rare
 MOST_SHOWN = 12
@@ -46,11 +46,11 @@ def lattice_frequency(q: Array, highest: float) -> float:
 
     Each place counts once: where an axis stands while others move it is in step with anything, and tells nothing.
     """
-    return _remembered(np.unique(np.round(q, DIGITS)).tobytes(), float(highest))
+    return _cached_frequency(np.unique(np.round(q, DIGITS)).tobytes(), float(highest))
 
 
 @lru_cache(maxsize=64)
-def _remembered(places: bytes, highest: float) -> float:
+def _cached_frequency(places: bytes, highest: float) -> float:
     return _lattice_frequency(np.frombuffer(places), highest)
 
 
@@ -102,12 +102,15 @@ def shortest(q: Array | None, finest: float) -> float:
     return finest if np.isinf(g) else 2.0 / g
 
 
-def supported(q: Array | None, period: float, least: float | None = None) -> bool:
+def can_show_period(q: Array | None, period: float, least: float | None = None) -> bool:
     """Can rows at q (n,) show this period, and no longer one in its place? least: `shortest`, where it is known."""
     if q is None:
         return False
     length = float(np.ptp(q))
-    if period * TURNS > length * (1 + ROUNDED) or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST:
+    if (
+        period * TURNS > length * (1 + SUM_TOLERANCE)
+        or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST
+    ):
         return False
     return period >= (shortest(q, period) if least is None else least) * (1 - 1e-2)
 
@@ -179,7 +182,9 @@ def aliases(q: Array, period: float) -> tuple[float, ...]:
     if not np.isfinite(g):
         return ()
     highest = max(
-        1.0 / LEAD if period > LEAD else 0.0, 5.0 / period, 1.0 / (alias(q, period) or np.inf) * (1 + ROUNDED)
+        1.0 / LEAD if period > LEAD else 0.0,
+        5.0 / period,
+        1.0 / (alias(q, period) or np.inf) * (1 + SUM_TOLERANCE),
     )
     n = np.arange(1, max(int(highest / g), 1) + 2)
     f = np.concatenate([np.abs(n * g - 1.0 / period), n * g + 1.0 / period])

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import SCALES
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, unseen_places
-from vcmm.learn.diagnosis.constants import NOTHING, SEEN
+from vcmm.learn.diagnosis.constants import NOTHING, SECURE_DELTA
 from vcmm.learn.diagnosis.evidence import Dictionary
 
 LARGEST = SCALES[-1]
@@ -37,7 +37,7 @@ def power(found: Dictionary, sigma: float) -> tuple[tuple[Detectable, ...], tupl
         stop = found.first[i + 1] if i + 1 < len(found.first) else len(found.options)
         sizes = [_largest(found.columns(o)) for o in range(int(found.first[i]), int(stop))]
         middle = int(found.first[i]) + int(np.argsort(sizes)[len(sizes) // 2])
-        typical = SEEN * sigma / max(_largest(found.columns(middle)), NOTHING)
+        typical = SECURE_DELTA * sigma / max(_largest(found.columns(middle)), NOTHING)
         rms = typical * float(np.sqrt(np.mean(found.options[middle].columns ** 2, axis=0)).max())
         (small if typical > LARGEST else large).append(family)
         if family.name not in best or rms < best[family.name].amplitude:

@@ -10,10 +10,10 @@ from vcmm.learn.diagnosis.machine_match import noise_warning
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.learn.diagnosis.too_large import shared_with_instrument
 
-DOUBTED = "the recording itself is in doubt; see the warnings"
+DOUBT_REASON = "the recording itself is in doubt; see the warnings"
 
 
-def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False) -> Diagnosis:
+def qualify(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False) -> Diagnosis:
     """The diagnosis with its warnings, and with its claim lowered where there is doubt.
 
     scale: noise over what was stated; only_table: the machine has a single table, whose sign is the sign of everything.
@@ -37,7 +37,7 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
         for a in d.answer
     )
     verdict = {"explained": "partly explained", "nothing missing": "unexplained"}.get(d.verdict, d.verdict)
-    return replace(d, answer=answer, verdict=verdict, reasons=(*d.reasons, DOUBTED))
+    return replace(d, answer=answer, verdict=verdict, reasons=(*d.reasons, DOUBT_REASON))
 
 
 def _sign(d: Diagnosis, only_table: bool) -> str | None:

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import SCALES, Whitener, posterior, without_span
 from vcmm.core.effect import Effect, parameter_fields, with_parameter
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.candidates import Option, again
+from vcmm.learn.diagnosis.candidates import Option, rebuild_option
 from vcmm.learn.diagnosis.constants import NOTHING
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.scans import is_change, turns_round
@@ -28,7 +28,7 @@ class Refiner:
     white: Whitener
 
     def __call__(self, option: Option, r: Array, basis: Array) -> Option:
-        names = scanned(option)
+        names = scanned_names(option)
         for _ in names:  # two values depend on one another
             for name in names:
                 option = self.along(option, name, r, basis)
@@ -36,13 +36,15 @@ class Refiner:
 
     def open_share(self, option: Option, r: Array, basis: Array) -> float:
         """ln of the share of the searched range that the rows leave open, all scanned values together; at most 0."""
-        return sum(self._open(option, name, r, basis) for name in scanned(option))
+        return sum(self._open(option, name, r, basis) for name in scanned_names(option))
 
     def _open(self, option: Option, name: str, r: Array, basis: Array) -> float:
         assert option.effect is not None
         span = reach(option.effect, name, self.problem)
         centre, step = float(getattr(option.effect, name)), BENT * span
-        trials = [at_value(option, name, moved(centre, s * step, name), self.problem) for s in (-1.0, 1.0)]
+        trials = [
+            at_value(option, name, shift_value(centre, s * step, name), self.problem) for s in (-1.0, 1.0)
+        ]
         top = self.evidence(option, r, basis)
         fall = sum(top - self.evidence(t, r, basis) for t in trials if t is not None)
         bend = max(fall / step**2, NOTHING)
@@ -57,7 +59,7 @@ class Refiner:
             assert best.effect is not None
             centre = float(getattr(best.effect, name))
             for step in np.linspace(-1, 1, POINTS):
-                trial = at_value(best, name, moved(centre, step * span, name), self.problem)
+                trial = at_value(best, name, shift_value(centre, step * span, name), self.problem)
                 value = -np.inf if trial is None or step == 0 else self.evidence(trial, r, basis)
                 if trial is not None and value > best_value:
                     best, best_value = trial, value
@@ -69,7 +71,7 @@ class Refiner:
         return posterior(x, r, self.white.dof, np.full(x.shape[1], WIDTH)).log_evidence
 
 
-def scanned(option: Option) -> list[str]:
+def scanned_names(option: Option) -> list[str]:
     """Names of the continuous non-linear parameters of an option; the periods of an axis that turns are no continuum."""
     if option.effect is None:
         return []
@@ -96,14 +98,14 @@ def reach(effect: Effect, name: str, problem: Problem) -> float:
     return 0.6
 
 
-def moved(centre: float, step: float, name: str) -> float:
+def shift_value(centre: float, step: float, name: str) -> float:
     return centre + step if name in MOMENTS else centre * float(np.exp(step))
 
 
 def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:
     """The same option with one scanned parameter changed."""
     assert option.effect is not None
-    made = again(option, problem, with_parameter(option.effect, name, value))
+    made = rebuild_option(option, problem, with_parameter(option.effect, name, value))
     if made is None or made.columns.shape != option.columns.shape:
         return None
     return replace(made, unit=made.unit)

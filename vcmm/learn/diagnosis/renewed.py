@@ -36,7 +36,7 @@ HALVES = ("even rows", "odd rows")
 
 
 @dataclass(frozen=True, eq=False)
-class Renewed:
+class RenewedTables:
     """errors, position (k,): error name and node of each number (nan: one number, a squareness); change (k,) mm or rad, to be added
     to what is stored; covariance (k, k); wider: s; held_out: every second row as the others predict it.
     """
@@ -76,7 +76,7 @@ def is_stale(effect: str, component: object) -> bool:
     return component == "all" and effect == GeometricChange.name
 
 
-def renewed(problem: Problem, stage: Stage, selection: Selection, stale: int) -> Renewed | None:
+def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: int) -> RenewedTables | None:
     """The tables anew, from what the other terms of a selection leave; stale: number of the term that says they are stale. None where
     no Input acts on a table over one axis, or rows are too few.
     """
@@ -162,7 +162,7 @@ def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | N
 
 def _numbers(
     blocks: Sequence[_TableInput], fit: Posterior, width: float, held: tuple[HeldOut, ...]
-) -> Renewed:
+) -> RenewedTables:
     """Draws to numbers: change and covariance are linear in them."""
     k, r = sum(len(b.errors) for b in blocks), sum(b.factor.shape[1] for b in blocks)
     factor, row, column = np.zeros((k, r)), 0, 0
@@ -171,7 +171,7 @@ def _numbers(
         factor[row : row + n, column : column + p] = b.factor
         row, column = row + n, column + p
     covariance = factor @ fit.covariance @ factor.T
-    return Renewed(
+    return RenewedTables(
         tuple(e for b in blocks for e in b.errors),
         np.concatenate([b.position for b in blocks]),
         factor @ fit.mean,
@@ -181,7 +181,7 @@ def _numbers(
     )
 
 
-def with_renewed(machine: Machine, new: Renewed) -> Machine:
+def with_tables(machine: Machine, new: RenewedTables) -> Machine:
     """The machine with its tables anew, each error with an Input of its own covariance in place of what was stated."""
     effects, inputs, gone = [], [], set()
     for e in machine.effects:

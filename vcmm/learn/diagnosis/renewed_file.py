@@ -14,12 +14,12 @@ from vcmm.files.foreign.isg_writer import isg_text
 from vcmm.files.own.joint_covariance import JointCovariance, covariance_text
 from vcmm.files.own.known_errors import read_error_file
 from vcmm.files.toml import read_toml
-from vcmm.learn.diagnosis.renewed import Renewed, with_renewed
+from vcmm.learn.diagnosis.renewed import RenewedTables, with_tables
 
 TABLE, COVARIANCE = "errors_renewed.csv", "errors_renewed_covariance.csv"
 
 
-def renewed_files(original: Path, machine: Machine, new: Renewed, source: str) -> dict[str, str]:
+def renewed_files(original: Path, machine: Machine, new: RenewedTables, source: str) -> dict[str, str]:
     """File name -> text of table and covariance. Raises UsageError where the numbers do not stand in a table file."""
     stated = read_toml(original).data.get("errors")
     if not isinstance(stated, dict) or not isinstance(stated.get("table"), str):
@@ -27,12 +27,12 @@ def renewed_files(original: Path, machine: Machine, new: Renewed, source: str) -
     old = read_error_file(original.parent / stated["table"])
     said = f"stored tables moved to what {source} says of them"
     joint = JointCovariance(new.errors, new.position, new.covariance)
-    return {TABLE: isg_text(_moved(old, machine, new), said), COVARIANCE: covariance_text(joint)}
+    return {TABLE: isg_text(_refine_file(old, machine, new), said), COVARIANCE: covariance_text(joint)}
 
 
-def _moved(old: ErrorFile, machine: Machine, new: Renewed) -> ErrorFile:
+def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorFile:
     """The tables at the nodes that their covariance has: those of the file, or finer ones where the machine was refined."""
-    effects = {e.where: e for e in with_renewed(machine, new).effects if e.stored}
+    effects = {e.where: e for e in with_tables(machine, new).effects if e.stored}
     tables = []
     for table in old.tables:
         same: dict[bytes, tuple[Any, dict[str, Any]]] = {}
@@ -51,7 +51,7 @@ def _moved(old: ErrorFile, machine: Machine, new: Renewed) -> ErrorFile:
     return ErrorFile(tuple(tables), constants)
 
 
-def naming_renewed(text: str, source: str) -> str:
+def name_tables(text: str, source: str) -> str:
     """Text of a machine file whose [errors] name the tables anew, with their covariance in place of what was stated."""
     import tomlkit
 

@@ -16,7 +16,7 @@ from vcmm.learn.diagnosis.mistakes import Mistake
 from vcmm.physics.structure.abbe import AbbeCountedTwice
 
 
-def repaired(machine: Machine, mistake: Mistake | None) -> Machine:
+def repair_machine(machine: Machine, mistake: Mistake | None) -> Machine:
     """A copy of the machine whose tables predict what the recording holds. Raises UsageError where that has no table."""
     if mistake is None or mistake.effect == LOG:  # the log is to be corrected, not the machine
         return machine
@@ -44,10 +44,10 @@ def repaired_effects(
         return tuple(
             _holding(e, held[pairs[e.where]]) if e.stored and e.where in pairs else e for e in effects
         )
-    return tuple(_times(e, mistake.factor) if _meant(e, mistake) else e for e in effects)
+    return tuple(_times(e, mistake.factor) if _is_affected(e, mistake) else e for e in effects)
 
 
-def _meant(effect: Effect, mistake: Mistake) -> bool:
+def _is_affected(effect: Effect, mistake: Mistake) -> bool:
     return bool(effect.stored) and mistake.component in ("all", effect.where)
 
 

@@ -28,10 +28,10 @@ from vcmm.show import charts
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.learn.diagnosis.renewed import Renewed
+    from vcmm.learn.diagnosis.renewed import RenewedTables
 
-NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
-VERDICTS = ("nothing missing", "explained", "partly explained", NOT_MODELLED, "unexplained")
+STATUS_NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
+VERDICTS = ("nothing missing", "explained", "partly explained", STATUS_NOT_MODELLED, "unexplained")
 HALF = 0.5  # of a size: with a larger standard uncertainty its sign is not known with a coverage of 95 %
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
@@ -39,7 +39,7 @@ UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """One thing that was left out. share of the excess energy; evidence in nats; fitted, inputs: for improve.improved."""
+    """One thing that was left out. share of the excess energy; evidence in nats; fitted, inputs: for improve.improve_machine."""
 
     effect: str
     where: Mapping[str, str]
@@ -67,7 +67,7 @@ class Answer:
     scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
     beyond: str = ""  # why physics does not have its size; "" where it may
     mistake: str = ""  # of a log_mistake: columns_exchanged, sign, unit, directions_exchanged
-    renewed: Renewed | None = (
+    renewed: RenewedTables | None = (
         None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
     )
     of_instrument: tuple[
@@ -211,7 +211,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "schema": "vcmm.diagnosis/1",
         "verdict": d.verdict,
         "verdict_reasons": list(d.reasons),
-        "searched": _searched(d),
+        "searched": _search_extent(d),
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
@@ -234,7 +234,7 @@ def failed_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
     return [{"step": f.step, "text": f.text} for f in failed]
 
 
-def _searched(d: Diagnosis) -> dict[str, Any]:
+def _search_extent(d: Diagnosis) -> dict[str, Any]:
     """In how many observations names were searched, of how many that were fitted, of how many that were recorded, and how many
     times larger than with all of these an effect must be for that.
     """

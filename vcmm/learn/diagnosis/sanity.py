@@ -19,7 +19,7 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.inches import inches
 from vcmm.learn.diagnosis.signs import sign_warnings
 from vcmm.task.response.observe import noise_u
-from vcmm.task.response.recording import ALL_ROWS, WHICH, Ints, Recording
+from vcmm.task.response.recording import ALL_ROWS, SOURCE_LABEL, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor
@@ -46,7 +46,7 @@ LIMITS: tuple[tuple[Callable[[str], bool], float, float, str], ...] = (
 
 
 @dataclass(frozen=True, eq=False)
-class Checked:
+class SanityCheck:
     """The recording without the rows that are no observations; what to tell; whether the claim must be lowered."""
 
     recording: Recording
@@ -54,14 +54,14 @@ class Checked:
     doubtful: bool = False
 
 
-def checked(recording: Recording, machine: Machine) -> Checked:
+def check_recording(recording: Recording, machine: Machine) -> SanityCheck:
     """Look at the numbers before any physics. Raises ModelLimit where there is nothing to diagnose."""
     _not_dead(recording)
     recording, warnings = without_dead_columns(recording)
     _no_impossible_log(recording)
     copied = partial(copies, u=usual_u(recording, machine))
     out = np.zeros(recording.m, dtype=bool)
-    for find in (copied, frozen, saturated, impossible):
+    for find in (copied, frozen, saturated_rows, impossible):
         mask, text = find(recording)
         fresh = mask & ~out
         if fresh.any():
@@ -74,13 +74,13 @@ def checked(recording: Recording, machine: Machine) -> Checked:
     doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, copied, out)
     kept = recording.take(~out) if out.any() else recording
     warnings += [
-        *unlabelled(kept),
+        *missing_labels(kept),
         *quiet_sensors(kept),
         *gaps(kept),
         *sign_warnings(kept),
         *inches(kept, machine),
     ]
-    return Checked(kept, tuple(warnings), doubtful)
+    return SanityCheck(kept, tuple(warnings), doubtful)
 
 
 def _only_copies(recording: Recording, copied: Callable[[Recording], tuple[Mask, str]], out: Mask) -> bool:
@@ -208,7 +208,7 @@ def frozen(recording: Recording) -> tuple[Mask, str]:
     return out, "the reading stands still, although rows differ: the sensor hung"
 
 
-def saturated(recording: Recording) -> tuple[Mask, str]:
+def saturated_rows(recording: Recording) -> tuple[Mask, str]:
     """Readings that pile up at their largest or smallest value: the end of the measuring range."""
     out = np.zeros(recording.m, dtype=bool)
     for series in series_of(recording):
@@ -317,7 +317,7 @@ def _thermometers(recording: Recording) -> list[str]:
     return [c for c in names if c != "temp_gradient_C"]
 
 
-def unlabelled(recording: Recording) -> list[str]:
+def missing_labels(recording: Recording) -> list[str]:
     """Nuisances per value of a label column that the recording does not have."""
     wanted = recording.nuisance.items()
     out = [(w, b) for w, b in wanted if b not in (*ALL_ROWS, *recording.run.labels)]
@@ -362,7 +362,9 @@ def gaps(recording: Recording) -> list[str]:
     order = np.argsort(time, kind="stable")
     step = np.diff(time[order])
     usual = float(np.quantile(step[step > 0], 0.9)) if (step > 0).any() else 0.0
-    of = recording.run.labels.get(WHICH, np.zeros(recording.run.n, dtype=np.str_))[recording.row][order]
+    of = recording.run.labels.get(SOURCE_LABEL, np.zeros(recording.run.n, dtype=np.str_))[recording.row][
+        order
+    ]
     within = of[1:] == of[:-1]
     whole = float(step[within].sum())  # several recordings lie apart by nobody knows how much
     long = np.flatnonzero((step > GAP * usual) & (step > GAP_SHARE * whole) & within)

@@ -22,10 +22,10 @@ from vcmm.learn.diagnosis.periods import (
     FEWEST,
     TURNS,
     aliases,
+    can_show_period,
     coordinate,
     of_angle,
     shortest,
-    supported,
     whole_fractions,
 )
 
@@ -33,10 +33,10 @@ EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
 MOST_STEPS = 80  # change points
 ASIDE = 0.5  # of the largest share across: a touch nearer to the pole tells less than a quarter of what it does of an angle
-Weighted = list[tuple[dict[str, Any], float]]
+WeightedChanges = list[tuple[dict[str, Any], float]]
 
 
-def trials(effect: Effect, run: Run) -> Weighted:
+def trials(effect: Effect, run: Run) -> WeightedChanges:
     """Keyword changes of an effect and their log weights (summing to 1): all scans times all shapes."""
     if not effect.diagnosis.shows_in(effect, run):
         return []
@@ -46,8 +46,8 @@ def trials(effect: Effect, run: Run) -> Weighted:
         if spec.metadata["scan"] or is_change(spec)
     ]
     lists += [_shapes(effect, f, run) for f in fields(effect)]
-    lists += [_weighted(f.name, _zeros(f)) for f in fields(effect)]
-    out: Weighted = []
+    lists += [_weigh(f.name, _zeros(f)) for f in fields(effect)]
+    out: WeightedChanges = []
     for combination in itertools.product(*lists):
         changes: dict[str, Any] = {}
         for part, _ in combination:
@@ -66,20 +66,20 @@ def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
     q = coordinate(effect, run)
     if q is not None and turns_round(effect):
         return any(abs(p / period - 1.0) < 1e-6 for p in whole_fractions([period], q))
-    return supported(q, period, shortest(q, finest / 2))
+    return can_show_period(q, period, shortest(q, finest / 2))
 
 
-def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
+def _shapes(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
     """Discrete trial values; of waves over an angle only those that its values can show, which may be none."""
     own = effect.diagnosis.trials(effect, spec.name)
     if own is not None:
         return own
     tries = spec.metadata.get("tries", ())
-    kept = [k for k in tries if not _unresolved(spec, k, run)]
-    return _weighted(spec.name, kept) if kept or not tries else []
+    kept = [k for k in tries if not _is_unresolved(spec, k, run)]
+    return _weigh(spec.name, kept) if kept or not tries else []
 
 
-def _unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
+def _is_unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
     angle = run.columns.get(spec.metadata.get("waves_over", ""))
     if angle is None:
         return False
@@ -87,9 +87,11 @@ def _unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
     return not of_angle(int(waves), angle[size >= ASIDE * size.max(initial=0.0)])
 
 
-def refused(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
+def refused_changes(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
     """Keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
-    return [{f.name: k} for f in fields(kind) for k in f.metadata.get("tries", ()) if _unresolved(f, k, run)]
+    return [
+        {f.name: k} for f in fields(kind) for k in f.metadata.get("tries", ()) if _is_unresolved(f, k, run)
+    ]
 
 
 def is_change(spec: Field[Any]) -> bool:
@@ -97,7 +99,7 @@ def is_change(spec: Field[Any]) -> bool:
     return spec.name in ("t1", "time", "start")
 
 
-def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
+def _values(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
     if is_change(spec):
         return _even(spec.name, change_points(run))
     coarse = [float(v) for v in spec.metadata["scan"]]
@@ -107,8 +109,8 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
         if turns_round(effect) and q is not None:
             return _even(spec.name, whole_fractions(lines or coarse, q))
         least = shortest(q, min([*coarse, *lines])) if q is not None else float("inf")
-        coarse = [v for v in coarse if supported(q, v, least)]
-        fine = [v for v in lines if supported(q, v, least) and _may_be(v, effect, spec, q)]
+        coarse = [v for v in coarse if can_show_period(q, v, least)]
+        fine = [v for v in lines if can_show_period(q, v, least) and _may_be(v, effect, spec, q)]
         if not coarse:
             return _even(spec.name, fine)
         share = np.log(0.5) if fine else 0.0
@@ -117,7 +119,7 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
     if spec.name == "tau" and spec.default == 0.0:
         coarse = [0.0, *coarse]  # follows at once
     alone = sum(bool(f.metadata["scan"]) for f in parameter_fields(effect)) == 1
-    return _even(spec.name, filled(coarse) if alone else coarse)
+    return _even(spec.name, fill_gaps(coarse) if alone else coarse)
 
 
 def turns_round(effect: Effect) -> bool:
@@ -137,11 +139,11 @@ def _may_be(period: float, effect: Effect, spec: Field[Any], q: Array | None) ->
     return any(abs(f - 1.0 / period) <= half for f in seen)
 
 
-def _even(name: str, values: Sequence[float]) -> Weighted:
+def _even(name: str, values: Sequence[float]) -> WeightedChanges:
     return [({name: float(v)}, -float(np.log(len(values)))) for v in values]
 
 
-def _weighted(name: str, values: Sequence[Any]) -> Weighted:
+def _weigh(name: str, values: Sequence[Any]) -> WeightedChanges:
     """The first value carries half of the weight; no values, no change."""
     if not len(values):
         return [({}, 0.0)]
@@ -156,7 +158,7 @@ def _zeros(spec: Field[Any]) -> list[Array]:
     return [np.zeros(k) for k in spec.metadata.get("lengths", ())]
 
 
-def filled(values: Sequence[float]) -> list[float]:
+def fill_gaps(values: Sequence[float]) -> list[float]:
     """Positive values with one geometric mean between neighbours that lie more than a factor 2 apart; zeros stay."""
     out = sorted(v for v in values if v <= 0)
     positive = sorted(v for v in values if v > 0)

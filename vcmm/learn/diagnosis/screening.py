@@ -15,16 +15,16 @@ import numpy as np
 
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.candidates import Family, again
+from vcmm.learn.diagnosis.candidates import Family, rebuild_option
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.search import Chosen
+from vcmm.learn.diagnosis.search import SearchResult
 from vcmm.learn.diagnosis.select import Selection, Term, options_of
 
-KEPT = 5  # shapes of one candidate
+MOST_SHAPES = 5  # shapes of one candidate
 
 
-def screened(chosen: Chosen, whole: Problem) -> tuple[Family, ...]:
+def screen_families(chosen: SearchResult, whole: Problem) -> tuple[Family, ...]:
     """The candidates of a search with columns for the observations of `whole`, each with its best shapes only."""
     found, selection = chosen.stage.found, chosen.selection
     given = [_white(terms, selection) for terms in contexts(selection.terms)]
@@ -41,7 +41,7 @@ def contexts(terms: Sequence[Term]) -> list[Sequence[Term]]:
 
 
 def screened_shapes(
-    families: Iterable[Family], chosen: Chosen, whole: Problem, white: Whitener
+    families: Iterable[Family], chosen: SearchResult, whole: Problem, white: Whitener
 ) -> tuple[Family, ...]:
     """Shapes without physics over the observations of `whole`, family by family, each with its best only."""
     y = white.apply(whole.residual)
@@ -62,7 +62,7 @@ def kept_of(found: Dictionary, i: int, scores: Sequence[Array]) -> Family:
     """Family i with its best options by any of the scores (options,); its prior is less by what was dropped."""
     own = np.array(options_of(found, i))
     weight = found.weight[own]
-    first = [own[np.argsort(-(s[own] + weight), kind="stable")[:KEPT]] for s in scores]
+    first = [own[np.argsort(-(s[own] + weight), kind="stable")[:MOST_SHAPES]] for s in scores]
     kept = np.unique(np.concatenate(first))
     share = float(np.logaddexp.reduce(found.weight[kept]))
     options = tuple(replace(found.options[k], log_prior=float(found.weight[k])) for k in kept)
@@ -71,7 +71,7 @@ def kept_of(found: Dictionary, i: int, scores: Sequence[Array]) -> Family:
 
 
 def _in_all_rows(family: Family, whole: Problem) -> Family:
-    made = (again(o, whole) for o in family.options)
+    made = (rebuild_option(o, whole) for o in family.options)
     return replace(family, options=tuple(o for o in made if o is not None))
 
 
@@ -81,6 +81,6 @@ def _white(terms: Sequence[Term], selection: Selection) -> Array | None:
 
 def _seen_terms(selection: Selection, whole: Problem, white: Whitener) -> Array | None:
     """White columns (m, k) of the terms in all rows; None where there are none."""
-    made = [again(t.option, whole) for t in selection.terms]
+    made = [rebuild_option(t.option, whole) for t in selection.terms]
     columns = [white.apply(o.columns) for o in made if o is not None]
     return np.concatenate(columns, axis=1) if columns else None

@@ -14,8 +14,8 @@ from vcmm.learn.diagnosis.constants import FALSE_ALARM, FEW, SIMPLER, STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.learn.diagnosis.noise import Audit
-from vcmm.learn.diagnosis.null import clipped, draws, upper_quantile
-from vcmm.learn.diagnosis.outlying import excused, one_row_speaks, owed, worth_of_all_rows
+from vcmm.learn.diagnosis.null import clip_residuals, draws, upper_quantile
+from vcmm.learn.diagnosis.outlying import heavy_tail_allowance, one_row_speaks, pulled_cost, worth_of_all_rows
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.select import (
@@ -23,17 +23,17 @@ from vcmm.learn.diagnosis.select import (
     Setting,
     Term,
     among,
-    cleaned,
+    clean_outliers,
     fitted_again,
     joint,
+    net_evidence,
     numbers,
     select,
-    worth,
 )
-from vcmm.learn.diagnosis.sharpen import sharpened
+from vcmm.learn.diagnosis.sharpen import sharpen
 from vcmm.learn.diagnosis.special_cases import generalises
 
-SIMULATED = 1000  # null recordings of a long one: ten beyond a false alarm of 1 %
+NULL_RECORDINGS = 1000  # null recordings of a long one: ten beyond a false alarm of 1 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Stage:
     )
 
 
-def staged(
+def build_stage(
     problem: Problem,
     known: Catalogue,
     generics: Sequence[Family],
@@ -71,8 +71,8 @@ def staged(
     u = noise.u(problem)
     white = problem.whitener(u, noise.rho)
     found, generic = dictionary(known.families, white), dictionary(generics, white)
-    sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, SIMULATED))
-    sample = clipped(sample, white, noise.noise.clip)
+    sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, NULL_RECORDINGS))
+    sample = clip_residuals(sample, white, noise.noise.clip)
     if screen is not None:
         return replace(
             screen, white=white, u=u, noise=noise, found=found, generic=generic, sample=sample, screen=screen
@@ -109,7 +109,7 @@ def setting_under(problem: Problem, stage: Stage, white: Whitener) -> Setting:
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class SearchResult:
     """What the search settled on. problem: repaired; stage: with options at the best values of the competitors; tied: ids of terms that a mistake of the table may stand for."""
 
     selection: Selection
@@ -119,31 +119,35 @@ class Chosen:
     tied: tuple[str, ...] = ()
 
 
-def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> Chosen:
+def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> SearchResult:
     """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more.
 
     earlier: what was found under another preparation of the noise.
     """
-    plain, found = named(setting_of(problem, stage), earlier)
+    plain, found = search_names(setting_of(problem, stage), earlier)
     stage = replace(stage, found=found)
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
-        return Chosen(plain, None, problem, stage)
+        return SearchResult(plain, None, problem, stage)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     beside = setting_of(repaired, stage)
-    with_it, found = settled(select(cleaned(beside)), beside, beside, None)
+    with_it, found = settle_names(select(clean_outliers(beside)), beside, beside, None)
     if not _exact(mistake, stage, with_it):
-        return Chosen(plain, None, problem, stage)
+        return SearchResult(plain, None, problem, stage)
     best, rival = _free(plain, stage)
     lead = mistake.score + _evidence(with_it) - best - stage.threshold * further(with_it.terms, plain.terms)
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
     if lead < (-STRONG if held and len(with_it.terms) < len(plain.terms) else 0.0):
-        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ())
+        return SearchResult(
+            plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ()
+        )
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
-    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=found))
+    return SearchResult(
+        with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=found)
+    )
 
 
 def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
@@ -153,7 +157,7 @@ def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
     return 1 + len(with_it) - max(len(plain), 1)
 
 
-def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
+def search_names(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
     """The names, and the dictionary in which they were found.
 
     Where rows were pulled in, the answer depends on what they were pulled in about: what a search finds that takes every row
@@ -163,23 +167,23 @@ def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dicti
     """
     found, rivals = _at_best_values(setting)
     own = replace(setting, found=found)
-    return settled(max(rivals, key=lambda s: worth(s, own)), own, setting, earlier)
+    return settle_names(max(rivals, key=lambda s: net_evidence(s, own)), own, setting, earlier)
 
 
-def settled(
+def settle_names(
     near: Selection, own: Setting, setting: Setting, earlier: Selection | None
 ) -> tuple[Selection, Dictionary]:
     """Names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""
-    debt = owed(near, own)
-    if max(debt, owed(joint((), setting), setting)) <= setting.threshold:
+    debt = pulled_cost(near, own)
+    if max(debt, pulled_cost(joint((), setting), setting)) <= setting.threshold:
         return near, own.found
     plain = select(own)
     if debt <= setting.threshold:
         return (plain if _one_row_alone(near, own, plain, own) else near), own.found
     answers = [(near, own)]
-    free = excused(setting)
+    free = heavy_tail_allowance(setting)
     if debt > free:
-        answers += [(s, w) for s, w in _of_every_row(setting, earlier) if owed(s, w) <= free]
+        answers += [(s, w) for s, w in _of_every_row(setting, earlier) if pulled_cost(s, w) <= free]
     held = [(s, w) for s, w in answers if not _one_row_alone(s, w, plain, own)]
     best, used = max([*held, (plain, own)], key=lambda a: worth_of_all_rows(*a))
     return best, used.found
@@ -210,13 +214,15 @@ def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
     A curve of many numbers that explains most at first hides the simple names that together explain more: where one is named,
     the search is also made among names of at most FEW numbers. What is worth no more by SIMPLER nats says the same otherwise.
     """
-    setting = cleaned(setting)
+    setting = clean_outliers(setting)
     plain = select(setting)
-    sharp = sharpened(setting, plain)
+    sharp = sharpen(setting, plain)
     found = [plain] if sharp is setting else [select(sharp), among(plain, sharp)]
     if any(numbers(t.family) > FEW for s in found for t in s.terms):
         few = select(replace(sharp, most=FEW))
-        found += [few] if worth(few, sharp) > max(worth(s, sharp) for s in found) + SIMPLER else []
+        found += (
+            [few] if net_evidence(few, sharp) > max(net_evidence(s, sharp) for s in found) + SIMPLER else []
+        )
     return sharp.found, found
 
 

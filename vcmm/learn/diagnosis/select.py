@@ -28,7 +28,7 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, SAME, SIMPLER
 from vcmm.learn.diagnosis.evidence import Dictionary, only, scorer
-from vcmm.learn.diagnosis.null import clipped, robust_scale
+from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.refine import Refiner
 
 
@@ -91,7 +91,7 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
     """Refit of all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
     rows that it leaves alone)^2 of the covariance (Huber, Robust Statistics (1981), 7.6).
     """
-    y = clipped(setting.raw, setting.white, setting.clip) if setting.start is None else setting.start
+    y = clip_residuals(setting.raw, setting.white, setting.clip) if setting.start is None else setting.start
     if not terms:
         return Selection((), None, y, y)
     x = np.concatenate([t.white for t in terms], axis=1)
@@ -99,7 +99,7 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
     for _ in range(3):
         fit = posterior(x, y, setting.found.dof, width)
         signal = x @ fit.mean
-        y = signal + clipped(setting.raw - signal, setting.white, setting.clip)
+        y = signal + clip_residuals(setting.raw - signal, setting.white, setting.clip)
     fit = posterior(x, y, setting.found.dof, width)
     rest = setting.raw - x @ fit.mean
     kept = float(np.mean(np.abs(rest) <= setting.clip * robust_scale(rest)))
@@ -123,12 +123,12 @@ def fitted_again(terms: Sequence[Term], setting: Setting, rounds: int = 2) -> Se
     for _ in range(rounds):
         for i in range(len(terms)):
             others = now.terms[:i] + now.terms[i + 1 :]
-            new = _adjusted(now.terms[i], others, now.y, setting)
+            new = _adjust_term(now.terms[i], others, now.y, setting)
             now = joint((*now.terms[:i], new, *now.terms[i + 1 :]), setting)
     return now
 
 
-def _adjusted(term: Term, others: Sequence[Term], y: Array, setting: Setting) -> Term:
+def _adjust_term(term: Term, others: Sequence[Term], y: Array, setting: Setting) -> Term:
     """A term at its best scanned values and prior width, others projected out."""
     basis = basis_of(others, len(y))
     r = without_span(y, basis)
@@ -152,7 +152,7 @@ def mismatch(selection: Selection) -> float:
     return sum(0.5 * (MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
 
 
-def cleaned(setting: Setting) -> Setting:
+def clean_outliers(setting: Setting) -> Setting:
     """The setting with outliers pulled in about what a search finds that takes every row as it is; where that finds nothing,
     about nothing.
     """
@@ -180,7 +180,8 @@ def _simpler_shapes(state: Selection, setting: Setting) -> Selection:
         nats = scorer(own, given).options(state.y[:, None])[:, 0] + own.weight
         option = own.options[int(np.argmax(np.where(fewer, nats, -np.inf)))]
         new, same = (
-            _adjusted(t, others, state.y, setting) for t in (Term(term.family, option, option.columns), term)
+            _adjust_term(t, others, state.y, setting)
+            for t in (Term(term.family, option, option.columns), term)
         )
         if _value((*others, new), state.y, setting) > _value((*others, same), state.y, setting):
             state = joint((*state.terms[:i], new, *state.terms[i + 1 :]), setting)
@@ -192,7 +193,7 @@ def _nothing_free(family: Family) -> bool:
     return min(o.freedom for o in family.options) == 1
 
 
-def worth(state: Selection, setting: Setting) -> float:
+def net_evidence(state: Selection, setting: Setting) -> float:
     """Nats of all terms together, each having paid the threshold."""
     return _value(state.terms, state.y, setting)
 
@@ -204,7 +205,7 @@ def _forward(state: Selection, setting: Setting) -> Selection:
         new = _best_addition(state, setting)
         if new is None:
             return _closed(state, setting) or state
-        state = _pruned(joint((*state.terms, new), setting), setting)
+        state = _prune(joint((*state.terms, new), setting), setting)
         key = tuple(sorted(t.family.id for t in state.terms))
         if key in seen:
             break
@@ -300,11 +301,11 @@ def _term(family: int, options: Array, given: Sequence[Term], state: Selection, 
     best = best_option(found, options, family)
     width = found.options[best].columns.shape[1]
     fewer = [k for k in own if _has_scan(found.options[k]) and found.options[k].columns.shape[1] < width]
-    large = _adjusted(_at_option(found, family, best), given, state.y, setting)
+    large = _adjust_term(_at_option(found, family, best), given, state.y, setting)
     if not fewer or not _has_scan(found.options[best]):
         return large
     simple = max(fewer, key=lambda k: float(options[k] + found.weight[k]))
-    small = _adjusted(_at_option(found, family, simple), given, state.y, setting)
+    small = _adjust_term(_at_option(found, family, simple), given, state.y, setting)
     alone = joint((*given, small), setting)
     lead = _value((*given, large), alone.y, setting) - _value(alone.terms, alone.y, setting)
     return large if lead > 0.5 * (MISMATCH * alone.delta(len(given))) ** 2 else small
@@ -347,7 +348,7 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
 
 
-def _pruned(state: Selection, setting: Setting) -> Selection:
+def _prune(state: Selection, setting: Setting) -> Selection:
     """Backward elimination and swaps until nothing changes: an early wrong pick does not survive."""
     for _ in range(2 * MOST_TERMS):
         change = _one_change(state, setting)

@@ -33,11 +33,11 @@ from vcmm.learn.diagnosis.scans import is_change
 from vcmm.learn.diagnosis.very_long import few_together
 from vcmm.learn.diagnosis.written_fit import with_written_fit
 from vcmm.task.response.folds import Mask
-from vcmm.task.response.joining import joined
+from vcmm.task.response.joining import join_recordings
 from vcmm.task.response.recording import Ints, Recording
 
 ROUNDS = 3  # names that are each one's own may hide behind one another
-SEEN = (
+LEAST_SIZE = (
     1.0  # size of a name in a recording, in units of its noise, below which the recording does not measure it
 )
 
@@ -52,7 +52,7 @@ class Size:
 
 
 @dataclass(frozen=True, eq=False)
-class Shared:
+class SharedAnswer:
     """A name and its sizes. common: they agree; p of their chi-square."""
 
     answer: Answer
@@ -71,7 +71,7 @@ class Several:
     """
 
     together: Diagnosis
-    shared: tuple[Shared, ...]
+    shared: tuple[SharedAnswer, ...]
     alone: tuple[tuple[str, Diagnosis], ...]
     recording: Recording
     left_out: dict[str, tuple[str, ...]]
@@ -90,18 +90,18 @@ def diagnose_several(
     """
     recordings = few_together(recordings)
     refuse_copies(recordings, machine)
-    whole = joined(recordings, machine)
+    whole = join_recordings(recordings, machine)
 
     def asked(recording: Recording) -> Diagnosis:
         return diagnose(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
 
     names, rest = [r.name for r in recordings], whole.recording
-    own: tuple[Shared, ...] = ()
+    own: tuple[SharedAnswer, ...] = ()
     alone = tuple((r.name, asked(r)) for r in recordings)
-    found: Sequence[Answer] = once([a for _, d in alone for a in d.found if not has_scan(a)])
+    found: Sequence[Answer] = unique_answers([a for _, d in alone for a in d.found if not has_scan(a)])
     for turn in range(ROUNDS + 1):
         problem = make_problem(rest, machine)
-        shared = measured(found, problem, whole.part, names)
+        shared = measure_shared(found, problem, whole.part, names)
         differing = tuple(s for s in shared if not s.common and not has_scan(s.answer))
         rest, own = without(problem, whole.part, differing), (*own, *differing)
         if turn and not differing:
@@ -120,7 +120,7 @@ def has_scan(a: Answer) -> bool:
     )
 
 
-def once(found: Sequence[Answer]) -> list[Answer]:
+def unique_answers(found: Sequence[Answer]) -> list[Answer]:
     """Of every name and place the answer of highest evidence."""
     best: dict[tuple[str, tuple[tuple[str, str], ...]], Answer] = {}
     for a in sorted(found, key=lambda a: -a.evidence):
@@ -128,16 +128,18 @@ def once(found: Sequence[Answer]) -> list[Answer]:
     return list(best.values())
 
 
-def measured(
+def measure_shared(
     found: Sequence[Answer], problem: Problem, part: Ints, names: Sequence[str]
-) -> tuple[Shared, ...]:
+) -> tuple[SharedAnswer, ...]:
     """The names that have a crisp number, with their sizes in every recording alone; part (m,): number of the recording."""
     named = [a for a in found if a.fitted is not None]
     if not named:
         return ()
     templates = np.stack([template(a, problem) for a in named], axis=1)
     sizes = [_sizes(templates, problem, part == k, name) for k, name in enumerate(names)]
-    return tuple(Shared(a, one := tuple(s[i] for s in sizes), agreement(one)) for i, a in enumerate(named))
+    return tuple(
+        SharedAnswer(a, one := tuple(s[i] for s in sizes), agreement(one)) for i, a in enumerate(named)
+    )
 
 
 def agreement(sizes: Sequence[Size]) -> float:
@@ -161,7 +163,7 @@ def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Si
     apart = np.full(int(rows.sum()), -1, dtype=np.intp)
     white = whitener(problem.u[rows], problem.nuisance[rows], problem.calibration[rows], apart, 0.0)
     x, y = white.apply(templates[rows]), white.apply(problem.residual[rows])
-    seen = np.linalg.norm(x, axis=0) > SEEN
+    seen = np.linalg.norm(x, axis=0) > LEAST_SIZE
     gram = np.linalg.pinv(x[:, seen].T @ x[:, seen])
     times = gram @ (x[:, seen].T @ y)
     rest = y - x[:, seen] @ times
@@ -180,7 +182,7 @@ def template(a: Answer, problem: Problem) -> Array:
     return problem.observer.through(effect, effect.error_motion(problem.run))
 
 
-def without(problem: Problem, part: Ints, own: Sequence[Shared]) -> Recording:
+def without(problem: Problem, part: Ints, own: Sequence[SharedAnswer]) -> Recording:
     """The recording less, in the rows of each, its own share of names that are not common."""
     value = problem.recording.value
     for shared in own:

@@ -23,7 +23,7 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.periods import coordinate
-from vcmm.learn.diagnosis.refine import scanned
+from vcmm.learn.diagnosis.refine import scanned_names
 from vcmm.learn.diagnosis.select import (
     Selection,
     Setting,
@@ -36,23 +36,25 @@ from vcmm.learn.diagnosis.select import (
 
 MOST = 6  # competitors that are looked at, given some terms
 LINES = 3  # of a spectrum whose best values are searched: the highest on the grid may be a side lobe
-APART = 0.75  # of 1 / range: two trial frequencies that are closer stand on one line
+LINE_SPACING = 0.75  # of 1 / range: two trial frequencies that are closer stand on one line
 Sharp = tuple[int, Option, float]  # family, option at its best, ln weight within the family
 
 
-def sharpened(setting: Setting, state: Selection) -> Setting:
+def sharpen(setting: Setting, state: Selection) -> Setting:
     """The setting with further options; the same one where no competitor has a value to be searched."""
     if not setting.found.families:
         return setting
     new: dict[tuple[int, str, tuple[float, ...]], Sharp] = {}
-    for given in _given(state):
+    for given in _conditioning_sets(state):
         for sharp in _of_competitors(given, setting, state):
-            values = tuple(round(float(np.log(getattr(sharp[1].effect, n))), 2) for n in scanned(sharp[1]))
+            values = tuple(
+                round(float(np.log(getattr(sharp[1].effect, n))), 2) for n in scanned_names(sharp[1])
+            )
             new.setdefault((sharp[0], type(sharp[1].effect).__name__, values), sharp)
-    return replace(setting, found=_extended(setting, list(new.values()))) if new else setting
+    return replace(setting, found=_extend_dictionary(setting, list(new.values()))) if new else setting
 
 
-def _given(state: Selection) -> list[Sequence[Term]]:
+def _conditioning_sets(state: Selection) -> list[Sequence[Term]]:
     every = range(len(state.terms))
     others = [[state.terms[j] for j in every if j != i] for i in every]
     return [[], *(o for o in others if o)]
@@ -63,14 +65,14 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
     scores = family_scores(setting.found, options)
     taken = {t.family.id for t in given}
     order = [int(j) for j in np.argsort(-scores, kind="stable") if scores[j] > setting.threshold]
-    asked = [j for j in order if setting.found.families[j].id not in taken and _searched(setting.found, j)]
+    asked = [j for j in order if setting.found.families[j].id not in taken and _has_scans(setting.found, j)]
     basis = basis_of(given, len(state.y))
     r = without_span(state.y, basis)
     return [s for j in asked[:MOST] for s in _of_family(j, options, r, basis, setting)]
 
 
-def _searched(found: Dictionary, j: int) -> bool:
-    return any(scanned(found.options[k]) for k in options_of(found, j))
+def _has_scans(found: Dictionary, j: int) -> bool:
+    return any(scanned_names(found.options[k]) for k in options_of(found, j))
 
 
 def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
@@ -78,7 +80,7 @@ def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting)
     found = setting.found
     shapes: dict[str, list[int]] = {}
     for k in sorted(options_of(found, j), key=lambda k: -float(options[k])):
-        if scanned(found.options[k]):
+        if scanned_names(found.options[k]):
             shapes.setdefault(type(found.options[k].effect).__name__, []).append(k)
     out = []
     for k in (k for own in shapes.values() for k in _lines(own, setting)):
@@ -93,7 +95,9 @@ def _lines(own: Sequence[int], setting: Setting) -> list[int]:
     for k in own:
         wave = _frequency(setting.found.options[k], setting)
         others = [_frequency(setting.found.options[i], setting) for i in kept]
-        if not kept or (wave is not None and all(o is not None and abs(wave - o) > APART for o in others)):
+        if not kept or (
+            wave is not None and all(o is not None and abs(wave - o) > LINE_SPACING for o in others)
+        ):
             kept.append(k)
         if len(kept) == LINES or wave is None:
             break
@@ -102,14 +106,14 @@ def _lines(own: Sequence[int], setting: Setting) -> list[int]:
 
 def _frequency(option: Option, setting: Setting) -> float | None:
     """Periods within the range of the places; None where the option has none to be searched."""
-    if option.effect is None or "period" not in scanned(option):
+    if option.effect is None or "period" not in scanned_names(option):
         return None
     q = coordinate(option.effect, setting.refine.problem.run)
     period = float(getattr(option.effect, "period")) / int(getattr(option.effect, "harmonic", 1))  # noqa: B009
     return None if q is None else float(np.ptp(q)) / period
 
 
-def _extended(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
+def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
     """The dictionary with further options, each beside the others of its family."""
     found = setting.found
     options: list[Option] = []

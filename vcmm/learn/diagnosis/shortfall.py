@@ -16,7 +16,7 @@ from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import CHANCE, FALSE_ALARM, FAR, LEAST_SPREAD, MISMATCH
 from vcmm.learn.diagnosis.holdout import Fold, tells
-from vcmm.learn.diagnosis.noise import Audit, chained
+from vcmm.learn.diagnosis.noise import Audit, chain_noise
 from vcmm.learn.diagnosis.problem import Problem, generator
 from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.select import Selection
@@ -33,7 +33,7 @@ def failing_fold(
         return ""
     columns = np.concatenate([t.option.columns for t in selection.terms], axis=1)
     width = np.concatenate([np.full(t.white.shape[1], t.width) for t in selection.terms])
-    sample = _simulated(problem, selection, columns, noise, u, seed)
+    sample = _simulate(problem, selection, columns, noise, u, seed)
     raw = np.column_stack([problem.residual, sample])
     gains = np.stack([_gains(p, columns, width, selection.fit.sigma, raw) for p in parts])
     drawn = gains[:, 1:]
@@ -50,7 +50,7 @@ def _forgiven(selection: Selection) -> float:
     return sum(0.5 * (2 * MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
 
 
-def _simulated(
+def _simulate(
     problem: Problem, selection: Selection, columns: Array, noise: Audit, u: Array, seed: int
 ) -> Array:
     """Recordings (m, DRAWS) of the fitted terms, the noise found and the calibration; the nuisance is projected out later."""
@@ -61,7 +61,7 @@ def _simulated(
     if np.isfinite(dof):
         e = rng.standard_t(dof, (problem.m, DRAWS)) * np.sqrt((dof - 2) / dof)
     if noise.rho:
-        e = chained(e, problem.before, noise.rho)
+        e = chain_noise(e, problem.before, noise.rho)
     known = problem.calibration @ rng.standard_normal((problem.calibration.shape[1], DRAWS))
     out = (columns @ selection.fit.mean)[:, None] + known + selection.fit.sigma * u[:, None] * e
     return np.asarray(out)

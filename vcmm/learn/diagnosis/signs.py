@@ -25,7 +25,7 @@ def _approach(recording: Recording) -> list[str]:
         return []
     v = run.vector(*names)[recording.row]
     along, size = (v * recording.direction).sum(axis=1), np.linalg.norm(v, axis=1)
-    use = (np.abs(along) > 0.5 * size) & (size > 0) & ~_scanned(recording)
+    use = (np.abs(along) > 0.5 * size) & (size > 0) & ~_is_scan(recording)
     away = use & (along > 0)
     if use.sum() < ENOUGH or not away.any():
         return []
@@ -42,7 +42,7 @@ def _approach(recording: Recording) -> list[str]:
     return []
 
 
-def _scanned(recording: Recording) -> npt.NDArray[np.bool_]:
+def _is_scan(recording: Recording) -> npt.NDArray[np.bool_]:
     mode = recording.run.labels.get("mode")
     return np.zeros(recording.m, dtype=bool) if mode is None else (mode == "scan")[recording.row]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.effect import parameter, unit_at
 from vcmm.core.units import in_unit
-from vcmm.learn.diagnosis.candidates import Family, Option, again
+from vcmm.learn.diagnosis.candidates import Family, Option, rebuild_option
 from vcmm.learn.diagnosis.constants import MOSTLY, NOTHING
 from vcmm.learn.diagnosis.evidence import visible
 from vcmm.learn.diagnosis.problem import Problem
@@ -31,7 +31,7 @@ def simple_part(
         if not simple or not generalises(term.family.name, family.name):
             continue
         for known in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
-            option = known if len(known.columns) == problem.m else again(known, problem)
+            option = known if len(known.columns) == problem.m else rebuild_option(known, problem)
             x = None if option is None else visible(option.columns, white)
             if option is None or x is None:
                 continue

@@ -20,17 +20,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.answer.evaluation.gaussian import Ints
-from vcmm.core.run import Array, Run, coded
+from vcmm.core.run import Array, Run, encode_labels
 from vcmm.learn.diagnosis.constants import FEWEST, NOTHING
 from vcmm.learn.diagnosis.problem import Problem, generator, make_problem
 from vcmm.task.response.recording import Recording
 
 Mask = npt.NDArray[np.bool_]
-SCREENED = 2500  # observations in which the whole catalogue is searched
+MOST_SCREENED = 2500  # observations in which the whole catalogue is searched
 LARGEST = 10_000  # observations of any search
 
 
-def thinned(problem: Problem, largest: int) -> Problem:
+def thin_problem(problem: Problem, largest: int) -> Problem:
     """The problem with no more than about `largest` of its observations; the same one where it has no more.
 
     Nuisance parameters need rows too: ten for each, however many that are.
@@ -40,11 +40,11 @@ def thinned(problem: Problem, largest: int) -> Problem:
         return problem
     own = np.unique(problem.recording.row)
     kept = np.zeros(problem.run.n, dtype=bool)
-    kept[own[chosen(problem.run.take(own), wanted / problem.m)]] = True
+    kept[own[choose_rows(problem.run.take(own), wanted / problem.m)]] = True
     return make_problem(of_rows(problem.recording, kept), problem.machine)
 
 
-def chosen(run: Run, share: float) -> Mask:
+def choose_rows(run: Run, share: float) -> Mask:
     """Which rows (n,) of a run, in their order, make up about that share of it."""
     factors = list(_factors(run))
     group = np.zeros(run.n, dtype=np.intp)
@@ -62,7 +62,7 @@ def chosen(run: Run, share: float) -> Mask:
 def _factors(run: Run) -> Iterator[Ints]:
     """Codes (n,) of every label, and of the sense of every axis."""
     for name in sorted(run.labels):
-        yield by_first_row(coded(run.labels[name])[1])
+        yield by_first_row(encode_labels(run.labels[name])[1])
     for name in sorted(c for c in run.columns if c.startswith("sense_")):
         yield by_first_row(run.columns[name].astype(np.intp) + 1)
 
@@ -118,7 +118,7 @@ def loss(searched: int, of: int) -> float:
     return float(np.sqrt(of / searched))
 
 
-def said(searched: int, of: int, sizes_too: bool) -> str:
+def thinning_text(searched: int, of: int, sizes_too: bool) -> str:
     """What is lost, in words."""
     sizes = (
         "sizes with their intervals are of these rows too, for a field without a name stands beside the names; rms of what is"

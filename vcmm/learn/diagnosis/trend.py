@@ -63,7 +63,7 @@ def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | No
     free = len(at) - 1 - best.more
     rest = max(total - best.chi2, 0.0)
     scale = rest / free if free > 0 and _beyond(rest, free) < CHANCE else 1.0
-    if best.tries * _two_sided(best.chi2 / scale, free if scale > 1 else None) < CHANCE:
+    if best.tries * _two_sided_chance(best.chi2 / scale, free if scale > 1 else None) < CHANCE:
         found = best.trend
         return Trend(
             found.kind, found.amount, float(found.u or 0.0) * math.sqrt(scale), found.first, found.last
@@ -117,7 +117,7 @@ def _beyond(chi2: float, free: int) -> float:
     return float(gammaincc(free / 2, chi2 / 2))
 
 
-def _two_sided(square: float, free: int | None) -> float:
+def _two_sided_chance(square: float, free: int | None) -> float:
     """Chance of a squared deviation as large or larger: normal, or Student's with so many degrees of freedom."""
     if free is None:
         return math.erfc(math.sqrt(max(square, 0.0) / 2))

@@ -12,7 +12,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.learn.diagnosis.constants import APART, FALSE_ALARM, LEAST_TOLD, STRUCTURED, UNSTATED
+from vcmm.learn.diagnosis.constants import (
+    FALSE_ALARM,
+    LEAST_TOLD,
+    SCATTER_RATIO,
+    STRUCTURE_CORRELATION,
+    UNSTATED_RATIO,
+)
 from vcmm.learn.diagnosis.holdout import is_free_curve
 from vcmm.learn.diagnosis.locate import Place
 from vcmm.learn.diagnosis.noise import Audit
@@ -36,12 +42,12 @@ def reasons(
     if excess:
         out.append(excess)
     scatter = max(left, noise.scale)
-    if named and scatter > UNSTATED:
+    if named and scatter > UNSTATED_RATIO:
         out.append(
             f"the names leave {scatter:.2g} times the noise that was stated: either the noise is stated wrongly, or physics"
             " is hidden in it"
         )
-    if named and noise.rho >= STRUCTURED:
+    if named and noise.rho >= STRUCTURE_CORRELATION:
         out.append(
             f"what the names leave is no scatter: each observation tells {noise.rho**2:.0%} of the next one"
             f" (correlation {noise.rho:.2f})"
@@ -57,7 +63,7 @@ def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
     """
     if noise.scale <= float(np.hypot(noise.limit, np.sqrt(forgiven))):
         return ""
-    rms = f" ({left:.2g} times by rms)" if noise.rho == 0 and left > APART * noise.scale else ""
+    rms = f" ({left:.2g} times by rms)" if noise.rho == 0 and left > SCATTER_RATIO * noise.scale else ""
     return (
         f"the noise is {noise.scale:.2g} times what was stated{rms}: either the statement is too small or something is"
         " missing that no column shows"
@@ -74,7 +80,7 @@ def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
     )
 
 
-def told(probability: float) -> str:
+def describe_probability(probability: float) -> str:
     """A probability in words: below one in a thousand no template is known well enough for digits."""
     return f"{probability:.2g}" if probability >= LEAST_TOLD else f"below {LEAST_TOLD:g}"
 
@@ -96,11 +102,13 @@ def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
                 " magnitude"
             )
         elif a.improbable:
-            out.append(f"{name} is a candidate and no finding: its probability is {told(a.probability)}")
+            out.append(
+                f"{name} is a candidate and no finding: its probability is {describe_probability(a.probability)}"
+            )
     return tuple(out)
 
 
-def seen(places: Sequence[Place], named: bool) -> tuple[tuple[Place, ...], tuple[str, ...]]:
+def clear_places(places: Sequence[Place], named: bool) -> tuple[tuple[Place, ...], tuple[str, ...]]:
     """Where nothing has a name: the places that are surer than the false alarms allow, and what they speak against."""
     if named:
         return tuple(places), ()

@@ -18,7 +18,7 @@ import numpy as np
 
 from vcmm.core.run import Series
 from vcmm.learn.diagnosis.order import rows_in_order
-from vcmm.learn.diagnosis.thinning import Mask, chosen, loss, of_rows
+from vcmm.learn.diagnosis.thinning import Mask, choose_rows, loss, of_rows
 from vcmm.task.response.recording import Recording
 
 MOST = 100_000  # observations of a diagnosis
@@ -30,11 +30,13 @@ def few_enough(recording: Recording, most: int = MOST) -> Recording:
     if recording.m <= most:
         return recording
     run = recording.run
-    kept = _taken(recording, most / recording.m)
+    kept = _choose_rows(recording, most / recording.m)
     if recording.kind == "displacement":  # lengths are counted from the first row of a set-up
         kept[np.unique(run.copies("setup")[1], return_index=True)[1]] = True
     some = of_rows(recording, kept)
-    series = {name: log if name.startswith("accel_") else averaged(log) for name, log in run.series.items()}
+    series = {
+        name: log if name.startswith("accel_") else average_log(log) for name, log in run.series.items()
+    }
     return replace(
         some, run=replace(some.run, series=series), chosen_from=recording.chosen_from or recording.m
     )
@@ -48,7 +50,7 @@ def few_together(recordings: Sequence[Recording], most: int = MOST) -> Sequence[
     return [few_enough(r, max(most * r.m // whole, 1)) for r in recordings]
 
 
-def _taken(recording: Recording, share: float) -> Mask:
+def _choose_rows(recording: Recording, share: float) -> Mask:
     """Which run rows (n,) are taken: about that share of those that were observed, evenly in time."""
     run = recording.run
     observed = np.zeros(run.n, dtype=bool)
@@ -57,11 +59,11 @@ def _taken(recording: Recording, share: float) -> Mask:
     rows = rows[observed[rows]]
     as_it_is = np.array_equal(rows, np.arange(run.n))
     out = np.zeros(run.n, dtype=bool)
-    out[rows[chosen(run if as_it_is else run.take(rows), share)]] = True
+    out[rows[choose_rows(run if as_it_is else run.take(rows), share)]] = True
     return out
 
 
-def averaged(log: Series, entries: int = ENTRIES) -> Series:
+def average_log(log: Series, entries: int = ENTRIES) -> Series:
     """The log, or means of time and value over `entries` stretches of it: linear courses stay as they are."""
     n = len(log.time)
     if n <= entries:
@@ -71,7 +73,7 @@ def averaged(log: Series, entries: int = ENTRIES) -> Series:
     return Series(*(np.add.reduceat(v, first[:-1]) / count for v in (log.time, log.value)))
 
 
-def told(recording: Recording) -> tuple[str, ...]:
+def thinning_notes(recording: Recording) -> tuple[str, ...]:
     """What was taken and what that loses, in words; nothing where all rows are there."""
     of = recording.chosen_from
     if not of:

@@ -12,12 +12,12 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
-from vcmm.learn.diagnosis.accepted import anew, written
+from vcmm.learn.diagnosis.accepted import anew, answers_to_write
 from vcmm.learn.diagnosis.comparison import left_by
 from vcmm.learn.diagnosis.delivered import OWN_ROWS
-from vcmm.learn.diagnosis.improve import improved
-from vcmm.learn.diagnosis.renewed import with_renewed
-from vcmm.learn.diagnosis.repair import repaired
+from vcmm.learn.diagnosis.improve import improve_machine
+from vcmm.learn.diagnosis.renewed import with_tables
+from vcmm.learn.diagnosis.repair import repair_machine
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.learn.diagnosis.verdict import doubts
 from vcmm.task.response.recording import Recording
@@ -26,11 +26,11 @@ from vcmm.task.response.recording import Recording
 def handed_over(d: Diagnosis, machine: Machine) -> Machine:
     """The machine with what is written into its file: a corrected table, and the answers that are found."""
     with suppress(UsageError, KeyError):  # a mistake that no table can hold
-        machine = repaired(machine, d.mistake)
+        machine = repair_machine(machine, d.mistake)
     new = anew(d.answer)
     if new is not None:
-        machine = with_renewed(machine, new)
-    return improved(machine, tuple((a.fitted, a.inputs) for a in written(d.answer)))
+        machine = with_tables(machine, new)
+    return improve_machine(machine, tuple((a.fitted, a.inputs) for a in answers_to_write(d.answer)))
 
 
 def rms_left(recordings: Sequence[Recording], machine: Machine) -> float:
@@ -43,8 +43,8 @@ def with_written_fit(d: Diagnosis, recordings: Sequence[Recording], machine: Mac
     """The diagnosis with rms before and after of the rows of recordings; nothing is written that makes them worse."""
     before = rms_left(recordings, machine)
     after = rms_left(recordings, handed_over(d, machine))
-    if after > before and (written(d.answer) or anew(d.answer)):
-        kept = [id(a) for a in d.answer if a in written(d.answer) or a.renewed]
+    if after > before and (answers_to_write(d.answer) or anew(d.answer)):
+        kept = [id(a) for a in d.answer if a in answers_to_write(d.answer) or a.renewed]
         answer = tuple(replace(a, withheld=OWN_ROWS) if id(a) in kept else a for a in d.answer)
         verdict = {"explained": "unexplained", "partly explained": "unexplained"}.get(d.verdict, d.verdict)
         reasons = tuple(dict.fromkeys((*d.reasons, *doubts(answer))))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from vcmm.part.fit.constrained import held, normal_matrix
+from vcmm.part.fit.constrained import hold_axis, normal_matrix
 from vcmm.part.fit.criteria import CRITERIA, Association, associate
-from vcmm.part.fit.elements import ELEMENTS, MINIMUM_POINTS, Fitted
+from vcmm.part.fit.elements import ELEMENTS, MINIMUM_POINTS, FittedElement
 from vcmm.part.fit.gauss import gauss
 from vcmm.part.fit.local_sizes import sphere_radii, two_point_radii
 from vcmm.part.fit.profile import profile_line
 from vcmm.part.fit.sensitivity import Sensitivity, linear_fit, sensitivity
 
 __all__ = [
-    "CRITERIA", "ELEMENTS", "MINIMUM_POINTS", "Association", "Fitted", "Sensitivity", "associate", "gauss", "held",
+    "CRITERIA", "ELEMENTS", "MINIMUM_POINTS", "Association", "FittedElement", "Sensitivity", "associate", "gauss", "hold_axis",
     "linear_fit", "normal_matrix", "profile_line", "sensitivity", "sphere_radii", "two_point_radii",
 ]  # fmt: skip

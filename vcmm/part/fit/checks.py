@@ -66,7 +66,7 @@ def check_spread(element: Element, points: Array, axis_is_fixed: bool, name: str
         )
 
 
-def check_converged(element: Element, done: Mask, name: str) -> None:
+def check_convergence(element: Element, done: Mask, name: str) -> None:
     """ModelLimit when members of the batch (B,) did not reach a minimum."""
     if done.all():
         return

@@ -20,26 +20,36 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.errors import UsageError
-from vcmm.part.fit.checks import check_converged, element_of
+from vcmm.part.fit.checks import check_convergence, element_of
 from vcmm.part.fit.criteria import ASIDE, NUDGE, ROUND, associate
-from vcmm.part.fit.elements import RX, RY, Array, Fitted, Mask, frames, jacobian, rows_of, signed_residuals
+from vcmm.part.fit.elements import (
+    RX,
+    RY,
+    Array,
+    FittedElement,
+    Mask,
+    frames,
+    jacobian,
+    rows_of,
+    signed_residuals,
+)
 from vcmm.part.fit.exchange import ContactGoal, ContactProblem, Local, settle
-from vcmm.part.fit.gauss import centred, gauss
-from vcmm.part.fit.newton import State, magnitude, moved, seated, to_local
+from vcmm.part.fit.gauss import centre_points, gauss
+from vcmm.part.fit.newton import State, magnitude, move_state, seat, to_local
 
 STEPS = 50
 TURNS = 4  # of Gauss-Newton for one angle, from a start that errs by mrad: 1e-3, 1e-6, 1e-12
 STILL = 1e-12  # of the extent: a step of Gauss-Newton that moves nothing
 
 
-def held(
-    base: Fitted,
+def hold_axis(
+    base: FittedElement,
     axis: Array,
     about: Array | None = None,
     points: Array | None = None,
     criterion: str = "G",
     inside: bool = False,
-) -> Fitted:
+) -> FittedElement:
     """The element of the kind of `base` (its free least-squares fit) whose axis is `axis` (..., 3), unit, on the side of base.axis.
 
     about (..., 3): unit direction about which it may turn, at the angle that axis has to it; None: axis is final.
@@ -55,7 +65,7 @@ def held(
         )
     if about is not None:
         return _turning(base, axis, about, points, criterion, inside)
-    start = Fitted(base.kind, base.point, axis, base.sizes, base.residuals, base.normals)
+    start = FittedElement(base.kind, base.point, axis, base.sizes, base.residuals, base.normals)
     start = _broadcast(start, batch)
     if criterion == "G":
         return gauss(base.kind, points, start, fixed_axis=axis)
@@ -63,7 +73,7 @@ def held(
     return found.element
 
 
-def normal_matrix(fitted: Fitted, points: Array) -> Array:
+def normal_matrix(fitted: FittedElement, points: Array) -> Array:
     """M (6 + s, 6 + s) of one fit and its points (n, 3): sum of squares per shift (mm), turn about its point (rad), sizes; outer frame."""
     element = element_of(fitted.kind)
     axis = fitted.axis if element.has_axis else np.array([0.0, 0.0, 1.0])
@@ -86,7 +96,7 @@ def at_angle(axis: Array, about: Array, cosine: Array | float, sine: Array | flo
     return np.asarray(cosine * about + sine * beside / np.maximum(size, 1e-300))
 
 
-def _by_matrix(base: Fitted, axis: Array, about: Array | None) -> Fitted:
+def _by_matrix(base: FittedElement, axis: Array, about: Array | None) -> FittedElement:
     """From the matrix of the fit: shifts and sizes follow the turn w = base.axis x axis, which is smallest in w^T S w, S the matrix
     less what they take up.
     """
@@ -126,7 +136,7 @@ def _easiest(free: Array, axis: Array, about: Array, rest: Array) -> Array:
     return axis
 
 
-def _broadcast(one: Fitted, batch: tuple[int, ...]) -> Fitted:
+def _broadcast(one: FittedElement, batch: tuple[int, ...]) -> FittedElement:
     if one.point.shape[:-1] == batch:
         return one
     shaped = (np.broadcast_to(a, (*batch, a.shape[-1])) for a in (one.point, one.axis, one.sizes))
@@ -153,17 +163,19 @@ class _Turning(ContactProblem):
         parts = [jac[:, :k], turn, jac[:, k + 2 :]] if self.goal.sized else [jac[:, :k], turn]
         return Local(self.goal.sign * d, self.goal.sign * np.concatenate(parts, axis=1), local, frame)
 
-    def moved(self, state: State, frame: Array, step: Array) -> State:
+    def move(self, state: State, frame: Array, step: Array) -> State:
         k, s = len(self.free), len(self.element.sizes)
         sizes = step[:, k + 1 :] if self.goal.sized else np.zeros((len(step), s))
         tilts = step[:, k, None] * frame[:, :2, 2]
         full = np.concatenate([step[:, :k], tilts, sizes], axis=1)
-        out = moved(self.element, (*self.free, RX, RY), state, frame, full)
+        out = move_state(self.element, (*self.free, RX, RY), state, frame, full)
         up = np.broadcast_to([0.0, 0.0, 1.0], out.axis.shape)
-        return seated(self.element, out._replace(axis=at_angle(out.axis, up, self.cosine, self.sine)))
+        return seat(self.element, out._replace(axis=at_angle(out.axis, up, self.cosine, self.sine)))
 
 
-def _turning(base: Fitted, axis: Array, about: Array, points: Array, criterion: str, inside: bool) -> Fitted:
+def _turning(
+    base: FittedElement, axis: Array, about: Array, points: Array, criterion: str, inside: bool
+) -> FittedElement:
     """The element that turns about one direction, by its points (..., n, 3)."""
     element = element_of(base.kind)
     batch, n = points.shape[:-2], points.shape[-2]
@@ -171,7 +183,7 @@ def _turning(base: Fitted, axis: Array, about: Array, points: Array, criterion: 
     flat = points.reshape(-1, n, 3)
     axes, ways = (np.broadcast_to(a, (*batch, 3)).reshape(-1, 3) for a in (axis, about))
     frame = frames(ways)
-    data, centroid, scale = centred(flat)
+    data, centroid, scale = centre_points(flat)
     data = frame @ data
     unit = np.where(np.array(element.lengths, dtype=bool), scale, 1.0)
     turn = lambda v: np.einsum("bij,bj->bi", frame, v)  # noqa: E731
@@ -196,7 +208,7 @@ def _turning(base: Fitted, axis: Array, about: Array, points: Array, criterion: 
         state, done = found.state, found.done | found.lost
         if not goal.sized:
             state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])
-    check_converged(element, done, f"{base.kind} as a secondary datum")
+    check_convergence(element, done, f"{base.kind} as a secondary datum")
     local, own = to_local(data, state)
     residuals, normals = signed_residuals(rows_of(element, local, state.sizes), own, local[:, 0].shape)
     outward = np.einsum("bji,bnj->bni", frame, normals)
@@ -208,7 +220,7 @@ def _turning(base: Fitted, axis: Array, about: Array, points: Array, criterion: 
         outward,
     )
     point, shown, sizes, left, normals = (a.reshape((*batch, *a.shape[1:])) for a in parts)
-    return Fitted(base.kind, point, shown, sizes, left, normals)
+    return FittedElement(base.kind, point, shown, sizes, left, normals)
 
 
 def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
@@ -222,13 +234,13 @@ def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
 def _least_squares(problem: _Turning, data: Array, start: State) -> tuple[State, Mask]:
     """Gauss-Newton from the free element, which is near."""
     problem = replace(problem, goal=ContactGoal(two_sided=True, sized=True))
-    state, done = seated(problem.element, start), np.zeros(len(data), dtype=bool)
+    state, done = seat(problem.element, start), np.zeros(len(data), dtype=bool)
     for _ in range(STEPS):
         at = problem.at(data, state)
         matrix = at.jac @ at.jac.swapaxes(-1, -2)
         lift = 1e-15 * np.einsum("bii->b", matrix)[:, None, None] * np.eye(matrix.shape[-1])
         step = np.linalg.solve(matrix + lift, -(at.jac @ at.d[..., None]))[..., 0]
-        state = problem.moved(state, at.frame, np.where(done[:, None], 0.0, step))
+        state = problem.move(state, at.frame, np.where(done[:, None], 0.0, step))
         done = done | (np.abs(step).max(axis=-1) <= STILL * magnitude(state))
         if done.all():
             break

@@ -23,19 +23,19 @@ from typing import NamedTuple
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
-from vcmm.part.fit.checks import check_converged, element_of
+from vcmm.part.fit.checks import check_convergence, element_of
 from vcmm.part.fit.elements import (
     ELEMENTS,
     Array,
     Element,
-    Fitted,
+    FittedElement,
     Mask,
     free_pose,
     rows_of,
     signed_residuals,
 )
-from vcmm.part.fit.exchange import ContactGoal, ContactProblem, Settled, settle
-from vcmm.part.fit.gauss import centred, gauss
+from vcmm.part.fit.exchange import ContactGoal, ContactProblem, SettledState, settle
+from vcmm.part.fit.gauss import centre_points, gauss
 from vcmm.part.fit.newton import State, to_local
 from vcmm.part.fit.uniqueness import is_unique
 
@@ -66,7 +66,7 @@ class Association:
     1e-11 of the extent. unique (...): False where other elements are as good (see vcmm.part.fit.uniqueness); None where not judged.
     """
 
-    element: Fitted
+    element: FittedElement
     contacts: Mask
     unique: Mask | None
 
@@ -75,7 +75,7 @@ def associate(
     kind: str,
     criterion: str,
     points: Array,
-    start: Fitted | None = None,
+    start: FittedElement | None = None,
     *,
     fixed_axis: Array | None = None,
     inside: bool = False,
@@ -110,11 +110,11 @@ def associate(
     parts = [_chunk(ask, flat[i : i + size], _rows(base, n, i, size)) for i in range(0, len(flat), size)]
     columns = [np.concatenate(column) for column in zip(*parts)]
     lost, done = columns.pop(), columns.pop()
-    _check_surrounded(kind, criterion, lost)
-    check_converged(element, done | lost, f"{kind} by criterion {criterion}")
+    _check_enclosure(kind, criterion, lost)
+    check_convergence(element, done | lost, f"{kind} by criterion {criterion}")
     shaped = [a.reshape((*batch, *a.shape[1:])) for a in columns]
     point, axis, sizes, residuals, normals = shaped[:5]
-    found = Fitted(kind, point, axis, sizes, residuals, normals)
+    found = FittedElement(kind, point, axis, sizes, residuals, normals)
     return Association(found, shaped[5], shaped[6] if judged else None)
 
 
@@ -131,7 +131,7 @@ def check_criterion(kind: str, criterion: str, inside: bool = False) -> None:
     raise UsageError(f'criterion "{criterion}" ({CRITERIA[criterion]}) is not for a {kind}; {use}.')
 
 
-def _check_surrounded(kind: str, criterion: str, lost: Mask) -> None:
+def _check_enclosure(kind: str, criterion: str, lost: Mask) -> None:
     if lost.any():
         grows = "shrink" if criterion == "N" else "grow"
         raise ModelLimit(
@@ -141,14 +141,14 @@ def _check_surrounded(kind: str, criterion: str, lost: Mask) -> None:
         )
 
 
-def _rows(base: Fitted, n: int, first: int, size: int) -> Fitted:
+def _rows(base: FittedElement, n: int, first: int, size: int) -> FittedElement:
     """Members first .. first + size - 1 of the Gauss elements of n points, in one leading dimension."""
     parts = (base.point, base.axis, base.sizes, base.residuals)
     cut = [
         a.reshape(-1, w)[first : first + size] for a, w in zip(parts, (3, 3, base.sizes.shape[-1] or 1, n))
     ]
     sizes = cut[2] if base.sizes.shape[-1] else np.empty((len(cut[0]), 0))
-    return Fitted(base.kind, cut[0], cut[1], sizes, cut[3], base.normals)
+    return FittedElement(base.kind, cut[0], cut[1], sizes, cut[3], base.normals)
 
 
 def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
@@ -169,10 +169,10 @@ class _Ask(NamedTuple):
     judged: bool
 
 
-def _chunk(ask: _Ask, points: Array, base: Fitted) -> tuple[Array | Mask, ...]:
+def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask, ...]:
     """Point, axis, sizes, residuals, normals, contacts, unique, done, lost of a chunk (B, n, 3)."""
     element, criterion = ask.element, ask.criterion
-    data, centroid, scale = centred(points)
+    data, centroid, scale = centre_points(points)
     line = element.kind == "line"
     shape = element_of("cylinder") if line else element  # distances from a line: from a cylinder of radius 0
     unit = np.where(np.array(element.lengths, dtype=bool), scale, 1.0)
@@ -183,7 +183,7 @@ def _chunk(ask: _Ask, points: Array, base: Fitted) -> tuple[Array | Mask, ...]:
     point = (base.point - centroid) / scale
     if criterion == "X":  # off the saddle between two opposite points
         point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * ASIDE
-    found: Settled = settle(problem, data, State(point, axis, sizes))
+    found: SettledState = settle(problem, data, State(point, axis, sizes))
     unique = is_unique(problem, data, found) if ask.judged else found.done
     state = found.state
     if not (goal.sized or line):

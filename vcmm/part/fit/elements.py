@@ -30,7 +30,7 @@ TX, TY, TZ, RX, RY = range(5)  # motions of an element in its own frame; a turn 
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedElement:
     """A fitted element, or a batch of them in leading dimensions (written ...).
 
     kind       "point" "line" "plane" "circle" "sphere" "cylinder" "cone" "torus" "mesh"
@@ -56,7 +56,7 @@ class Fitted:
     sizes: Array
     residuals: Array
     normals: Array
-    also: Mapping[str, Fitted] = field(default_factory=dict)
+    also: Mapping[str, FittedElement] = field(default_factory=dict)
     unique: Mask | None = None
     points: Array | None = None
     moments: Array | None = None

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vcmm.part.fit.elements import Array, Element, Mask, jacobian
-from vcmm.part.fit.newton import State, magnitude, moved, seated, to_local
+from vcmm.part.fit.newton import State, magnitude, move_state, seat, to_local
 
 MOST_ROUNDS = 100
 PATIENCE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
@@ -80,11 +80,11 @@ class ContactProblem:
             jac = jac[:, : len(self.free)]
         return Local(self.goal.sign * d, self.goal.sign * jac, local, frame)
 
-    def moved(self, state: State, frame: Array, step: Array) -> State:
+    def move(self, state: State, frame: Array, step: Array) -> State:
         """State after a step (B, p), sizes kept where they are not free."""
         missing = len(self.free) + len(self.element.sizes) - step.shape[1]
         padded = np.concatenate([step, np.zeros((len(step), missing))], axis=1)
-        return moved(self.element, self.free, state, frame, padded)
+        return move_state(self.element, self.free, state, frame, padded)
 
     def top(self, d: Array) -> Array:
         """What is to become smallest (B,): the largest distance, or the sum of squares of a tangent element."""
@@ -93,7 +93,7 @@ class ContactProblem:
         return np.max(np.abs(d) if self.goal.two_sided else d, axis=-1)
 
 
-class Settled(NamedTuple):
+class SettledState(NamedTuple):
     """State; level (B,), 0 for a tangent element; masks of contacts (B, n), lost and done (B,).
 
     lost: the first step ran away, the points do not surround the element.
@@ -114,9 +114,9 @@ class _Step(NamedTuple):
     weight: Array
 
 
-def settle(problem: ContactProblem, data: Array, start: State) -> Settled:
+def settle(problem: ContactProblem, data: Array, start: State) -> SettledState:
     """Element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
-    state = seated(problem.element, start)
+    state = seat(problem.element, start)
     damping = 1.0 / _radius(problem, problem.at(data, state), state)
     least, weight = 1e-4 * damping, np.zeros((len(data), data.shape[2]))
     lost, done = np.zeros(len(data), dtype=bool), np.zeros(len(data), dtype=bool)
@@ -127,16 +127,16 @@ def settle(problem: ContactProblem, data: Array, start: State) -> Settled:
         here, points = _rows(state, on), data[on]
         at = problem.at(points, here)
         metric = _metric(problem, points, here, at, weight=weight[on], damping=damping[on], round_=round_)
-        found = _solved(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
-        trial, gained = _tried(problem, points, here, at, metric, found)
+        found = _solve(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
+        trial, gained = _try_step(problem, points, here, at, metric, found)
         shift = np.abs(np.einsum("bp,bpn->bn", found.step, at.jac)).max(axis=-1)
         if round_ == 0 and not problem.goal.sized:
             lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
         done[on] = _is_done(problem, here, at, found, shift, round_)
-        state = _replaced(state, on[gained], _rows(trial, gained))
+        state = _replace_members(state, on[gained], _rows(trial, gained))
         weight[on] = found.weight
         damping[on] = np.where(gained, np.maximum(damping[on] / 8.0, least[on]), 8.0 * damping[on])
-    return _settled(problem, data, state, lost, done)
+    return _settle(problem, data, state, lost, done)
 
 
 def least_largest(left: Array, basis: Array) -> Array:
@@ -198,7 +198,7 @@ def _curvature(problem: ContactProblem, data: Array, state: State, at: Local, we
     for j in range(p):
         step = np.zeros((len(weight), p))
         step[:, j] = small
-        jacs = [problem.at(data, problem.moved(state, at.frame, way * step)).jac for way in (1.0, -1.0)]
+        jacs = [problem.at(data, problem.move(state, at.frame, way * step)).jac for way in (1.0, -1.0)]
         columns.append(np.einsum("bn,bpn->bp", weight, jacs[0] - jacs[1]) / (2.0 * small[:, None]))
     second = np.stack(columns, axis=-1)
     second = 0.5 * (second + second.swapaxes(-1, -2))
@@ -210,7 +210,7 @@ def _curvature(problem: ContactProblem, data: Array, state: State, at: Local, we
     return np.asarray((vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(-1, -2))
 
 
-def _solved(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
+def _solve(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
     """The step of the problem with straight distances. likely (B, n): not 0 where contact is expected."""
     from vcmm.part.fit._nearest_kernels import minimax_steps, tangent_steps
 
@@ -223,11 +223,11 @@ def _solved(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding
     return _Step(step, level, weight)
 
 
-def _tried(
+def _try_step(
     problem: ContactProblem, data: Array, state: State, at: Local, metric: Array, found: _Step
 ) -> tuple[State, Mask]:
     """State after the step, bent where the straight one loses, and the mask (B,) of those that lose nothing."""
-    trial = problem.moved(state, at.frame, found.step)
+    trial = problem.move(state, at.frame, found.step)
     if problem.goal.tangent:
         return trial, np.ones(len(data), dtype=bool)
     rounding = 4.0 * _EPS * magnitude(state)
@@ -239,10 +239,10 @@ def _tried(
         return trial, gained
     jac = at.jac[again]
     straight = at._replace(d=d[again] - np.einsum("bp,bpn->bn", found.step[again], jac), jac=jac)
-    bent = _solved(problem.goal, straight, metric[again], found.weight[again], rounding[again])
-    second = problem.moved(_rows(state, again), at.frame[again], bent.step)
+    bent = _solve(problem.goal, straight, metric[again], found.weight[again], rounding[again])
+    second = problem.move(_rows(state, again), at.frame[again], bent.step)
     gained[again] = problem.top(problem.at(data[again], second).d) <= limit[again]
-    return _replaced(trial, again, second), gained
+    return _replace_members(trial, again, second), gained
 
 
 def _is_done(
@@ -263,16 +263,16 @@ def _rows(state: State, which: Ints | Mask) -> State:
     return State(*(a[which] for a in state))
 
 
-def _replaced(state: State, which: Ints, by: State) -> State:
+def _replace_members(state: State, which: Ints, by: State) -> State:
     parts = [a.copy() for a in state]
     for part, new in zip(parts, by):
         part[which] = new
     return State(*parts)
 
 
-def _settled(problem: ContactProblem, data: Array, state: State, lost: Mask, done: Mask) -> Settled:
+def _settle(problem: ContactProblem, data: Array, state: State, lost: Mask, done: Mask) -> SettledState:
     d = problem.at(data, state).d
     level = np.zeros(len(d)) if problem.goal.tangent else problem.top(d)
     reached = np.abs(d) if problem.goal.two_sided else d
     near = TOUCH * (1.0 + magnitude(state))[:, None]
-    return Settled(state, level, np.abs(reached - level[:, None]) <= near, lost, done)
+    return SettledState(state, level, np.abs(reached - level[:, None]) <= near, lost, done)

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vcmm.core.errors import UsageError
-from vcmm.part.fit.checks import check_converged, check_points, check_rank, check_spread, element_of
-from vcmm.part.fit.elements import Array, Element, Fitted, Mask, free_pose, rows_of, signed_residuals
-from vcmm.part.fit.newton import State, Turned, descend, to_local
+from vcmm.part.fit.checks import check_convergence, check_points, check_rank, check_spread, element_of
+from vcmm.part.fit.elements import Array, Element, FittedElement, Mask, free_pose, rows_of, signed_residuals
+from vcmm.part.fit.newton import State, TurnedData, descend, to_local
 from vcmm.part.fit.start import TRIAL_AXES, algebraic_start
 
 _CHUNK = 16_384  # values per work array: the arrays of one chunk stay in the processor's cache
@@ -24,11 +24,11 @@ _CHUNK = 16_384  # values per work array: the arrays of one chunk stay in the pr
 def gauss(
     kind: str,
     points: Array,
-    start: Fitted | None = None,
+    start: FittedElement | None = None,
     *,
     fixed_axis: Array | None = None,
     tolerance: float = 1e-12,
-) -> Fitted:
+) -> FittedElement:
     """Least-squares element through points (..., n, 3) mm.
 
     start       nominal element of the same kind, alone or batched like the points; without it the start comes
@@ -52,24 +52,24 @@ def gauss(
         )
     batch, flat = points.shape[:-2], points.reshape(-1, *points.shape[-2:])
     begin = None if start is None else _flat_start(element, start, batch)
-    axis = None if fixed_axis is None else _flattened(_unit(fixed_axis, "fixed_axis"), batch, "fixed_axis")
+    axis = None if fixed_axis is None else _flatten(_unit(fixed_axis, "fixed_axis"), batch, "fixed_axis")
     if kind == "circle" and axis is None:
         bare = None if begin is None else begin._replace(sizes=np.empty((len(flat), 0)))
         axis = _associate(element_of("plane"), flat, bare, None, tolerance, "plane of the circle")[1]
     fit = _associate(element, flat, begin, axis, tolerance, kind)
     check_spread(element, flat, axis is not None, kind)
     point, axis, sizes, residuals, normals = (a.reshape(*batch, *a.shape[1:]) for a in fit)
-    return Fitted(kind, point, axis, sizes, residuals, normals)
+    return FittedElement(kind, point, axis, sizes, residuals, normals)
 
 
-def _flat_start(element: Element, start: Fitted, batch: tuple[int, ...]) -> State:
+def _flat_start(element: Element, start: FittedElement, batch: tuple[int, ...]) -> State:
     """Start as a state of the flattened batch; UsageError for a batch, axis or number that does not fit."""
     axis = _unit(start.axis, "the axis of start") if element.has_axis else start.axis
     if start.sizes.shape[-1] != len(element.sizes):
         raise UsageError(
             f"start has {start.sizes.shape[-1]} sizes, a {element.kind} has {len(element.sizes)}."
         )
-    return State(*(_flattened(a, batch, "start") for a in (start.point, axis, start.sizes)))
+    return State(*(_flatten(a, batch, "start") for a in (start.point, axis, start.sizes)))
 
 
 def _unit(axis: Array, name: str) -> Array:
@@ -81,7 +81,7 @@ def _unit(axis: Array, name: str) -> Array:
     return axis / length
 
 
-def _flattened(values: Array, batch: tuple[int, ...], name: str) -> Array:
+def _flatten(values: Array, batch: tuple[int, ...], name: str) -> Array:
     """(..., k) broadcast to the batch of the points, as (B, k)."""
     if not np.isfinite(values).all():
         raise UsageError(f"{name} holds a number that is not finite: {values}.")
@@ -111,11 +111,11 @@ def _associate(
         parts.append(_fit_chunk(element, free, points[chunk], begin, held, tolerance))
     *fit, frame, matrix, done = (np.concatenate(column) for column in zip(*parts))
     check_rank(element, free, matrix, frame, name)
-    check_converged(element, done, name)
+    check_convergence(element, done, name)
     return fit[0], fit[1], fit[2], fit[3], fit[4]
 
 
-def centred(points: Array) -> tuple[Array, Array, Array]:
+def centre_points(points: Array) -> tuple[Array, Array, Array]:
     """Points (B, n, 3) as data (B, 3, n) about the centroid (B, 3) in units of `scale` (B, 1).
 
     The scale is a power of two near the rms extent, so scaling does not round.
@@ -137,7 +137,7 @@ def _fit_chunk(
     tolerance: float,
 ) -> tuple[NDArray[Any], ...]:
     """Fit, then frames, normal matrices and mask of the converged members of a chunk (B, n, 3)."""
-    data, centroid, scale = centred(points)
+    data, centroid, scale = centre_points(points)
     unit = np.where(np.array(element.lengths, dtype=bool), scale, 1.0)
     if start is None or element.kind in ("point", "line", "plane"):
         begin = algebraic_start(element, free, data, axis)
@@ -148,8 +148,8 @@ def _fit_chunk(
         )
         begin = State((start.point - centroid) / scale, wanted, start.sizes / unit)
     found, done, matrix, fitted_frame = descend(element, free, data, begin, tolerance)
-    state = _oriented(element, found, start, axis is not None)
-    turned = Turned(fitted_frame, fitted_frame @ data) if state is found else None
+    state = _orient(element, found, start, axis is not None)
+    turned = TurnedData(fitted_frame, fitted_frame @ data) if state is found else None
     local, frame = to_local(data, state, turned)
     residuals, normals = signed_residuals(rows_of(element, local, state.sizes), frame, local[:, 0].shape)
     shown = state.axis if element.has_axis else np.zeros_like(state.axis)
@@ -164,7 +164,7 @@ def _is_possible(element: Element, state: State) -> Mask:
     return np.all(state.sizes[:, : sum(element.lengths)] > 0.0, axis=-1) & (angle < 0.5 * np.pi)
 
 
-def _oriented(element: Element, state: State, start: State | None, is_fixed: bool) -> State:
+def _orient(element: Element, state: State, start: State | None, is_fixed: bool) -> State:
     """Turn the axes to the promised side: cones grow; else fixed, start, or largest component positive."""
     axis = state.axis
     if element.kind == "cone":  # half a turn more is the same cone

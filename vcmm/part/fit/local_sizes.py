@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.part.fit.criteria import associate
-from vcmm.part.fit.elements import Array, Fitted
+from vcmm.part.fit.elements import Array, FittedElement
 from vcmm.part.fit.gauss import gauss
 
 OPPOSITE = 0.02  # rad by which two points may miss being opposite
@@ -22,7 +22,7 @@ TOGETHER = 0.02  # of the radius: points whose heights differ by less lie in one
 Ints = NDArray[np.intp]
 
 
-def two_point_radii(points: Array, base: Fitted) -> Array:
+def two_point_radii(points: Array, base: FittedElement) -> Array:
     """Half two-point sizes (..., k) of points (..., n, 3) on the Gauss element `base`; k pairs, found on the first
     member of the batch. UsageError: not for this kind. ModelLimit: no opposite points.
     """
@@ -46,7 +46,7 @@ def two_point_radii(points: Array, base: Fitted) -> Array:
     return np.stack(found, axis=-1)
 
 
-def sphere_radii(points: Array, base: Fitted) -> Array:
+def sphere_radii(points: Array, base: FittedElement) -> Array:
     """Radii (..., k) of the spherical sizes of points (..., n, 3) on the Gauss element `base`, one per section.
 
     UsageError: not for this kind. ModelLimit: a section that does not surround its sphere.
@@ -61,7 +61,7 @@ def sphere_radii(points: Array, base: Fitted) -> Array:
     return np.stack([one.sizes[..., 0] for one in found], axis=-1)
 
 
-def sections(points: Array, base: Fitted) -> list[Ints]:
+def sections(points: Array, base: FittedElement) -> list[Ints]:
     """Rows of the points in each section, lowest first, from the first member of the batch."""
     if base.kind not in ("circle", "cylinder"):
         raise UsageError(
@@ -75,7 +75,7 @@ def sections(points: Array, base: Fitted) -> list[Ints]:
     return [np.sort(rows) for rows in np.split(order, breaks)] if base.kind == "cylinder" else [order]
 
 
-def _centre(points: Array, base: Fitted) -> Array:
+def _centre(points: Array, base: FittedElement) -> Array:
     """Centre (..., 3) of the section's least-squares circle, or of the element where it has too few points."""
     if base.kind == "sphere":
         return base.point

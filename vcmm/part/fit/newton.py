@@ -34,26 +34,26 @@ class Equations(NamedTuple):
     cost: Array
 
 
-class Turned(NamedTuple):
+class TurnedData(NamedTuple):
     """Element frames (B, 3, 3), and the data (B, 3, n) turned into them: all that follows from the axes alone."""
 
     frame: Array
     data: Array
 
 
-def turned_to(data: Array, axis: Array) -> Turned:
+def turned_to(data: Array, axis: Array) -> TurnedData:
     """Data (B, 3, n) turned into the frames of axes (B, 3)."""
     frame = frames(axis)
-    return Turned(frame, frame @ data)
+    return TurnedData(frame, frame @ data)
 
 
-def to_local(data: Array, state: State, turned: Turned | None = None) -> tuple[Array, Array]:
+def to_local(data: Array, state: State, turned: TurnedData | None = None) -> tuple[Array, Array]:
     """Data (B, 3, n) in the element frames, and the frames (B, 3, 3). turned: where it is known already."""
     frame, along = turned or turned_to(data, state.axis)
     return along - frame @ state.point[..., None], frame
 
 
-def seated(element: Element, state: State) -> State:
+def seat(element: Element, state: State) -> State:
     """The same elements, their points at the foot of the centroid (the origin) where they are arbitrary."""
     along = np.sum(state.point * state.axis, axis=-1)
     if element.kind == "plane":
@@ -67,7 +67,7 @@ def seated(element: Element, state: State) -> State:
 
 
 def _equations(
-    element: Element, free: tuple[int, ...], data: Array, state: State, turned: Turned | None
+    element: Element, free: tuple[int, ...], data: Array, state: State, turned: TurnedData | None
 ) -> tuple[Equations, Array]:
     local, frame = to_local(data, state, turned)
     d, jac, _ = jacobian(element, free, local, state.sizes)
@@ -76,7 +76,7 @@ def _equations(
     return Equations(matrix, gradient, np.sum(d * d, axis=-1)), frame
 
 
-def moved(element: Element, free: tuple[int, ...], state: State, frame: Array, step: Array) -> State:
+def move_state(element: Element, free: tuple[int, ...], state: State, frame: Array, step: Array) -> State:
     """State after the step (B, p): displacement and small rotation in the element frame, then the sizes."""
     motion = np.zeros((len(step), 5))
     motion[:, free] = step[:, : len(free)]
@@ -85,7 +85,7 @@ def moved(element: Element, free: tuple[int, ...], state: State, frame: Array, s
     if RX in free or RY in free:  # w x a with w = wu u + wv v is wv u - wu v
         axis = axis + motion[:, RY, None] * frame[:, 0] - motion[:, RX, None] * frame[:, 1]
         axis = axis / np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
-    return seated(element, State(point, axis, state.sizes + step[:, len(free) :]))
+    return seat(element, State(point, axis, state.sizes + step[:, len(free) :]))
 
 
 def _solve(equations: Equations, damping: Array) -> Array:
@@ -131,7 +131,7 @@ def descend(
     data (B, 3, n): centred on the centroid and scaled to extent 1.
     """
     m = element.rows * data.shape[2]
-    state = trial = seated(element, start)
+    state = trial = seat(element, start)
     damping = np.zeros(len(data))
     done = np.zeros(len(data), dtype=bool)
     held = None if RX in free or RY in free else turned_to(data, trial.axis)  # the axes stay as they are
@@ -139,7 +139,7 @@ def descend(
     for _ in range(MAX_STEPS):
         step = _solve(equations, damping)
         finished = ~done & (damping < 1e-3) & _is_done(equations, step, state, m, tolerance)
-        trial = moved(element, free, state, frame, step)
+        trial = move_state(element, free, state, frame, step)
         now, turned = _equations(element, free, data, trial, held)
         better = ~done & _is_no_worse(now.cost, equations.cost, m, state)
         if better.all():

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.part.fit.checks import check_converged, element_of
+from vcmm.part.fit.checks import check_convergence, element_of
 from vcmm.part.fit.criteria import Association, check_criterion
-from vcmm.part.fit.elements import RY, TZ, Array, Fitted
+from vcmm.part.fit.elements import RY, TZ, Array, FittedElement
 from vcmm.part.fit.exchange import ContactGoal, ContactProblem, settle
-from vcmm.part.fit.gauss import centred
+from vcmm.part.fit.gauss import centre_points
 from vcmm.part.fit.newton import State
 from vcmm.part.fit.uniqueness import is_unique
 
@@ -34,7 +34,7 @@ def profile_line(
     axes = _axes(direction, normal)
     local = points.reshape(-1, n, 3) @ axes.T
     flat = local * [1.0, 0.0, 1.0]
-    data, centroid, scale = centred(flat)
+    data, centroid, scale = centre_points(flat)
     if n < 2 or not (np.ptp(data[:, 0], axis=-1) > 1e-7).all():
         raise ModelLimit("line: the points all lie at one place along it; measure at two places at least.")
     slope = np.sum(data[:, 0] * data[:, 2], axis=-1) / np.sum(data[:, 0] ** 2, axis=-1)
@@ -49,7 +49,7 @@ def profile_line(
     unique = np.ones(len(data), dtype=bool)
     if criterion != "G":
         found = settle(problem, data, state)
-        check_converged(problem.element, found.done, f"line by criterion {criterion}")
+        check_convergence(problem.element, found.done, f"line by criterion {criterion}")
         state, contacts, unique = found.state, found.contacts, is_unique(problem, data, found)
     residuals = np.einsum("bi,bin->bn", state.axis, data - state.point[..., None]) * scale
     along = np.stack([state.axis[:, 2], np.zeros(len(data)), -state.axis[:, 0]], axis=-1)
@@ -59,7 +59,7 @@ def profile_line(
     point, axis, sizes, residuals, normals, contacts, unique = (
         a.reshape((*batch, *a.shape[1:])) for a in parts
     )
-    return Association(Fitted("line", point, axis, sizes, residuals, normals), contacts, unique)
+    return Association(FittedElement("line", point, axis, sizes, residuals, normals), contacts, unique)
 
 
 def _axes(direction: Array, normal: Array) -> Array:

@@ -13,8 +13,8 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.part.fit.checks import check_points, check_rank, element_of
-from vcmm.part.fit.elements import RX, RY, Array, Element, Fitted, frames, free_pose, jacobian
-from vcmm.part.fit.gauss import centred
+from vcmm.part.fit.elements import RX, RY, Array, Element, FittedElement, frames, free_pose, jacobian
+from vcmm.part.fit.gauss import centre_points
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class _Linear:
 
 
 def sensitivity(
-    fitted: Fitted, points: Array, *, fixed_axis: Array | None = None, residuals: bool = True
+    fitted: FittedElement, points: Array, *, fixed_axis: Array | None = None, residuals: bool = True
 ) -> Sensitivity:
     """Sensitivity of `fitted` = gauss(kind, points (n, 3), fixed_axis=fixed_axis): one element, no batch.
 
@@ -68,16 +68,16 @@ def sensitivity(
         )
     free = free_pose(element, held)
     if fitted.kind != "circle" or held:
-        linear = _linearised(element, free, fitted, points)
-        return _assembled(linear, fitted, *_answer(linear, None, residuals))
+        linear = _linearise(element, free, fitted, points)
+        return _assemble(linear, fitted, *_answer(linear, None, residuals))
     plane = element_of("plane")  # the plane of a circle is fitted first and answers first
-    tilt = _answer(_linearised(plane, free_pose(plane, False), fitted, points), None, False)[0][1:]
-    linear = _linearised(element, (*free, RX, RY), fitted, points)
-    return _assembled(linear, fitted, *_answer(linear, tilt, residuals))
+    tilt = _answer(_linearise(plane, free_pose(plane, False), fitted, points), None, False)[0][1:]
+    linear = _linearise(element, (*free, RX, RY), fitted, points)
+    return _assemble(linear, fitted, *_answer(linear, tilt, residuals))
 
 
-def _linearised(element: Element, free: tuple[int, ...], fitted: Fitted, points: Array) -> _Linear:
-    data, centroid, unit = centred(points[None])
+def _linearise(element: Element, free: tuple[int, ...], fitted: FittedElement, points: Array) -> _Linear:
+    data, centroid, unit = centre_points(points[None])
     scale = float(unit[0, 0])
     axis = fitted.axis if element.has_axis else np.array([0.0, 0.0, 1.0])
     frame, offset = frames(axis), (centroid[0] - fitted.point) / scale
@@ -117,7 +117,7 @@ def _answer(linear: _Linear, tilt: Array | None, residuals: bool) -> tuple[Array
     return answer, change
 
 
-def _assembled(linear: _Linear, fitted: Fitted, answer: Array, change: Array | None) -> Sensitivity:
+def _assemble(linear: _Linear, fitted: FittedElement, answer: Array, change: Array | None) -> Sensitivity:
     """From motions in the element frame and scaled units to point, axis, sizes and residuals."""
     element, frame, n = linear.element, linear.frame, answer.shape[1]
     motion = np.zeros((5, n, 3))
@@ -143,7 +143,7 @@ def _assembled(linear: _Linear, fitted: Fitted, answer: Array, change: Array | N
     return Sensitivity(point, turn / linear.scale, sizes, residuals, deviations)
 
 
-def linear_fit(fitted: Fitted, sens: Sensitivity, displacement: Array) -> Fitted:
+def linear_fit(fitted: FittedElement, sens: Sensitivity, displacement: Array) -> FittedElement:
     """First-order fit after displacements (..., n, 3) mm of the points: a batch of elements like gauss().
 
     Axis renormalised; normals stay those of `fitted`, except for point and line, whose residuals are lengths
@@ -157,20 +157,20 @@ def linear_fit(fitted: Fitted, sens: Sensitivity, displacement: Array) -> Fitted
         raise UsageError(f"displacement must have the shape (..., {n}, 3), got {displacement.shape}.")
     batch = displacement.shape[:-2]
     flat = displacement.reshape(*batch, 3 * n)
-    axis = fitted.axis + _applied(sens.axis, flat)
+    axis = fitted.axis + _apply(sens.axis, flat)
     if element_of(fitted.kind).has_axis:
         axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     if sens.deviations is None:
-        residuals = fitted.residuals + _applied(sens.residuals, flat)
+        residuals = fitted.residuals + _apply(sens.residuals, flat)
         normals = np.broadcast_to(fitted.normals, (*batch, n, 3))
     else:
-        moved = _applied(sens.deviations.reshape(3 * n, n, 3), flat).reshape(*batch, n, 3)
+        moved = _apply(sens.deviations.reshape(3 * n, n, 3), flat).reshape(*batch, n, 3)
         residuals, normals = _lengths(fitted.residuals[:, None] * fitted.normals + moved, fitted.normals)
-    point, sizes = fitted.point + _applied(sens.point, flat), fitted.sizes + _applied(sens.sizes, flat)
-    return Fitted(fitted.kind, point, axis, sizes, residuals, normals)
+    point, sizes = fitted.point + _apply(sens.point, flat), fitted.sizes + _apply(sens.sizes, flat)
+    return FittedElement(fitted.kind, point, axis, sizes, residuals, normals)
 
 
-def _applied(operator: Array, flat: Array) -> Array:
+def _apply(operator: Array, flat: Array) -> Array:
     """Operator (k, n, 3) on displacements (..., 3 n): (..., k)."""
     return flat @ operator.reshape(len(operator), flat.shape[-1]).T
 

@@ -22,7 +22,7 @@ def algebraic_start(element: Element, free: tuple[int, ...], data: Array, axis: 
     batch = len(data)
     zero, none = np.zeros((batch, 3)), np.empty((batch, 0))
     if element.kind in ("cylinder", "cone", "torus"):
-        return _searched(element, free, data, axis)
+        return _search(element, free, data, axis)
     if element.kind in ("plane", "line"):
         column = 0 if element.kind == "plane" else 2
         across = np.linalg.eigh(data @ data.swapaxes(-1, -2))[1][:, :, column]
@@ -83,7 +83,7 @@ def _trial_axes(data: Array) -> Array:
     return np.concatenate([principal, _hemisphere(TRIAL_AXES) @ principal], axis=1)
 
 
-def _searched(element: Element, free: tuple[int, ...], data: Array, axis: Array | None) -> State:
+def _search(element: Element, free: tuple[int, ...], data: Array, axis: Array | None) -> State:
     """Best of many trial axes; with a known axis just the linear fit about it."""
     if axis is not None:
         return _about_axis(element, data, axis)

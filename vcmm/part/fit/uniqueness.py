@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.part.fit.elements import Array, Mask, Triple, frames, pose_column
-from vcmm.part.fit.exchange import TOUCH, ContactProblem, Local, Settled
+from vcmm.part.fit.exchange import TOUCH, ContactProblem, Local, SettledState
 
 LOOSE = 1e-6
 
 
-def is_unique(problem: ContactProblem, data: Array, found: Settled) -> Mask:
+def is_unique(problem: ContactProblem, data: Array, found: SettledState) -> Mask:
     """Mask (B,) of the members of data (B, 3, n) whose contacts leave no motion free."""
     goal = problem.goal
     if goal.tangent:  # strictly convex where the points determine the element
@@ -37,7 +37,7 @@ def is_unique(problem: ContactProblem, data: Array, found: Settled) -> Mask:
     return np.asarray(perfect | (out < 1.0 / loose))
 
 
-def _held_by_curvature(problem: ContactProblem, at: Local, found: Settled, metric: Array) -> Mask:
+def _held_by_curvature(problem: ContactProblem, at: Local, found: SettledState, metric: Array) -> Mask:
     """Circumscribed: a problem that curves upwards, held where the contacts' own motions determine the pose."""
     touching = found.contacts[:, None].astype(np.float64)
     rows = [at.jac * touching, *(row * touching for row in _crosswise(problem, at))]

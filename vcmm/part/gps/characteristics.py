@@ -26,11 +26,11 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose, dot, length
-from vcmm.part.fit import Fitted
+from vcmm.part.fit import FittedElement
 from vcmm.part.gps import criteria
 from vcmm.part.gps.common import with_common
 from vcmm.part.gps.datums import has_system, system_pose
-from vcmm.part.gps.drawing import pattern, projected, with_material
+from vcmm.part.gps.drawing import pattern, project, with_material
 from vcmm.part.gps.elements import (
     AXES,
     CENTRES,
@@ -41,7 +41,7 @@ from vcmm.part.gps.elements import (
     nominal_element,
     place,
 )
-from vcmm.part.gps.filters import check_filter, filtered, minimum_zone
+from vcmm.part.gps.filters import apply_filter, check_filter, minimum_zone
 from vcmm.part.gps.location import coaxiality, position, symmetry
 from vcmm.part.gps.orientation import orientation
 from vcmm.part.gps.pointwise import (
@@ -53,7 +53,7 @@ from vcmm.part.gps.pointwise import (
     runout,
     turning_datum,
 )
-from vcmm.part.part import Characteristic, Feature, frame, named
+from vcmm.part.part import Characteristic, Feature, frame, kind_text
 
 FORM = {
     "straightness": ("line",),
@@ -61,7 +61,7 @@ FORM = {
     "roundness": ("circle", "sphere"),
     "cylindricity": ("cylinder",),
 }
-PLACED = ("parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry")
+LOCATED_TYPES = ("parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry")
 SAME_PLANE = 1e-9  # mm
 SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted.sizes is the radius
 
@@ -69,7 +69,7 @@ SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted
 def evaluate(
     characteristic: Characteristic,
     features: Mapping[str, Feature],
-    fitted: Mapping[str, Fitted],
+    fitted: Mapping[str, FittedElement],
     pose: Pose | None = None,
 ) -> Array:
     """Value (...) in mm or rad. `pose` = part_from_measured, one or a batch; None: fitted in the drawing
@@ -80,10 +80,10 @@ def evaluate(
     """
     c = characteristic
     check(c)
-    choice = criteria.chosen(c)
+    choice = criteria.choose_criteria(c)
     features, fitted = with_common(c, features, fitted, choice.datums)
     pose = system_pose(c, features, fitted, choice, pose)
-    pointwise = c.type in (*POINTWISE, *criteria.ORIENTED) or c.filter is not None
+    pointwise = c.type in (*POINTWISE, *criteria.ORIENTATION_TYPES) or c.filter is not None
     of = [place(n, features, fitted, pose, k, pointwise) for n, k in zip((*c.of, *c.between), choice.of)]
     datums = [place(n, features, fitted, pose, k, False) for n, k in zip(c.datums, choice.datums)]
     if c.type in RUNOUT and has_system(c):  # the datums lie where the drawing has them
@@ -115,7 +115,7 @@ def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> 
 def check(characteristic: Characteristic) -> None:
     """UsageError for words that are no criterion of the type."""
     c = characteristic
-    criteria.chosen(c)
+    criteria.choose_criteria(c)
 
 
 def needs(characteristic: Characteristic) -> tuple[str, ...]:
@@ -129,7 +129,10 @@ def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | 
     False for extreme values and roots (form, orientation, location; any criterion of contact, local sizes) and, when
     `features` are given, for a distance of centres or angle that is 0 in the drawing.
     """
-    if characteristic.type not in ("size", "distance", "angle") or not criteria.chosen(characteristic).gauss:
+    if (
+        characteristic.type not in ("size", "distance", "angle")
+        or not criteria.choose_criteria(characteristic).gauss
+    ):
         return False
     if features is None or nominal(characteristic, features) > 1e-6:
         return True
@@ -151,7 +154,7 @@ def tolerance(characteristic: Characteristic, nominal: float) -> tuple[float, fl
     return None if c.limits is None else (nominal + c.limits[0], nominal + c.limits[1])
 
 
-def one_sided(characteristic: Characteristic) -> bool:
+def is_one_sided(characteristic: Characteristic) -> bool:
     """Whether the lower limit 0 is a bound of nature and not a requirement: the type has a zone."""
     return characteristic.type not in ("size", "distance", "angle")
 
@@ -165,9 +168,7 @@ def _value(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredEl
     if c.type in FORM:
         return _form(c, of[0])
     if c.type == "position":
-        return (
-            pattern(c, of, [d.feature for d in datums]) if len(of) > 1 else position(c, projected(c, of[0]))
-        )
+        return pattern(c, of, [d.feature for d in datums]) if len(of) > 1 else position(c, project(c, of[0]))
     if c.type in RUNOUT:
         return runout(c, of[0], datums[0])
     if c.type == "coaxiality":
@@ -182,9 +183,11 @@ def _size(c: Characteristic, e: MeasuredElement) -> Array:
             "circle at the section you need."
         )
     if e.feature.kind not in SIZES:
-        raise UsageError(f'"{c.name}": {named(e.feature.kind)} has no size; size is for {", ".join(SIZES)}.')
+        raise UsageError(
+            f'"{c.name}": {kind_text(e.feature.kind)} has no size; size is for {", ".join(SIZES)}.'
+        )
     which = SIZES[e.feature.kind]
-    if criteria.chosen(c).of[0] in criteria.LOCAL:
+    if criteria.choose_criteria(c).of[0] in criteria.LOCAL:
         return criteria.local_size(c, 2.0 * e.sizes, 2.0 * float(e.feature.sizes[which]))
     return np.asarray(2.0 * e.sizes[..., which])
 
@@ -212,7 +215,7 @@ def _angle(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
     for e in (a, b):
         if e.feature.kind not in directed:
             raise UsageError(
-                f'"{c.name}": {named(e.feature.kind)} has no direction; angle is for {", ".join(directed)}.'
+                f'"{c.name}": {kind_text(e.feature.kind)} has no direction; angle is for {", ".join(directed)}.'
             )
     turned = (
         -1.0 if a.feature.axis @ b.feature.axis < -1e-9 else 1.0
@@ -225,13 +228,13 @@ def _angle(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
 
 def _form(c: Characteristic, e: MeasuredElement) -> Array:
     if e.feature.kind not in FORM[c.type]:
-        suits = " or ".join(named(kind) for kind in FORM[c.type])
-        raise UsageError(f'"{c.name}": {c.type} is for {suits}, not for {named(e.feature.kind)}.')
+        suits = " or ".join(kind_text(kind) for kind in FORM[c.type])
+        raise UsageError(f'"{c.name}": {c.type} is for {suits}, not for {kind_text(e.feature.kind)}.')
     # a line lies on a surface: its deviation counts along the outward normal of that surface
     signed = e.offsets @ frame(e.feature)[0] if e.feature.kind == "line" else e.residuals
     if c.filter is not None:
         at = e.points.reshape(-1, *e.points.shape[-2:])[0]
-        signed = filtered(c.filter, e.feature, at, signed)
-        if criteria.chosen(c).fit == "C":
+        signed = apply_filter(c.filter, e.feature, at, signed)
+        if criteria.choose_criteria(c).fit == "C":
             return minimum_zone(e.feature, at, signed)
     return np.asarray(signed.max(axis=-1) - signed.min(axis=-1))

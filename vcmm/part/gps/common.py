@@ -13,20 +13,20 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length, unit
-from vcmm.part.fit import Fitted, normal_matrix
+from vcmm.part.fit import FittedElement, normal_matrix
 from vcmm.part.gps.criteria import by_criterion
 from vcmm.part.part import Characteristic, Feature, centre, frame
 
 ON_AXIS = ("line", "cylinder", "cone", "circle", "sphere")
-ALIKE = 1e-6  # mm, and sine: how well the drawing must have them on one axis or in one plane
+DRAWING_TOLERANCE = 1e-6  # mm, and sine: how well the drawing must have them on one axis or in one plane
 
 
 def with_common(
     c: Characteristic,
     features: Mapping[str, Feature],
-    fitted: Mapping[str, Fitted] | None = None,
+    fitted: Mapping[str, FittedElement] | None = None,
     criterion: Sequence[str] = (),
-) -> tuple[Mapping[str, Feature], Mapping[str, Fitted]]:
+) -> tuple[Mapping[str, Feature], Mapping[str, FittedElement]]:
     """features and fitted elements with the common datums of a characteristic. UsageError: features that have none together."""
     if not c.common:
         return features, fitted or {}
@@ -34,15 +34,15 @@ def with_common(
     drawn, found = dict(features), dict(fitted or {})
     for name, members in c.common:
         nominal = [features[m] for m in members]
-        drawn[name] = _drawn(c, name, nominal)
+        drawn[name] = _drawing_feature(c, name, nominal)
         if fitted is not None and all(m in fitted for m in members):
             letter = letters.get(name, "G")
-            one = _found(nominal, [by_criterion(m, fitted[m], letter) for m in members])
+            one = _common_element(nominal, [by_criterion(m, fitted[m], letter) for m in members])
             found[name] = replace(one, also={letter: one})
     return drawn, found
 
 
-def _drawn(c: Characteristic, name: str, members: Sequence[Feature]) -> Feature:
+def _drawing_feature(c: Characteristic, name: str, members: Sequence[Feature]) -> Feature:
     first = members[0]
     if all(m.kind == "plane" for m in members):
         off = [
@@ -62,25 +62,25 @@ def _drawn(c: Characteristic, name: str, members: Sequence[Feature]) -> Feature:
             f'"{c.name}": the common datum {name} takes planes in one plane, or features on one axis.'
         )
     points = np.concatenate([_ends(m, centre(m), m.axis) for m in members])
-    axis = unit(points[-1] - points[0]) if length(points[-1] - points[0]) > ALIKE else first.axis
+    axis = unit(points[-1] - points[0]) if length(points[-1] - points[0]) > DRAWING_TOLERANCE else first.axis
     along = points @ axis
     start, end = points[np.argmin(along)], points[np.argmax(along)]
     off = [length(p - start - ((p - start) @ axis) * axis) for p in points]
     _check(c, name, float(max(off)))
-    if length(end - start) <= ALIKE:
+    if length(end - start) <= DRAWING_TOLERANCE:
         raise UsageError(f'"{c.name}": the features of {name} lie at one place; together they give no axis.')
     radius = max([float(m.sizes[0]) for m in members if len(m.sizes)] or [1.0])
     return Feature(name, "cylinder", start, axis, np.array([radius]), extent=(float(length(end - start)),))
 
 
 def _check(c: Characteristic, name: str, off: float) -> None:
-    if off > ALIKE:
+    if off > DRAWING_TOLERANCE:
         raise UsageError(
             f'"{c.name}": in the drawing the features of the common datum {name} are {off:.4g} mm apart from one axis or plane.'
         )
 
 
-def _found(members: Sequence[Feature], fitted: Sequence[Fitted]) -> Fitted:
+def _common_element(members: Sequence[Feature], fitted: Sequence[FittedElement]) -> FittedElement:
     first = fitted[0]
     if members[0].kind == "plane":
         points = np.concatenate([_corners(m, f.point, f.axis) for m, f in zip(members, fitted)], axis=-2)
@@ -88,17 +88,19 @@ def _found(members: Sequence[Feature], fitted: Sequence[Fitted]) -> Fitted:
         axis = np.where(dot(axis, first.axis) < 0, -1.0, 1.0)[..., None] * axis
         batch = middle.shape[:-1]
         none, flat = np.zeros((*batch, 0)), np.zeros((*batch, 1))
-        plain = Fitted("plane", middle, axis, none, flat, first.normals[:1])
+        plain = FittedElement("plane", middle, axis, none, flat, first.normals[:1])
         return replace(plain, moments=_moments(plain, points))
     points = np.concatenate([_ends(m, f.point, f.axis) for m, f in zip(members, fitted)], axis=-2)
     middle, axis = _principal(points, 2)
     way = points[..., -1, :] - points[..., 0, :]
     axis = np.where(dot(axis, way) < 0, -1.0, 1.0)[..., None] * axis
     sizes = np.full((*middle.shape[:-1], 1), 1.0)
-    return Fitted("cylinder", middle, axis, sizes, np.zeros((*middle.shape[:-1], 1)), first.normals[:1])
+    return FittedElement(
+        "cylinder", middle, axis, sizes, np.zeros((*middle.shape[:-1], 1)), first.normals[:1]
+    )
 
 
-def _moments(plane: Fitted, points: Array) -> Array:
+def _moments(plane: FittedElement, points: Array) -> Array:
     """Normal matrix of a plane through points (..., k, 3); of the first member of a batch, whose places are those of all."""
     point, axis = (a.reshape(-1, 3)[0] for a in (plane.point, plane.axis))
     return normal_matrix(

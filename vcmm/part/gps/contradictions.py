@@ -8,11 +8,11 @@ import numpy as np
 
 from vcmm.core.pose import Array
 from vcmm.part.gps.characteristics import nominal, tolerance
-from vcmm.part.gps.criteria import EXTRACTED, ORIENTED
-from vcmm.part.gps.freedom import free_motions, held
+from vcmm.part.gps.criteria import EXTRACTED_KINDS, ORIENTATION_TYPES
+from vcmm.part.gps.freedom import free_motions, held_displacements
 from vcmm.part.part import Characteristic, Feature, centre
 
-MEASURED = ("size", "distance", "angle")
+MEASURED_TYPES = ("size", "distance", "angle")
 ABOVE = ("position", "coaxiality", "symmetry")
 MOVES = 1e-6  # mm per mm: less is rounding
 
@@ -24,7 +24,7 @@ def contradictions(
     out = []
     for i, c in enumerate(characteristics):
         limits = _limits(c, features)
-        if limits is None or c.type not in MEASURED:
+        if limits is None or c.type not in MEASURED_TYPES:
             continue
         if c.type == "size" and limits[0] < 0.0:
             out.append(
@@ -35,7 +35,7 @@ def contradictions(
             )
         for earlier in characteristics[:i]:
             other = _limits(earlier, features)
-            if other is None or _what(earlier) != _what(c):
+            if other is None or _identity(earlier) != _identity(c):
                 continue
             if limits[0] > other[1] or other[0] > limits[1]:
                 out.append(
@@ -51,7 +51,7 @@ def _limits(c: Characteristic, features: Mapping[str, Feature]) -> tuple[float, 
     return tolerance(c, nominal(c, features))
 
 
-def _what(c: Characteristic) -> tuple[object, ...]:
+def _identity(c: Characteristic) -> tuple[object, ...]:
     return (c.type, c.of, tuple(sorted(c.between)), c.criterion)
 
 
@@ -61,7 +61,7 @@ def redundant_zones(characteristics: Sequence[Characteristic], features: Mapping
     """
     out = []
     for c in characteristics:
-        if c.type not in ORIENTED or not c.of or features[c.of[0]].kind in EXTRACTED:
+        if c.type not in ORIENTATION_TYPES or not c.of or features[c.of[0]].kind in EXTRACTED_KINDS:
             continue
         for other in characteristics:
             same = other.of == c.of and set(c.datums) <= set(other.datums)
@@ -83,7 +83,7 @@ def left_free(c: Characteristic, features: Mapping[str, Feature]) -> Array:
     one = features[c.of[0]]
     middle, scale = centre(one), 100.0
     free = free_motions([features[d] for d in c.datums], middle, scale)
-    moved = held(one, middle, scale) @ free
+    moved = held_displacements(one, middle, scale) @ free
     return np.asarray(free.T[np.abs(moved).max(axis=0) > MOVES]) if free.shape[1] else np.zeros((0, 6))
 
 

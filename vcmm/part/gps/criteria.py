@@ -21,7 +21,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array
-from vcmm.part.fit import CRITERIA, Fitted, associate, profile_line, sphere_radii, two_point_radii
+from vcmm.part.fit import CRITERIA, FittedElement, associate, profile_line, sphere_radii, two_point_radii
 from vcmm.part.fit.criteria import check_criterion
 from vcmm.part.part import Characteristic, Feature, frame, members
 
@@ -44,9 +44,9 @@ RANKS: dict[str, tuple[str, Callable[[Array], Array]]] = {
 }
 LOCAL = {"LP": ("circle", "cylinder", "sphere"), "LS": ("circle", "cylinder")}
 FORMS = ("straightness", "flatness", "roundness", "cylindricity")
-ORIENTED = ("parallelism", "perpendicularity", "angularity")
-EXTRACTED = ("plane", "line")  # surfaces, and lines on them: their points are the extracted feature
-UNNAMED = "GG"  # the criterion of a characteristic that names none
+ORIENTATION_TYPES = ("parallelism", "perpendicularity", "angularity")
+EXTRACTED_KINDS = ("plane", "line")  # surfaces, and lines on them: their points are the extracted feature
+DEFAULT_CRITERION = "GG"  # the criterion of a characteristic that names none
 POINTS = "points"  # asked for like a criterion: the measured points themselves
 ON_POINTS = ("circular_runout", "total_runout", "line_profile", "surface_profile")
 
@@ -65,7 +65,7 @@ class ChosenCriteria:
         return set(self.of) | set(self.datums) <= {"G"}
 
 
-def chosen(c: Characteristic) -> ChosenCriteria:
+def choose_criteria(c: Characteristic) -> ChosenCriteria:
     """What the words of a characteristic mean. UsageError for words that mean nothing here."""
     words = c.criterion.split()
     if not c.datums and c.datum_criterion.split() not in (["G"], ["GG"]):
@@ -135,12 +135,12 @@ class HasKind(Protocol):
 
 def is_extracted(c: Characteristic, kind: str) -> bool:
     """Whether an orientation is that of the extracted surface or line itself (ISO 1101), not of an element that a modifier names."""
-    return c.type in ORIENTED and kind in EXTRACTED and c.criterion == UNNAMED
+    return c.type in ORIENTATION_TYPES and kind in EXTRACTED_KINDS and c.criterion == DEFAULT_CRITERION
 
 
 def _demands(c: Characteristic, shapes: Mapping[str, HasKind]) -> Iterable[tuple[str, str]]:
     """(feature, criterion) of all associations of a characteristic. shapes: of a kind each."""
-    choice = chosen(c)
+    choice = choose_criteria(c)
     yield from zip((*c.of, *c.between), choice.of)
     for datum, letter in zip(c.datums, choice.datums):
         yield from ((name, letter) for name in members(c, datum))
@@ -172,7 +172,7 @@ def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
                 raise UsageError(f'"{c.name}", feature "{name}": {error}') from None
 
 
-def wanted(
+def criteria_needed(
     characteristics: Iterable[Characteristic], shapes: Mapping[str, HasKind]
 ) -> dict[str, tuple[str, ...]]:
     """Criteria other than G per feature, in alphabetical order; features without any are left out. shapes: features or elements."""
@@ -188,10 +188,10 @@ def with_criteria(
     characteristics: Iterable[Characteristic],
     features: Mapping[str, Feature],
     points: Callable[[str], Array],
-    fitted: Mapping[str, Fitted],
+    fitted: Mapping[str, FittedElement],
     judged: bool = True,
     pointed: Collection[str] = (),
-) -> dict[str, Fitted]:
+) -> dict[str, FittedElement]:
     """The Gauss elements, each with what the characteristics ask for beside it in `also`. pointed: features that keep their points.
 
     points: measured points (..., n, 3) of a feature by name, in the frame of the elements. judged: whether elements by
@@ -199,14 +199,14 @@ def with_criteria(
     such an element.
     """
     out = dict(fitted)
-    asked = wanted(characteristics, features)
+    asked = criteria_needed(characteristics, features)
     for name in {**asked, **dict.fromkeys(pointed)}:
         if name not in fitted:
             continue
         criteria = {*asked.get(name, ()), *((POINTS,) if name in pointed else ())}
         try:
             also = {
-                one: _associated(one, features[name], points(name), fitted[name], judged)
+                one: _associate(one, features[name], points(name), fitted[name], judged)
                 for one in sorted(criteria)
             }
         except ModelLimit as error:
@@ -215,7 +215,9 @@ def with_criteria(
     return out
 
 
-def _associated(criterion: str, feature: Feature, points: Array, base: Fitted, judged: bool) -> Fitted:
+def _associate(
+    criterion: str, feature: Feature, points: Array, base: FittedElement, judged: bool
+) -> FittedElement:
     if criterion == POINTS:
         return replace(base, points=points)
     if criterion in LOCAL:
@@ -231,7 +233,7 @@ def _associated(criterion: str, feature: Feature, points: Array, base: Fitted, j
     return replace(found.element, unique=found.unique)
 
 
-def by_criterion(name: str, fitted: Fitted, criterion: str) -> Fitted:
+def by_criterion(name: str, fitted: FittedElement, criterion: str) -> FittedElement:
     """The element by a criterion. UsageError where it was not made: never another in its place."""
     if criterion == "G":
         return fitted
@@ -245,7 +247,7 @@ def by_criterion(name: str, fitted: Fitted, criterion: str) -> Fitted:
 
 def local_size(c: Characteristic, sizes: Array, nominal: float) -> Array:
     """One value (...) of local sizes (..., k) by the rank that the characteristic names."""
-    rank = chosen(c).rank
+    rank = choose_criteria(c).rank
     if rank:
         return np.asarray(RANKS[rank][1](sizes))
     middle = nominal + (0.0 if c.limits is None else 0.5 * (c.limits[0] + c.limits[1]))
@@ -253,10 +255,10 @@ def local_size(c: Characteristic, sizes: Array, nominal: float) -> Array:
     return np.take_along_axis(sizes, worst[..., None], axis=-1)[..., 0]
 
 
-def notes(characteristics: Iterable[Characteristic], fitted: Mapping[str, Fitted]) -> list[str]:
+def notes(characteristics: Iterable[Characteristic], fitted: Mapping[str, FittedElement]) -> list[str]:
     """What a reader must know of elements that touch: those that are not the only ones of their kind."""
     out = []
-    for name, criteria in wanted(characteristics, fitted).items():
+    for name, criteria in criteria_needed(characteristics, fitted).items():
         for criterion in criteria:
             found = fitted[name].also.get(criterion) if name in fitted else None
             if found is not None and found.unique is not None and not found.unique.all():

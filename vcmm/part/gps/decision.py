@@ -33,7 +33,7 @@ class Decision:
     reason: str = ""
 
 
-def undecided(rule: str, reason: str) -> Decision:
+def no_decision(rule: str, reason: str) -> Decision:
     """No decision, because the interval on which it would rest is not shown to hold the true value."""
     return Decision(UNDECIDED, rule, None, None, reason)
 

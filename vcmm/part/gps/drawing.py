@@ -21,15 +21,15 @@ from vcmm.part.characteristic import OF_SIZE
 from vcmm.part.gps import criteria
 from vcmm.part.gps.elements import AXES, CENTRES, MeasuredElement, axis_ends
 from vcmm.part.gps.freedom import free_motions, largest_left, rows_for
-from vcmm.part.part import Characteristic, Feature, ends, frame, named
+from vcmm.part.part import Characteristic, Feature, ends, frame, kind_text
 
 
-def projected(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
+def project(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
     """The element over its projected length, where the drawing says so. UsageError: not an axis."""
     if c.projected is None:
         return e
     if e.feature.kind not in AXES:
-        raise UsageError(f'"{c.name}": a projected zone is of an axis, not of {named(e.feature.kind)}.')
+        raise UsageError(f'"{c.name}": a projected zone is of an axis, not of {kind_text(e.feature.kind)}.')
     first, last = ends(e.feature)
     start = last if c.projected > 0 else first + c.projected * e.feature.axis
     return replace(e, feature=replace(e.feature, point=start, extent=(abs(c.projected),)))
@@ -37,8 +37,8 @@ def projected(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
 
 def pattern(c: Characteristic, of: Sequence[MeasuredElement], datums: Sequence[Feature]) -> Array:
     """Zone (...) mm of the worst feature of a pattern, in the drawing frame. UsageError: features without axis or centre."""
-    minimax = criteria.chosen(c).fit == "C"
-    elements = [projected(c, e) for e in of]
+    minimax = criteria.choose_criteria(c).fit == "C"
+    elements = [project(c, e) for e in of]
     groups = [elements] if c.zones == "CZ" else [[e] for e in elements]
     return np.asarray(np.max([_together(c, g, datums, minimax) for g in groups], axis=0))
 
@@ -71,7 +71,7 @@ def _places(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]
         return ends(e.feature), axis_ends(e), across
     if e.feature.kind not in CENTRES:
         raise UsageError(
-            f'"{c.name}": a pattern is of holes, pins or centres; {named(e.feature.kind)} has no place in it.'
+            f'"{c.name}": a pattern is of holes, pins or centres; {kind_text(e.feature.kind)} has no place in it.'
         )
     drawn, found = e.feature.point[None], e.point[..., None, :]
     return drawn, found, across if e.feature.kind == "circle" else np.eye(3)
@@ -81,7 +81,7 @@ def with_material(c: Characteristic, e: MeasuredElement, value: Array) -> Array:
     """The value (...) mm less what the size of the feature pays for. UsageError: a feature without size."""
     if e.feature.kind not in OF_SIZE or c.size_limits is None:
         raise UsageError(
-            f'"{c.name}": a material requirement is of a feature of size, not of {named(e.feature.kind)}.'
+            f'"{c.name}": a material requirement is of a feature of size, not of {kind_text(e.feature.kind)}.'
         )
     low, high = c.size_limits
     bore, most = e.feature.inside, c.material == "M"

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length
-from vcmm.part.fit import Fitted
+from vcmm.part.fit import FittedElement
 from vcmm.part.gps.criteria import POINTS, by_criterion
 from vcmm.part.part import KINDS, Feature, centre, ends
 
@@ -46,7 +46,7 @@ def nominal_element(feature: Feature) -> MeasuredElement:
 def place(
     name: str,
     features: Mapping[str, Feature],
-    fitted: Mapping[str, Fitted],
+    fitted: Mapping[str, FittedElement],
     pose: Pose | None,
     criterion: str = "G",
     pointwise: bool = True,
@@ -68,7 +68,7 @@ def place(
         return replace(
             nominal_element(feature), points=by.apply(measured), places=raw.points, normals=raw.normals
         )
-    axis = _signed(feature, by.turn_each(raw.axis))
+    axis = _sign_axis(feature, by.turn_each(raw.axis))
     # only a line needs them: its residuals have a direction, those of surfaces a sign
     offsets = by.turn(raw.residuals[..., None] * raw.normals) if feature.kind == "line" else np.zeros((1, 3))
     points = np.zeros((0, 3)) if measured is None else by.apply(measured)
@@ -78,7 +78,7 @@ def place(
     )  # fmt: skip
 
 
-def _signed(feature: Feature, axis: Array) -> Array:
+def _sign_axis(feature: Feature, axis: Array) -> Array:
     if feature.kind == "point" or not KINDS[feature.kind].direction:
         return axis
     along = dot(axis, feature.axis)

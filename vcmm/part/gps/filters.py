@@ -20,7 +20,7 @@ import numpy.typing as npt
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array
 from vcmm.part.characteristic import Filter
-from vcmm.part.fit import Fitted, associate, profile_line
+from vcmm.part.fit import FittedElement, associate, profile_line
 from vcmm.part.part import Characteristic, Feature, frame
 
 ALPHA = math.sqrt(math.log(2.0) / math.pi)
@@ -91,7 +91,7 @@ def profile_places(feature: Feature, points: Array) -> tuple[Array, float]:
     return np.asarray(arm @ w), 0.0
 
 
-def filtered(f: Filter, feature: Feature, points: Array, deviations: Array) -> Array:
+def apply_filter(f: Filter, feature: Feature, points: Array, deviations: Array) -> Array:
     """Long waves (..., n) of deviations (..., n) at points (n, 3)."""
     at, around = profile_places(feature, points)
     order = np.argsort(at, kind="stable")
@@ -110,7 +110,7 @@ def minimum_zone(feature: Feature, points: Array, deviations: Array) -> Array:
         return _range(profile_line("C", along, feature.axis, u).element.residuals)
     way = np.cos(at)[:, None] * u + np.sin(at)[:, None] * v
     about = np.zeros((*deviations.shape[:-1], 3))
-    base = Fitted(
+    base = FittedElement(
         "circle",
         about,
         about + feature.axis,

@@ -24,7 +24,7 @@ def rows_for(points: Array, directions: Array, centre: Array, scale: float) -> A
     return np.concatenate([directions, np.cross((points - centre) / scale, directions)], axis=-1)
 
 
-def held(datum: Feature, centre: Array, scale: float) -> Array:
+def held_displacements(datum: Feature, centre: Array, scale: float) -> Array:
     """(k, 6): displacements of a datum's surface that a motion makes; those in its row space are held."""
     if datum.kind == "point":
         points = datum.point[None]
@@ -43,7 +43,7 @@ def held(datum: Feature, centre: Array, scale: float) -> Array:
 
 def free_motions(datums: Iterable[Feature], centre: Array, scale: float) -> Array:
     """(6, f): motions, as of `rows_for`, that no datum holds; all six without datums."""
-    rows = [held(d, centre, scale) for d in datums]
+    rows = [held_displacements(d, centre, scale) for d in datums]
     if not rows:
         return np.eye(6)
     _, sizes, vectors = np.linalg.svd(np.concatenate(rows))

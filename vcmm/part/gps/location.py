@@ -18,9 +18,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length, unit
 from vcmm.part.gps.elements import AXES, CENTRES, MeasuredElement, anchor, axis_ends, from_axis
 from vcmm.part.gps.orientation import DATUMS
-from vcmm.part.part import Characteristic, Feature, ends, frame, named
+from vcmm.part.part import Characteristic, Feature, ends, frame, kind_text
 
-DRAWN = 1e-6  # mm by which the drawing itself may be off coaxial or symmetrical
+DRAWING_TOLERANCE = 1e-6  # mm by which the drawing itself may be off coaxial or symmetrical
 
 
 def position(c: Characteristic, e: MeasuredElement) -> Array:
@@ -52,7 +52,7 @@ def coaxiality(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) ->
         )
     if e.feature.kind not in ("circle", "sphere", "torus", *AXES):
         raise UsageError(
-            f'"{c.name}": {named(e.feature.kind)} has no axis or centre; name a cylinder, circle or sphere.'
+            f'"{c.name}": {kind_text(e.feature.kind)} has no axis or centre; name a cylinder, circle or sphere.'
         )
     if e.feature.kind in AXES:
         drawn, points = ends(e.feature), axis_ends(e)
@@ -117,7 +117,7 @@ def _middle(elements: list[MeasuredElement]) -> MeasuredElement:
 
 def _check_drawing(c: Characteristic, off: Array) -> None:
     worst = float(np.max(off))
-    if worst > DRAWN:
+    if worst > DRAWING_TOLERANCE:
         raise UsageError(
             f'"{c.name}": in the drawing the feature is {worst:.4g} mm off {c.type}; '
             "use position or correct the point."

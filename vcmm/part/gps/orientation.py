@@ -25,7 +25,7 @@ from vcmm.core.pose import Array, dot, length, unit
 from vcmm.part.fit.exchange import least_largest
 from vcmm.part.gps.criteria import is_extracted
 from vcmm.part.gps.elements import AXES, MeasuredElement
-from vcmm.part.part import Characteristic, Feature, frame, named
+from vcmm.part.part import Characteristic, Feature, frame, kind_text
 
 FIXED = 1e-6  # sine, mm: below it the datum leaves the planes no turn
 DATUMS = ("plane", "circle", "torus", *AXES)
@@ -81,7 +81,7 @@ def check_directions(c: Characteristic, feature: Feature, datum: Feature) -> Non
     """UsageError unless the feature is a plane or an axis with a length, and the datum has a direction."""
     if feature.kind not in ("plane", *AXES):
         raise UsageError(
-            f'"{c.name}": {c.type} is for a plane, {", ".join(AXES)}, not for {named(feature.kind)}.'
+            f'"{c.name}": {c.type} is for a plane, {", ".join(AXES)}, not for {kind_text(feature.kind)}.'
         )
     if datum.kind not in DATUMS:
         raise UsageError(f'"{c.name}": a {datum.kind} gives no datum direction; use {", ".join(DATUMS)}.')

@@ -19,7 +19,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array, dot, length
 from vcmm.part.gps.elements import AXES, MeasuredElement
 from vcmm.part.gps.freedom import free_motions, largest_left, rows_for
-from vcmm.part.part import Characteristic, Feature, centre, named, normal, signed_distance
+from vcmm.part.part import Characteristic, Feature, centre, kind_text, normal, signed_distance
 
 Ints = npt.NDArray[np.intp]
 RUNOUT, PROFILE = ("circular_runout", "total_runout"), ("line_profile", "surface_profile")
@@ -41,7 +41,7 @@ def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Featur
         raise UsageError(f'"{c.name}": {c.type} turns about a datum axis; a {datum.kind} gives none.')
     if feature.kind not in ("circle", "cylinder", "cone", "sphere", "plane", "torus"):
         raise UsageError(
-            f'"{c.name}": {c.type} is not for {named(feature.kind)}; name a round feature or a face.'
+            f'"{c.name}": {c.type} is not for {kind_text(feature.kind)}; name a round feature or a face.'
         )
     if feature.kind == "plane":
         off = length(np.cross(feature.axis, datum.axis)) * max(feature.extent)

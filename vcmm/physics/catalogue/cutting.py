@@ -98,4 +98,4 @@ class ToolRunout(_Cutting):
 
 def _across(run: Run, tool: str) -> Array:
     """(n,): how much of a change of radius of the tool shows along n; 0 in rows of other tools."""
-    return run.used("tool", tool) * run.columns.get("across_tool", 1.0)
+    return run.label_mask("tool", tool) * run.columns.get("across_tool", 1.0)

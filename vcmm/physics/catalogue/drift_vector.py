@@ -175,4 +175,4 @@ class ThermalVector(_Vector):
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        return self._along(run.lagged(self.sensor, self.tau) - T0_DEG_C)
+        return self._along(run.lag(self.sensor, self.tau) - T0_DEG_C)

@@ -55,7 +55,7 @@ class _Laser(Effect):
         return "reading"
 
     def _stretched(self, run: Run, strain: float | Array, counted: bool = False) -> Array:
-        used = strain * run.used("instrument", getattr(self, "instrument", ""))
+        used = strain * run.label_mask("instrument", getattr(self, "instrument", ""))
         x, y, z = way(run, counted).T
         return motion(run, X=used * x, Y=used * y, Z=used * z)
 
@@ -161,7 +161,7 @@ class DeadPath(_Laser):
     instrument: str = at("", "instrument name; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        used = run.used("instrument", self.instrument)
+        used = run.label_mask("instrument", self.instrument)
         return along(run, self._beam(run), self.length * index_change(run) * used)
 
     @staticmethod

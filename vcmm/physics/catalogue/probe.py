@@ -47,10 +47,10 @@ class PreTravel(_Probe):
         """(n,) mm along n, for every row as if it were made with this stylus."""
 
     def error_motion(self, run: Run) -> Array:
-        out = along(run, run.normal, self.reading(run) * run.used("stylus", self.stylus))
+        out = along(run, run.normal, self.reading(run) * run.label_mask("stylus", self.stylus))
         for name, sphere in self.spheres.items():
             d = sphere.matrix @ self.reading(sphere.run)
-            out[:, :3] -= run.used("stylus", name)[:, None] * (d[:3] + d[3] * run.normal)
+            out[:, :3] -= run.label_mask("stylus", name)[:, None] * (d[:3] + d[3] * run.normal)
         return out
 
 

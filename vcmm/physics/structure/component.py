@@ -271,7 +271,7 @@ class ComponentWarming(_Component):
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        warm = run.lagged(self.sensor, self.tau) - T0_DEG_C
+        warm = run.lag(self.sensor, self.tau) - T0_DEG_C
         return self._place(_power_series(self.coefficients, self.link, run) * warm)
 
 

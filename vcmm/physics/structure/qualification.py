@@ -42,11 +42,11 @@ class StylusQualification(Effect):
     def error_motion(self, run: Run) -> Array:
         d = np.asarray(self.d, dtype=float)
         out = np.zeros((run.n, 6))
-        out[:, :3] = run.used("stylus", self.stylus)[:, None] * (d[:3] + d[3] * run.normal)
+        out[:, :3] = run.label_mask("stylus", self.stylus)[:, None] * (d[:3] + d[3] * run.normal)
         return out
 
     def response(self, name: str, run: Run) -> Array:
-        out, mine = np.zeros((run.n, 6, 4)), run.used("stylus", self.stylus)
+        out, mine = np.zeros((run.n, 6, 4)), run.label_mask("stylus", self.stylus)
         for i in range(3):
             out[:, i, i] = mine
         out[:, :3, 3] = mine[:, None] * run.normal

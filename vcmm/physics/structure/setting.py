@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.run import PROBED, TOOL_AXIS_COLUMNS, Array, Run
+from vcmm.core.run import PROBE_LABEL, TOOL_AXIS_COLUMNS, Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
 
@@ -78,7 +78,7 @@ class ToolLength(Effect):
         return "tool"
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, Z=-self.dl * run.used("tool", self.tool) * _cut(run))
+        return motion(run, Z=-self.dl * run.label_mask("tool", self.tool) * _cut(run))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,9 @@ class ToolRadius(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal - _tool_axis(run), -self.dr * run.used("tool", self.tool) * _cut(run))
+        return along(
+            run, run.normal - _tool_axis(run), -self.dr * run.label_mask("tool", self.tool) * _cut(run)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +156,7 @@ class ToolOffset(Effect):
         return "tool"
 
     def error_motion(self, run: Run) -> Array:
-        amount = -self.shift * run.used("tool", self.tool) * _cut(run)
+        amount = -self.shift * run.label_mask("tool", self.tool) * _cut(run)
         return motion(run, **{self.direction.upper(): amount})
 
 
@@ -186,7 +188,9 @@ class ProbeTouch(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        touched = run.used(PROBED, self.touch) * (run.labels[PROBED] != "" if PROBED in run.labels else 0.0)
+        touched = run.label_mask(PROBE_LABEL, self.touch) * (
+            run.labels[PROBE_LABEL] != "" if PROBE_LABEL in run.labels else 0.0
+        )
         return along(run, run.normal, -self.shift * touched)
 
 

@@ -45,7 +45,7 @@ class TipRadius(_Tip):
     )
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, self.dr * run.used("stylus", self.stylus))
+        return along(run, run.normal, self.dr * run.label_mask("stylus", self.stylus))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,5 +67,5 @@ class TipOffset(_Tip):
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
-        out[:, :3] = run.used("stylus", self.stylus)[:, None] * np.asarray(self.d, dtype=float)
+        out[:, :3] = run.label_mask("stylus", self.stylus)[:, None] * np.asarray(self.d, dtype=float)
         return out

@@ -65,7 +65,7 @@ class TipForm(Effect):
     def error_motion(self, run: Run) -> Array:
         c = np.asarray(self.coefficients, dtype=float)
         height = harmonics(run.normal, SIZES[len(c)]) @ c
-        return along(run, run.normal, height * run.used("stylus", self.stylus))
+        return along(run, run.normal, height * run.label_mask("stylus", self.stylus))
 
 
 def harmonics(n: Array, degree: int) -> Array:

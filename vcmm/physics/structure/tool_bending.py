@@ -69,7 +69,7 @@ class ToolBending(ToolDeflection):
     tool: str = at("", "tool number; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        across = self.compliance * run.used("tool", self.tool)
+        across = self.compliance * run.label_mask("tool", self.tool)
         return motion(run, X=across * run.column("force_x_N"), Y=across * run.column("force_y_N"))
 
 
@@ -78,4 +78,4 @@ class ToolYielding(ToolBending):
     """tool_deflection of one turning tool, whose edge yields alike in all directions."""
 
     def error_motion(self, run: Run) -> Array:
-        return super(ToolBending, self).error_motion(run) * run.used("tool", self.tool)[:, None]
+        return super(ToolBending, self).error_motion(run) * run.label_mask("tool", self.tool)[:, None]

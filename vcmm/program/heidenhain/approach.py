@@ -34,7 +34,7 @@ class Approach(NamedTuple):
     angle: float = 0.0
 
 
-class Said(NamedTuple):
+class ApproachBlock(NamedTuple):
     """An APPR block; how PS to PH is travelled: at rapid, or at a feed, mm/min (None: that of the block)."""
 
     approach: Approach
@@ -43,7 +43,10 @@ class Said(NamedTuple):
 
 
 def resolve(
-    moves: Sequence[Move], sides: Sequence[RadiusCompensation | None], said: Sequence[Said], file: str
+    moves: Sequence[Move],
+    sides: Sequence[RadiusCompensation | None],
+    said: Sequence[ApproachBlock],
+    file: str,
 ) -> tuple[list[Move], Sides]:
     """Replaces the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
     number in `said`."""
@@ -72,7 +75,7 @@ def resolve(
 
 
 def _approach(
-    move: Move, first: Move, side: RadiusCompensation, said: Said, file: str
+    move: Move, first: Move, side: RadiusCompensation, said: ApproachBlock, file: str
 ) -> list[tuple[Move, RadiusCompensation | None]]:
     """PS to PH in the plane, down at PH, PH to PA; with what is in force on each."""
     approach, piece = said.approach, piece_of(first)
@@ -88,7 +91,7 @@ def _approach(
     centre = along(target, n, approach.radius)
     ccw = (side.side == "left") == (approach.radius > 0)
     if approach.kind == "CT":
-        help_point = _turned(target, centre, -approach.angle if ccw else approach.angle)
+        help_point = _turn(target, centre, -approach.angle if ccw else approach.angle)
     else:
         one, two, _ = PLANES[move.plane]
         start = (move.start[one], move.start[two])
@@ -101,7 +104,7 @@ def _approach(
     return [*((m, None) for m in line), (arc, None)]
 
 
-def _to_help_point(move: Move, help_point: Vec, said: Said) -> list[Move]:
+def _to_help_point(move: Move, help_point: Vec, said: ApproachBlock) -> list[Move]:
     """PS to PH in the plane, and down at PH."""
     plane, normal = move.plane, PLANES[move.plane][2]
     feed = said.feed if said.feed is not None else move.feed
@@ -138,13 +141,13 @@ def depart(
     centre = along(leave, n, departure.radius)
     ccw = (side.side == "left") == (departure.radius > 0)
     if departure.kind == "CT":
-        end = _turned(leave, centre, departure.angle if ccw else -departure.angle)
+        end = _turn(leave, centre, departure.angle if ccw else -departure.angle)
         return [(space(leave), space(end), space(centre), not ccw)]
     end = _touching(to, centre, abs(departure.radius), not ccw, where)
     return [(space(leave), space(end), space(centre), not ccw), (space(end), space(to), None, None)]
 
 
-def _turned(point: Vec, centre: Vec, angle: float) -> Vec:
+def _turn(point: Vec, centre: Vec, angle: float) -> Vec:
     a, b = minus(point, centre)
     c, s = math.cos(angle), math.sin(angle)
     return centre[0] + a * c - b * s, centre[1] + a * s + b * c

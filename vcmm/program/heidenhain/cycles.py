@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from vcmm.program.drilling import counted
+from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
 from vcmm.program.heidenhain.machining import Action, MachiningCycle
 from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
@@ -106,7 +106,7 @@ class KlartextCycles:
     def q_values(self, reader: KlartextReader, parameters: dict[str, float]) -> dict[str, float]:
         """The Q200=... of a cycle; they are parameters like any other. MAX is infinite, AUTO is not a number."""
         given: dict[str, float] = {}
-        while not reader.done:
+        while not reader.is_done:
             if not reader.is_parameter() or reader.upper(2) != "=":
                 reader.at += 1  # the name of the cycle, QS500="text"
                 continue
@@ -157,7 +157,7 @@ class KlartextCycles:
         if number in OLD:
             self.old(number, part, reader)
         elif number in STRANGE:
-            self.unmodelled(number, part, reader, column)
+            self.refuse_cycle(number, part, reader, column)
         elif number not in _CLASSIC:
             name = reader.rest()
             raise reader.fault(
@@ -171,7 +171,7 @@ class KlartextCycles:
         else:
             _CLASSIC[number](self, reader)
 
-    def unmodelled(self, number: str, part: int, reader: KlartextReader, column: int) -> None:
+    def refuse_cycle(self, number: str, part: int, reader: KlartextReader, column: int) -> None:
         """A cycle of contours, of cylinders, a program called as a cycle."""
         what, at_once = STRANGE[number]
         if number == "12" and part == 1:
@@ -212,7 +212,7 @@ class KlartextCycles:
 
     def tolerance(self, reader: KlartextReader) -> None:
         """32: T in mm; HSC mode and TA are passed over."""
-        if reader.accept("T") and not reader.done:
+        if reader.accept("T") and not reader.is_done:
             self.recorder.tolerance = reader.value("T") * self.recorder.unit
         reader.rest()
 
@@ -252,7 +252,7 @@ class KlartextCycles:
 
 def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
     """220: Q241 points on a circle of diameter Q244 about Q216, Q217, from Q245 by Q247, or evenly to Q246."""
-    count, first, span = counted(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
+    count, first, span = whole_count(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
     closed = abs(abs(span) - 360.0) < 1e-9
     step = c.plain("Q247") or span / max(count if closed else count - 1, 1)
     angles = [math.radians(first + k * step) for k in range(count)]
@@ -263,7 +263,7 @@ def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
 def row_points(c: MachiningCycle) -> list[tuple[float, float]]:
     """221: Q243 rows of Q242 points, Q238 and Q237 apart, from Q225, Q226, turned about it by Q224; to and fro."""
     out, w = [], math.radians(c.plain("Q224"))
-    columns, lines = counted(c.plain("Q242")), counted(c.plain("Q243", 1.0))
+    columns, lines = whole_count(c.plain("Q242")), whole_count(c.plain("Q243", 1.0))
     for line in range(lines):
         for k in range(columns) if line % 2 == 0 else reversed(range(columns)):
             x, y = k * c.mm("Q237"), line * c.mm("Q238")
@@ -291,7 +291,7 @@ def _numbers(reader: KlartextReader) -> list[tuple[str, float]]:
     """The values of a block and the words before them, in order."""
     out: list[tuple[str, float]] = []
     word = ""
-    while not reader.done:
+    while not reader.is_done:
         token = reader.peek()
         assert token is not None
         if token.kind == "name" and not reader.is_parameter():

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from vcmm.program.frames import AffineMap, stretched, translation
+from vcmm.program.frames import AffineMap, stretch, translation
 from vcmm.program.heidenhain.paths import KlartextPaths
 from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.heidenhain.transforms import MIRROR, SCALE, SHIFT, KlartextFrames
@@ -77,13 +77,13 @@ def _reset(frames: KlartextFrames, kind: str) -> None:
         frames.shifts[SHIFT] = [0.0] * 3
         frames.put(SHIFT, translation((0.0, 0.0, 0.0)))
     elif kind == "ROTATION":
-        frames.turned(0.0)
+        frames.turn_by(0.0)
     elif kind == "MIRROR":
         frames.mirrored = frozenset()
         frames.put(MIRROR, AffineMap())
     else:
         frames.scales = [1.0] * 3
-        frames.put(SCALE, stretched((1.0, 1.0, 1.0)))
+        frames.put(SCALE, stretch((1.0, 1.0, 1.0)))
 
 
 def tool_centre(paths: KlartextPaths, reader: KlartextReader) -> None:
@@ -93,14 +93,14 @@ def tool_centre(paths: KlartextPaths, reader: KlartextReader) -> None:
     force; PATHCTRL VECTOR moves the tool axis in the plane of its directions at both ends of a block.
     """
     spatial = sweeps = False
-    while not reader.done:
+    while not reader.is_done:
         word, place = reader.upper(), reader.column
         reader.at += 1
         kind = reader.upper()
         if word == "F" and kind in ("TCP", "CONT"):
             reader.at += 1
             if kind == "CONT":
-                _refused(paths, "F CONT of TCPM (the feed of the axes)", "the feed of the tip", place)
+                _refuse(paths, "F CONT of TCPM (the feed of the axes)", "the feed of the tip", place)
         elif word == "AXIS" and kind in ("POS", "SPAT"):
             reader.at += 1
             spatial = kind == "SPAT"
@@ -110,15 +110,15 @@ def tool_centre(paths: KlartextPaths, reader: KlartextReader) -> None:
         elif word == "REFPNT":
             said = reader.rest().upper()
             if said != "TIP-TIP":
-                _refused(paths, f"REFPNT {said} of TCPM", "the tip leads and turns", place)
+                _refuse(paths, f"REFPNT {said} of TCPM", "the tip leads and turns", place)
         elif word == "F":
             reader.value("F")
         elif word != "FMAX":
-            _refused(paths, f"{word} {reader.rest()}".strip() + " of TCPM", "passed over", place)
+            _refuse(paths, f"{word} {reader.rest()}".strip() + " of TCPM", "passed over", place)
     paths.tip(True)
     paths.spatial = [math.nan] * 3 if spatial else None
     paths.r.sweeps = sweeps
 
 
-def _refused(paths: KlartextPaths, what: str, value: str, place: int) -> None:
+def _refuse(paths: KlartextPaths, what: str, value: str, place: int) -> None:
     paths.r.assume(what, value, f"{what} is not understood; take it out", column=place)

@@ -22,7 +22,7 @@ def drill(c: MachiningCycle) -> None:
     clear = c.mm("Q200")
     hole = c.hole()
     depths = depths_of(c.surface, hole.bottom, c.mm("Q202"))
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         hole.to(hole.clearance, True)
         hole.pecks(depths, lambda depth: min(depth + clear, hole.clearance), pause=c.plain("Q210"))
         hole.wait(c.plain("Q211"))
@@ -33,14 +33,14 @@ def ream(c: MachiningCycle) -> None:
     """201: to the depth, dwell, out at Q208 to the set-up clearance, rapid to the second one."""
     hole = c.hole()
     hole.to(hole.clearance, True)
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         hole.feed_in(c.plain("Q211"))
     _out(c, hole)
 
 
 def _out(c: MachiningCycle, hole: Hole) -> None:
     """Out at Q208 (Q206 where it is zero) to the set-up clearance, and at rapid to the second one where it is higher."""
-    with c.fed(c.feed("Q208", "Q206")) as rapid:
+    with c.feed_at(c.feed("Q208", "Q206")) as rapid:
         hole.to(hole.clearance, rapid)
     if hole.retract > hole.clearance:
         hole.leave()
@@ -50,7 +50,7 @@ def bore(c: MachiningCycle) -> None:
     """202: as 201; at the bottom off the wall by 0.2 mm where Q214 says so (1 -X, 2 -Y, 3 +X, 4 +Y), back over the hole at the end."""
     hole = c.hole()
     hole.to(hole.clearance, True)
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         hole.feed_in(c.plain("Q211"))
     side, (a, b) = round(c.plain("Q214")), c.here()
     if side in (1, 2, 3, 4):
@@ -67,17 +67,17 @@ def universal(c: MachiningCycle) -> None:
     depths = depths_of(c.surface, hole.bottom, c.mm("Q202"), c.mm("Q212"), c.mm("Q205"))
     hole.to(hole.clearance, True)
     for depth in depths:
-        with c.fed(c.feed("Q206")):
+        with c.feed_at(c.feed("Q206")):
             hole.to(depth, False)
         if depth == depths[-1]:
             break
         if broken < breaks:
             broken += 1
-            with c.fed(c.feed("Q208", "Q206")) as rapid:
+            with c.feed_at(c.feed("Q208", "Q206")) as rapid:
                 hole.to(depth + c.mm("Q256"), rapid)
             continue
         broken = 0
-        with c.fed(c.feed("Q208", "Q206")) as rapid:
+        with c.feed_at(c.feed("Q208", "Q206")) as rapid:
             hole.to(hole.clearance, rapid)
         hole.wait(c.plain("Q210"))
         hole.to(min(depth + c.mm("Q200"), hole.clearance), True)
@@ -94,7 +94,7 @@ def peck(c: MachiningCycle) -> None:
     upper, lower = c.mm("Q258"), c.mm("Q259") or c.mm("Q258")
     hole.to(hole.clearance, True)
     if start < c.surface:
-        with c.fed(c.feed("Q253")) as rapid:
+        with c.feed_at(c.feed("Q253")) as rapid:
             hole.to(start + c.mm("Q200"), rapid)
     before = start
     for k, depth in enumerate(depths):
@@ -105,7 +105,7 @@ def peck(c: MachiningCycle) -> None:
             ahead = upper + (lower - upper) * k / max(len(depths) - 2, 1)
             hole.to(min(depth + ahead, hole.clearance), True)
     hole.wait(c.plain("Q211"))
-    with c.fed(c.feed("Q208") or math.inf) as rapid:
+    with c.feed_at(c.feed("Q208") or math.inf) as rapid:
         hole.to(hole.clearance, rapid)
     if hole.retract > hole.clearance:
         hole.leave()
@@ -114,7 +114,7 @@ def peck(c: MachiningCycle) -> None:
 def _in_pieces(c: MachiningCycle, hole: Hole, top: float, depth: float) -> None:
     """One infeed at Q206, chips broken each Q257."""
     piece = abs(c.mm("Q257"))
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         for stop in depths_of(top, depth, piece or top - depth):
             hole.to(stop, False)
             if stop > depth:
@@ -125,7 +125,7 @@ def tap(c: MachiningCycle) -> None:
     """206: to the depth at Q206, dwell, out at the same feed while the spindle turns back."""
     hole = c.hole()
     hole.to(hole.clearance, True)
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         hole.feed_in(c.plain("Q211"))
         hole.to(hole.clearance, False)
     if hole.retract > hole.clearance:
@@ -137,7 +137,7 @@ def rigid(c: MachiningCycle) -> None:
     hole, r = c.hole(), c.recorder
     step = abs(c.mm("Q257")) if c.number == "209" else 0.0
     hole.to(hole.clearance, True)
-    with c.fed(abs(c.mm("Q239")) * r.speed):
+    with c.feed_at(abs(c.mm("Q239")) * r.speed):
         for stop in depths_of(c.surface, hole.bottom, step or c.surface - hole.bottom):
             hole.to(stop, False)
             if stop > hole.bottom:
@@ -159,7 +159,7 @@ def centre(c: MachiningCycle) -> None:
             hole.recorder, hole.clearance, c.surface - abs(c.mm("Q344")) / 2.0, hole.retract, idle=True
         )
     hole.to(hole.clearance, True)
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         hole.feed_in(c.plain("Q211"))
     hole.leave()
 
@@ -168,9 +168,9 @@ def single_lip(c: MachiningCycle) -> None:
     """241: at Q253 to Q200 above the drilled depth Q379, to the depth at Q206, dwell, out at Q208."""
     hole = c.hole()
     hole.to(hole.clearance, True)
-    with c.fed(c.feed("Q253")) as rapid:
+    with c.feed_at(c.feed("Q253")) as rapid:
         hole.to(c.surface - abs(c.mm("Q379")) + c.mm("Q200"), rapid)
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         hole.feed_in(c.plain("Q211"))
     _out(c, hole)
 
@@ -183,7 +183,7 @@ def bore_mill(c: MachiningCycle) -> None:
     step = abs(c.mm("Q334")) or c.surface - hole.bottom
     clockwise = round(c.plain("Q351", 1.0)) == -1
     normal = PLANES[r.plane][2]
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         if radius > 1e-6:
             c.to(a + radius, None, None, False)
             for depth in depths_of(r.p[normal], hole.bottom, step):
@@ -213,7 +213,7 @@ def old_peck(c: MachiningCycle) -> None:
     way = 1.0 if hole.bottom <= surface else -1.0
     step = abs(c.mm("PECKG")) or total
     depths = [surface + way * (d - surface) for d in depths_of(surface, surface - total, step)]
-    with c.fed(c.feed("F")):
+    with c.feed_at(c.feed("F")):
         hole.pecks(depths, lambda depth: depth + way * ahead)
         hole.wait(c.plain("DWELL"))
         hole.leave()
@@ -223,7 +223,7 @@ def old_tap(c: MachiningCycle) -> None:
     """2, 17: to DEPTH in one motion, dwell, back at the same feed; 17 at PITCH times the spindle speed."""
     hole, _ = _old(c)
     feed = abs(c.mm("PITCH")) * c.recorder.speed if c.number == "17" else c.feed("F")
-    with c.fed(feed):
+    with c.feed_at(feed):
         hole.feed_in(c.plain("DWELL"))
         hole.to(hole.retract, False)
 
@@ -232,7 +232,7 @@ def old_thread(c: MachiningCycle) -> None:
     """18: from where the tool stands to DEPTH at PITCH times the spindle speed; the tool stays there."""
     r = c.recorder
     start = r.p[PLANES[r.plane][2]]
-    with c.fed(abs(c.mm("PITCH")) * r.speed):
+    with c.feed_at(abs(c.mm("PITCH")) * r.speed):
         Hole(r, start, start + c.mm("DEPTH"), start).feed_in()
 
 

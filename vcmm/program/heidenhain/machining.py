@@ -69,7 +69,7 @@ class MachiningCycle:
         return value * (2.54 if self.recorder.unit > 1.0 else 1.0)
 
     @contextmanager
-    def fed(self, feed: float) -> Iterator[bool]:
+    def feed_at(self, feed: float) -> Iterator[bool]:
         """Moves at this feed, mm/min; yields whether that is rapid."""
         r = self.recorder
         kept, mode = r.feed, r.feed_mode

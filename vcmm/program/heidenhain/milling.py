@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.clearing import PathPiece, circle, moved, rectangle, rows
-from vcmm.program.drilling import counted, depths_of
+from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
+from vcmm.program.drilling import depths_of, whole_count
 from vcmm.program.heidenhain.machining import Action, MachiningCycle
 from vcmm.program.moves import PLANES
 
@@ -39,7 +39,7 @@ class Clearing:
     leave: float
 
 
-def _told(c: MachiningCycle) -> None:
+def _note_clearing(c: MachiningCycle) -> None:
     c.recorder.assume(
         f"how cycle {c.number} clears", "in rings from the inside outwards, in rows to and fro",
         f"how cycle {c.number} clears is the control's own affair and not known; write its motion with L and C",
@@ -49,12 +49,12 @@ def _told(c: MachiningCycle) -> None:
 def clear(c: MachiningCycle, pieces: Sequence[PathPiece], data: Clearing) -> None:
     """The pieces at each depth from where the tool stands, which it comes back to."""
     a, b = c.here()
-    path = moved(pieces, (a, b))
+    path = shift_pieces(pieces, (a, b))
     c.to(None, None, data.over, True)
     for depth in depths_of(data.surface, data.floor, data.step):
-        with c.fed(data.plunge):
+        with c.feed_at(data.plunge):
             c.to(a, b, depth, False)
-        with c.fed(data.feed):
+        with c.feed_at(data.feed):
             for piece in path:
                 _piece(c, piece, depth)
             c.to(a, b, None, False)
@@ -92,7 +92,7 @@ def _pocket(
     c: MachiningCycle, size: tuple[float, float], corner: float, turn: float, data: Clearing, step: float
 ) -> None:
     """A rectangle about where the tool stands."""
-    _told(c)
+    _note_clearing(c)
     clear(c, rectangle(size, step, corner, _way(c), math.radians(turn)), data)
 
 
@@ -118,7 +118,7 @@ def rectangular(c: MachiningCycle) -> None:
 def circular(c: MachiningCycle) -> None:
     """252: diameter Q223."""
     radius, left = c.radius(), c.mm("Q368") if round(c.plain("Q215")) == 1 else 0.0
-    _told(c)
+    _note_clearing(c)
     clear(c, circle(max(c.mm("Q223") / 2.0 - radius - left, 0.0), _step(c, radius), _way(c)), _q_data(c))
 
 
@@ -157,7 +157,7 @@ def old_pocket(c: MachiningCycle) -> None:
 def old_circle(c: MachiningCycle) -> None:
     """5: RADIUS about where the tool stands."""
     radius = c.radius()
-    _told(c)
+    _note_clearing(c)
     clear(c, circle(max(abs(c.mm("RADIUS")) - radius, 0.0), radius, c.plain("DR") < 0), _old_data(c))
 
 
@@ -168,18 +168,18 @@ def old_slot(c: MachiningCycle) -> None:
     length = (x, y)[long]
     size = math.copysign(max(abs(length) - 2.0 * r, 0.0), length)
     end = (size, 0.0) if long == 0 else (0.0, size)
-    _told(c)
+    _note_clearing(c)
     clear(c, [PathPiece(end)], _old_data(c))
 
 
 # -- faces --------------------------------------------------------------------------------------------------------------
 def multipass(c: MachiningCycle) -> None:
     """230: Q240 rows from Q225, Q226 at Q227, each Q218 long, over Q219; Q206 down, Q207 along, Q209 across."""
-    level, count = c.mm("Q227"), counted(c.plain("Q240", 2.0))
+    level, count = c.mm("Q227"), whole_count(c.plain("Q240", 2.0))
     ends = rows((c.mm("Q225"), c.mm("Q226")), (c.mm("Q218"), c.mm("Q219")), count)
     c.to(None, None, level + c.mm("Q200"), True)
     c.to(*ends[0], None, True)
-    with c.fed(c.feed("Q206")):
+    with c.feed_at(c.feed("Q206")):
         c.to(None, None, level, False)
     _along(c, ends, c.feed("Q207"), c.feed("Q209", "Q207"))
     c.to(None, None, level + c.mm("Q200"), True)
@@ -188,7 +188,7 @@ def multipass(c: MachiningCycle) -> None:
 def _along(c: MachiningCycle, ends: Sequence[tuple[float, float]], feed: float, across: float) -> None:
     """Rows at one feed, from row to row at another."""
     for k, end in enumerate(ends[1:]):
-        with c.fed(feed if k % 2 == 0 else across) as rapid:
+        with c.feed_at(feed if k % 2 == 0 else across) as rapid:
             c.to(*end, None, rapid)
 
 
@@ -206,12 +206,12 @@ def face(c: MachiningCycle) -> None:
     ends = rows((c.mm("Q225") - sign * side, c.mm("Q226")), (long + 2 * sign * side, wide), count + 1)
     if round(c.plain("Q389")) not in (0, 1, 2):
         c.recorder.remark("cycle 232 with a spiral (Q389 = 3, 4) is read as rows to and fro")
-    _told(c)
+    _note_clearing(c)
     levels = depths_of(top, floor, c.mm("Q202") or top - floor)
     for depth in levels:
         c.to(None, None, max(top, depth) + c.mm("Q200"), True)
         c.to(*ends[0], None, True)
-        with c.fed(c.feed("Q253")) as rapid:
+        with c.feed_at(c.feed("Q253")) as rapid:
             c.to(None, None, depth, rapid)
         _along(c, ends, c.feed("Q207"), c.feed("Q253", "Q207"))
     c.to(None, None, top + max(c.mm("Q200"), c.mm("Q204")), True)

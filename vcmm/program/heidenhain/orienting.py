@@ -13,7 +13,7 @@ from vcmm.program.heidenhain.technology import KlartextTechnology
 from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.heidenhain.transforms import turned_about
 from vcmm.program.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
-from vcmm.program.leading import column, named
+from vcmm.program.leading import column, name_axes
 from vcmm.program.levels import SetupEntry
 
 
@@ -35,7 +35,7 @@ def retract(p: KlartextTechnology, away: float, rapid: bool) -> None:
         r.fault(
             "M140 along a tool that leans: its way is not known here; end the tilted plane or M128 before, or program the point with L"
         )
-    named(r, AXES[axis])
+    name_axes(r, AXES[axis])
     p.last_rapid = rapid
     if math.isfinite(away):
         point = list(r.p)

@@ -76,7 +76,7 @@ class KlartextParameters:
             reader.rest()
         else:
             self.values[name] = self.formula(reader, name)
-        if not reader.done:
+        if not reader.is_done:
             raise reader.fault(f'"{reader.upper()}" cannot be understood in a formula')
 
     def formula(self, reader: KlartextReader, name: str) -> float:
@@ -144,7 +144,7 @@ class KlartextParameters:
         reader.expect("IF", "in a jump, as in FN 9: IF +Q1 EQU +5 GOTO LBL 2")
         if reader.upper() == "QS" or any(t.kind == "string" for t in reader.tokens[: len(reader.tokens) - 1]):
             kept = False
-            while not reader.done and reader.upper() != "GOTO":
+            while not reader.is_done and reader.upper() != "GOTO":
                 reader.at += 1
             self.recorder.assume("a condition on texts", "not met", "QS (text parameters) are not understood")
         elif reader.is_parameter() and reader.upper(2) == "IS":

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.heidenhain.approach import KINDS, Approach, Said, depart, resolve
+from vcmm.program.heidenhain.approach import KINDS, Approach, ApproachBlock, depart, resolve
 from vcmm.program.heidenhain.orienting import by_spatial_angles, retracting, settling
 from vcmm.program.heidenhain.technology import KlartextTechnology
 from vcmm.program.heidenhain.text import KlartextBlock, KlartextReader
@@ -281,7 +281,7 @@ class KlartextPaths(KlartextTechnology):
             self.r.fault("APPR needs the side of the tool; add RL or RR")
         data = self.data(kind, words)
         direct = kind == "LCT"  # PS to PH at the feed of the block
-        self.said.append(Said(data, self.last_rapid and not direct, None if direct else before))
+        self.said.append(ApproachBlock(data, self.last_rapid and not direct, None if direct else before))
         self.r.straight(self.polar(words)[0] if polar else self.target(words), False)
         self.r.moves[-1] = self.r.moves[-1]._replace(kind="approach", seconds=float(len(self.said) - 1))
         self.tangent, self.last_rapid = None, False

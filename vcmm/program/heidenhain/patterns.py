@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from vcmm.program.drilling import counted
+from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.text import KlartextReader
 
 Spot = tuple[float, float, float]  # in the plane and along the tool axis, in the unit of the program
@@ -19,7 +19,7 @@ KINDS = ("POS", "ROW", "PAT", "FRAME", "CIRC", "PITCHCIRC")
 def pattern_points(reader: KlartextReader) -> list[Spot]:
     """All points of a PATTERN DEF block, in the order in which they are machined."""
     out: list[Spot] = []
-    while not reader.done:
+    while not reader.is_done:
         kind = reader.upper()
         if kind not in KINDS:
             raise reader.fault(f"PATTERN DEF takes {', '.join(KINDS)}, {kind} stands there")
@@ -37,7 +37,7 @@ def _words(reader: KlartextReader, kind: str) -> dict[str, float]:
     out: dict[str, float] = {}
     while not reader.accept(")"):
         name = reader.upper()
-        if reader.done:
+        if reader.is_done:
             raise reader.fault(f'")" is missing behind {kind}')
         reader.at += 1
         out[name] = reader.value(name)
@@ -50,13 +50,13 @@ def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
         yield x, y, z
     elif kind == "ROW":
         turn = math.radians(w.get("ROT", 0.0))
-        for k in range(counted(w.get("NUM", 1.0))):
+        for k in range(whole_count(w.get("NUM", 1.0))):
             d = k * w.get("D", 0.0)
             yield x + d * math.cos(turn), y + d * math.sin(turn), z
     elif kind in ("PAT", "FRAME"):
         yield from _grid(kind, w, (x, y, z))
     else:
-        count, start = counted(w.get("NUM", 1.0)), w.get("START", 0.0)
+        count, start = whole_count(w.get("NUM", 1.0)), w.get("START", 0.0)
         step = w.get("STEP", 0.0) if kind == "PITCHCIRC" else 360.0 / max(count, 1)
         for k in range(count):
             angle = math.radians(start + k * step)
@@ -65,7 +65,7 @@ def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
 
 def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
     """Rows to and fro; of a frame its border only. ROTX and ROTY turn the two directions, ROT the whole."""
-    columns, lines = counted(w.get("NUMX", 1.0)), counted(w.get("NUMY", 1.0))
+    columns, lines = whole_count(w.get("NUMX", 1.0)), whole_count(w.get("NUMY", 1.0))
     turn = w.get("ROT", 0.0)
     p, q = math.radians(turn + w.get("ROTX", 0.0)), math.radians(turn + 90.0 + w.get("ROTY", 0.0))
     for line in range(lines):

@@ -68,7 +68,7 @@ def _home(frames: KlartextFrames, kind: str) -> None:
         return
     led, r.led, r.rotary = r.led, kind == "MOVE", ORIGIN
     for letter in "ABC":
-        r.released(letter)
+        r.release(letter)
     r.straight(r.p, True, ORIGIN)
     r.led = led
 
@@ -76,7 +76,7 @@ def _home(frames: KlartextFrames, kind: str) -> None:
 def _positioning(frames: KlartextFrames, reader: KlartextReader) -> Positioning:
     """MOVE DIST50, TURN, STAY; F; SEQ+ SEQ-, SYM+ SYM-; TABLE ROT, COORD ROT; MB."""
     kind, posture, table = "", None, False
-    while not reader.done:
+    while not reader.is_done:
         word, place = reader.upper(), reader.column
         reader.at += 1
         if word in TURNS:
@@ -131,7 +131,7 @@ def asks_for_plane_angles(frames: KlartextFrames, reader: KlartextReader) -> boo
 def _values(reader: KlartextReader, names: tuple[str, ...]) -> dict[str, float]:
     """The words that say how the plane lies. P1X is a letter, a number and a letter."""
     out: dict[str, float] = {}
-    while not reader.done:
+    while not reader.is_done:
         name = "".join(reader.upper(k) for k in range(3)) if reader.upper() == "P" else reader.upper()
         if name not in names:
             break

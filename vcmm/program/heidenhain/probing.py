@@ -27,7 +27,7 @@ class KlartextProbing:
 
     def first(self, reader: KlartextReader) -> None:
         """TCH PROBE 0.0 REF. PLANE Q5 X-"""
-        while not reader.done and not reader.is_parameter():
+        while not reader.is_done and not reader.is_parameter():
             reader.at += 1
         name = reader.parameter()
         axis = "XYZ".find(reader.upper())
@@ -48,12 +48,12 @@ class KlartextProbing:
         for i, letter in enumerate("XYZ"):
             if letter in words.values:
                 target = at(target, i, words.values[letter] * r.unit)
-        self.values[name] = self.touched(target, axis, sense) / r.unit
+        self.values[name] = self.probe(target, axis, sense) / r.unit
         for k, value in enumerate(r.skip or ()):
             self.values[f"Q{115 + k}"] = value / r.unit
         self.named = ("", 0, 0.0)
 
-    def touched(self, target: tuple[float, float, float], axis: int, sense: float) -> float:
+    def probe(self, target: tuple[float, float, float], axis: int, sense: float) -> float:
         """Coordinate of the surface expected at `target` (mm), along an axis in a sense."""
         r = self.recorder
         feeler = Feeler(r, r.tool_data)

@@ -38,7 +38,7 @@ LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
 FREE = ("FL", "FC", "FLT", "FCT", "FPOL", "FSELECT")
-NAMED = {  # blocks that move nothing here, and whether the path hangs on them
+NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on them
     "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "DECLARE": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
     "AFC": False,
@@ -99,7 +99,7 @@ class _Runner:
                 continue
             try:
                 reader = KlartextReader(line.tokens, self.parameters.values, self.parameters.unset)
-                if self.traced(reader, line):
+                if self.trace_block(reader, line):
                     return True
                 if self.at < after and self._endless():
                     self.recorder.states.left(self.recorder, line.first)
@@ -117,11 +117,11 @@ class _Runner:
         def values() -> object:
             return (dict(self.parameters.values), list(self.returns), dict(self.left))
 
-        return r.states.again(
+        return r.states.is_repetition(
             (self.at, r.p, r.q, r.rotary), values, lambda: (values(), self, r.moves[-LATEST:])
         )
 
-    def traced(self, reader: KlartextReader, line: KlartextBlock) -> bool:
+    def trace_block(self, reader: KlartextReader, line: KlartextBlock) -> bool:
         """One block, and what is noted of it."""
         tracer = self.recorder.tracer
         if tracer is None:
@@ -155,7 +155,7 @@ class _Runner:
 
     def block(self, reader: KlartextReader) -> bool:
         """One block. True at the end of the program."""
-        if reader.hidden() and self.recorder.setup.block_delete:
+        if reader.is_hidden() and self.recorder.setup.block_delete:
             reader.rest()
             return False
         word, paths = reader.upper(), self.paths
@@ -176,20 +176,20 @@ class _Runner:
         if word in simple:
             reader.at += word != "QS"
             over = bool(simple[word](reader))
-            if not reader.done:
+            if not reader.is_done:
                 raise reader.fault(f'"{reader.upper()}" cannot be understood behind {word}; remove it')
             return over
         if word in PARAXIAL:
             return self.paraxial(reader)
         if word in ("M", "F", "FMAX", "FAUTO", "RL", "RR"):
             return self.functions(reader)
-        if word in FREE or word in NAMED:
+        if word in FREE or word in NOT_MOVING:
             return self.strange(reader, word)
         return self.unknown(reader, [*simple, "C", "CR", "CT", "CP", "CTP", "Q"])
 
     def strange(self, reader: KlartextReader, word: str) -> bool:
         """Blocks that are named and passed over."""
-        column, matters = reader.column, NAMED.get(word, True)
+        column, matters = reader.column, NOT_MOVING.get(word, True)
         what = "the free contour (FK: FL, FC ...)" if word in FREE else f"{word} {reader.upper(1)}".strip()
         value = HOLE if word in FREE else "passed over"
         refusal = f"{word} is not understood; rewrite the block with L, C, CR"

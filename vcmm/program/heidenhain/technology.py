@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 from vcmm.program.frames import in_plane
 from vcmm.program.heidenhain import codes
-from vcmm.program.heidenhain.approach import Said
+from vcmm.program.heidenhain.approach import ApproachBlock
 from vcmm.program.heidenhain.cycles import KlartextCycles
 from vcmm.program.heidenhain.words import BESIDE, KlartextWords
-from vcmm.program.leading import named
+from vcmm.program.leading import name_axes
 from vcmm.program.levels import SetupEntry, pass_over
 from vcmm.program.offsetting import Vec
 from vcmm.program.radius import HEIDENHAIN
@@ -32,7 +32,7 @@ class KlartextTechnology:
     modal_call: bool = False
     auto_feed: float | None = None
     extra_radius: float = 0.0
-    said: list[Said] = field(default_factory=list)
+    said: list[ApproachBlock] = field(default_factory=list)
     defined: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
     known: set[int] = field(default_factory=set)  # axes that have been sent somewhere
     shortest: bool = False  # M126
@@ -45,7 +45,7 @@ class KlartextTechnology:
     # -- what precedes a motion --
     def technology(self, words: KlartextWords) -> bool:
         """Feed, side and M functions that act before the motion. True where the motion is at rapid."""
-        named(self.r, "".join("XYZ" if n[-2:] in ("PR", "PA") else n[-1] for n in words.values))
+        name_axes(self.r, "".join("XYZ" if n[-2:] in ("PR", "PA") else n[-1] for n in words.values))
         self.feed_words(words)
         self.beside(words)
         if words.sided:

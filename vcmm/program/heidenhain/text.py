@@ -17,17 +17,17 @@ from typing import NamedTuple
 from vcmm.core.errors import choose_from
 from vcmm.program.expressions import (
     TIGHT,
-    Computed,
+    Evaluation,
     ExpressionReader,
     Grammar,
     Value,
-    called,
+    call_function,
     in_degrees,
     number,
     power,
     to_degrees,
 )
-from vcmm.program.tokens import Token, matched
+from vcmm.program.tokens import Token, match_tokens
 
 _TOKEN = re.compile(
     r"""(?P<end>\r\n|\n|\r)
@@ -41,7 +41,7 @@ _TOKEN = re.compile(
 )
 
 
-_GLUED = re.compile(r"([A-Za-z]+?)(Q[LRS]?)\Z", re.IGNORECASE)
+_WORD_AND_Q = re.compile(r"([A-Za-z]+?)(Q[LRS]?)\Z", re.IGNORECASE)
 
 
 _VALUE = r"[-+]?(?:\d+\.?\d*|\.\d+)"
@@ -103,7 +103,7 @@ def plain_block(text: str, number: int) -> KlartextBlock | None:
 
 def tokenize(text: str) -> Iterator[Token]:
     """All tokens of a text, in order; together they are the text."""
-    return matched(_TOKEN, text)
+    return match_tokens(_TOKEN, text)
 
 
 def blocks_of(text: str) -> list[KlartextBlock]:
@@ -175,7 +175,7 @@ def _pieces(row: Sequence[Token]) -> Iterator[Token]:
     """XQ1 is X and Q1, IDXQ1 is IDX and Q1: an address whose value is a parameter needs no blank."""
     for here, then in pairwise([*row, Token("end", "", 0, 0)]):
         touching = then.kind == "number" and then.column == here.column + len(here.text)
-        match = _GLUED.match(here.text) if here.kind == "name" and touching else None
+        match = _WORD_AND_Q.match(here.text) if here.kind == "name" and touching else None
         if match is None:
             yield here
             continue
@@ -192,7 +192,7 @@ def _line(row: list[Token]) -> KlartextBlock:
     return KlartextBlock(tuple(tokens), first.line, first.column, last.column + len(last.text))
 
 
-def _raised(a: float, b: float) -> float:
+def _raise_power(a: float, b: float) -> float:
     result = power(a, b) if a or b > 0 else math.nan
     if math.isnan(result):
         raise ValueError
@@ -208,7 +208,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
 GRAMMAR = Grammar(
     levels={"^": 3, "*": 2, "/": 2, "%": 2, "+": 1, "-": 1},
     operations={
-        "^": _raised, "*": lambda a, b: a * b, "/": lambda a, b: a / b, "%": math.fmod, "+": lambda a, b: a + b,
+        "^": _raise_power, "*": lambda a, b: a * b, "/": lambda a, b: a / b, "%": math.fmod, "+": lambda a, b: a + b,
         "-": lambda a, b: a - b,
     },
     prefixes={"-": (2, lambda x: -x), "+": (TIGHT, lambda x: x)},
@@ -237,7 +237,7 @@ class KlartextReader(ExpressionReader):
         self.at = len(self.tokens)
         return text
 
-    def hidden(self) -> bool:
+    def is_hidden(self) -> bool:
         """Whether / stands before the block, with its number behind it or not: /81 M30."""
         if not self.accept("/"):
             return False
@@ -292,7 +292,7 @@ class KlartextReader(ExpressionReader):
         """+ - * / % ^ with brackets and functions; ^ binds strongest, equal ones from the left."""
         return number(self.expression(), self)
 
-    def kept(self, value: Computed) -> float:
+    def keep(self, value: Evaluation) -> float:
         """Worked out at once."""
         return number(value, self)
 
@@ -311,4 +311,4 @@ class KlartextReader(ExpressionReader):
         if name not in FUNCTIONS:
             raise self.fault(f"{token.text} is no function of a formula.{choose_from(name, FUNCTIONS)}")
         self.at += 1
-        return self.kept(called(GRAMMAR, name, [self.operand()], token.column))
+        return self.keep(call_function(GRAMMAR, name, [self.operand()], token.column))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.drilling import counted
+from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.machining import MachiningCycle
 
 
@@ -32,9 +32,9 @@ def thread_milling(c: MachiningCycle) -> None:
     c.to(None, None, c.clearance, True)
     for low in levels:
         first, last = (low, low + turns * abs(pitch)) if rises else (low + turns * abs(pitch), low)
-        with c.fed(c.feed("Q253", "Q207")) as rapid:
+        with c.feed_at(c.feed("Q253", "Q207")) as rapid:
             c.to(*middle, first, rapid)
-        with c.fed(c.feed("Q207")):
+        with c.feed_at(c.feed("Q207")):
             _helix(c, middle, radius, (first, last), turns, not counter)
     c.to(None, None, c.second, True)
 
@@ -46,8 +46,8 @@ def _levels(c: MachiningCycle, floor: float, pitch: float) -> tuple[list[float],
         return [floor], 1
     length = c.surface - floor
     if steps == 1:
-        return [floor], max(1, counted(math.ceil(length / pitch - 1e-9)))
-    count = max(1, counted(math.ceil(length / (steps * pitch) - 1e-9)))
+        return [floor], max(1, whole_count(math.ceil(length / pitch - 1e-9)))
+    count = max(1, whole_count(math.ceil(length / (steps * pitch) - 1e-9)))
     return [floor + k * steps * pitch for k in range(count)], 1
 
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from vcmm.program.frames import AffineMap, rotation, stretched, translation
+from vcmm.program.frames import AffineMap, rotation, stretch, translation
 from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.moves import PLANES, Point, Posture
 from vcmm.program.recorder import Recorder
@@ -65,7 +65,7 @@ class KlartextFrames:
             return
         name = INNER if PLANE in self.maps else SHIFT
         shift = self.shifts[name]
-        while not reader.done:
+        while not reader.is_done:
             axis, incremental, value = self.coordinate(reader, "a datum shift")
             if axis is None:
                 continue
@@ -110,7 +110,7 @@ class KlartextFrames:
             raise reader.fault(f"a mirror image takes X, Y, Z, got {axes}")
         self.together(bool(axes), TURN)
         self.mirrored = frozenset(AXES.index(a) for a in axes)
-        self.put(MIRROR, stretched(_three([-1.0 if k in self.mirrored else 1.0 for k in range(3)])))
+        self.put(MIRROR, stretch(_three([-1.0 if k in self.mirrored else 1.0 for k in range(3)])))
 
     def together(self, wanted: bool, other: str) -> None:
         """Mirror and rotation: the one programmed later lies inside the other."""
@@ -126,9 +126,9 @@ class KlartextFrames:
         if not incremental:
             reader.expect("ROT", "of the rotation, as in CYCL DEF 10.1 ROT+35")
         value = reader.value("ROT")
-        self.turned(self.turn + value if incremental else value)
+        self.turn_by(self.turn + value if incremental else value)
 
-    def turned(self, angle: float) -> None:
+    def turn_by(self, angle: float) -> None:
         """Turn by an angle, deg, in the plane in force."""
         self.together(angle != 0.0, MIRROR)
         self.turn = angle
@@ -138,18 +138,18 @@ class KlartextFrames:
         """11: SCL."""
         reader.expect("SCL", "of the scaling, as in CYCL DEF 11.1 SCL 0.99")
         value = reader.value("SCL")
-        self.scaled(reader, [value] * 3)
+        self.scale(reader, [value] * 3)
 
-    def scaled(self, reader: KlartextReader, factors: Sequence[float]) -> None:
+    def scale(self, reader: KlartextReader, factors: Sequence[float]) -> None:
         if any(f <= 0 for f in factors):
             raise reader.fault("SCL must be above zero")
         self.scales = list(factors)
-        self.put(SCALE, stretched(_three(self.scales)))
+        self.put(SCALE, stretch(_three(self.scales)))
 
     def stretch(self, reader: KlartextReader) -> None:
         """26: factors of single axes, X0.99; CCX, CCY: the point that stays."""
         factors, centre = [1.0] * 3, [0.0] * 3
-        while not reader.done:
+        while not reader.is_done:
             name = reader.upper()
             reader.at += 1
             value = reader.value(name)
@@ -159,9 +159,9 @@ class KlartextFrames:
                 centre[AXES.index(name[2:])] = value * self.recorder.unit
             else:
                 raise reader.fault(f'cycle 26 takes X, Y, Z and CCX, CCY, "{name}" stands there')
-        self.scaled(reader, factors)
+        self.scale(reader, factors)
         stays = _three([c * (1.0 - f) for c, f in zip(centre, factors)])
-        self.put(SCALE, translation(stays).then(stretched(_three(factors))))
+        self.put(SCALE, translation(stays).then(stretch(_three(factors))))
 
     # -- presets --
     def preset(self, number: int) -> None:

@@ -40,7 +40,7 @@ def read_words(reader: KlartextReader, addresses: tuple[str, ...], bare: str = "
     words = KlartextWords()
     axes = (*AXES, *ROTARY, *BESIDE)
     names = (*axes, *(f"I{a}" for a in axes), *addresses)
-    while not reader.done:
+    while not reader.is_done:
         name, column = reader.upper(), reader.column
         token = reader.peek()
         assert token is not None

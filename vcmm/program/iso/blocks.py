@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from vcmm.program.dialects import Dialect
-from vcmm.program.expressions import Computed, Value
+from vcmm.program.expressions import Evaluation, Value
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.expressions import LineReader
 
@@ -20,7 +20,7 @@ _KEYWORD = re.compile(r"[ \t]*([A-Za-z]+)")
 _PLAIN_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _PLAIN = re.compile(rf"[ \t]*(?:N(\d+)[ \t]*)?(?:[A-MP-Z]{_PLAIN_NUMBER}[ \t]*)+\Z", re.IGNORECASE | re.ASCII)
 _PLAIN_WORD = re.compile(rf"([A-MP-Z])({_PLAIN_NUMBER})", re.IGNORECASE | re.ASCII)
-_UNBRACKETED = re.compile(r"[ \t]*[-+]?[ \t]*#\d+[ \t]*[-+*/]")  # X#1/2, as some laser cutters take it
+_BARE_EXPRESSION = re.compile(r"[ \t]*[-+]?[ \t]*#\d+[ \t]*[-+*/]")  # X#1/2, as some laser cutters take it
 _CORNER = re.compile(r",[ \t]*[RC][ \t]*[-+.\d#\[]", re.IGNORECASE)
 _LETTERS = "ABCDEFGHIJKLMNPQRSTUVWXYZ"
 _OUTPUT = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(DPRNT|BPRNT|POPEN|PCLOS|SETVN)\b", re.IGNORECASE)
@@ -28,7 +28,7 @@ _SECOND_BLOCK = re.compile(
     r"[ \t]*/?(?:[A-MP-Z][ \t]*[-+]?(?:\d+\.?\d*|\.\d+)[ \t]*)+;?[ \t]*\Z", re.IGNORECASE | re.ASCII
 )
 _MESSAGE = re.compile(r"[ \t]*M11[78]\b", re.IGNORECASE)
-_CALLED = re.compile(
+_CALL_BY_NAME = re.compile(
     r"[ \t]*(?:N\d+[ \t]*)?M[ \t]*1?98[ \t]*[(<][ \t]*([\w.-]+)[ \t]*[)>][ \t]*(?:L[ \t]*(\d+))?[ \t]*;?[ \t]*\Z",
     re.IGNORECASE,
 )
@@ -45,7 +45,7 @@ class Word(NamedTuple):
     text: str
 
     @property
-    def pointed(self) -> bool:
+    def has_point(self) -> bool:
         """Written with a decimal point, or computed."""
         return "." in self.text or callable(self.value)
 
@@ -65,7 +65,7 @@ class IsoFlow(NamedTuple):
     """
 
     kind: str
-    label: str | Computed
+    label: str | Evaluation
     column: int
     values: tuple[Value, ...] = ()
     then: tuple[Assign, ...] = ()
@@ -100,7 +100,7 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
     if plain is not None:  # most lines: nothing but letters with numbers
         _plain_words(block, plain)
         return block
-    if dialect.words == "macro" and (named := _CALLED.match(text)):
+    if dialect.words == "macro" and (named := _CALL_BY_NAME.match(text)):
         block.called = (named[1], int(named[2] or 1))
         return block
     clean = without_comments(text, dialect)
@@ -265,7 +265,7 @@ def _word(reader: LineReader, block: IsoBlock, comma: str = "", open_value: bool
     reader.at += 1
     before = reader.at
     try:
-        open_value = open_value and _UNBRACKETED.match(reader.text, reader.at) is not None
+        open_value = open_value and _BARE_EXPRESSION.match(reader.text, reader.at) is not None
         value = reader.expression() if open_value else reader.value()
     except BlockFault as fault:
         text = f'the word "{letter}" has no number that can be read: {fault.text}'
@@ -311,7 +311,7 @@ def _o_word(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     block.flow = IsoFlow("program", label, column)
 
 
-def _label(reader: LineReader, column: int) -> str | Computed:
+def _label(reader: LineReader, column: int) -> str | Evaluation:
     here = reader.skip()
     if here == "<":
         end = reader.text.find(">", reader.at)
@@ -331,7 +331,7 @@ def _label(reader: LineReader, column: int) -> str | Computed:
     return value
 
 
-def _o_flow(reader: LineReader, kind: str, label: str | Computed, column: int) -> IsoFlow:
+def _o_flow(reader: LineReader, kind: str, label: str | Evaluation, column: int) -> IsoFlow:
     values: list[Value] = []
     while reader.skip() == "[":
         values.append(reader.bracket())

@@ -15,7 +15,7 @@ from vcmm.program.iso.groups import (
     M_GROUPS,
     NOT_OF,
     PROBING,
-    REFUSED,
+    REFUSED_CODES,
     REFUSED_OF,
     STAND_INS,
     TABLES,
@@ -204,7 +204,7 @@ def number_of(c: IsoControl, word: Word) -> float | None:
 
 def meaning_of(c: IsoControl, code: str) -> str:
     """What a code that is not modelled means on this control; "" where that is not known."""
-    return REFUSED_OF.get(c.language.codes, {}).get(code) or REFUSED.get(code, "")
+    return REFUSED_OF.get(c.language.codes, {}).get(code) or REFUSED_CODES.get(code, "")
 
 
 def unknown_code(c: IsoControl, code: str, groups: dict[str, str]) -> str:

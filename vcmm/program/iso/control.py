@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NoReturn
 
 from vcmm.program.dialects import Dialect
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, stretched, translation
+from vcmm.program.frames import AffineMap, rotation, stretch, translation
 from vcmm.program.iso.expressions import Parameters
 from vcmm.program.iso.misfits import ArcMisfit
 from vcmm.program.moves import ORIGIN, PLANES, Point
@@ -94,7 +94,7 @@ class IsoControl(Recorder):
         """Raises BlockFault: the reader adds file and line."""
         raise BlockFault(column or self.column, text)
 
-    def unlimited(self) -> float:
+    def speed_at_centre(self) -> float:
         """With constant surface speed at the centre and no limit the spindle is taken to stand."""
         return 0.0
 
@@ -109,7 +109,7 @@ class IsoControl(Recorder):
 
     def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min; degrees per minute, whatever the unit of length, where rotary axes alone move."""
-        distance = math.dist(start, end) or self.turned(rotary)
+        distance = math.dist(start, end) or self.turn_angle(rotary)
         feed = self.rate(distance, self.feeding((start[0] + end[0]) / 2.0 - self.world.shift[0]))
         alone = start == end and rotary != self.rotary and self.feed_mode == "G94"
         if not alone or feed is None:
@@ -124,11 +124,11 @@ class IsoControl(Recorder):
             plane, centre, angle = self.turn
             frame = frame.then(about(centre, rotation(PLANES[plane][2], angle)))
         if self.scale is not None:
-            frame = frame.then(about(self.scale[0], stretched(self.scale[1])))
+            frame = frame.then(about(self.scale[0], stretch(self.scale[1])))
         for axis, at in self.mirrors.items():
             centre = (at if axis == 0 else 0.0, at if axis == 1 else 0.0, at if axis == 2 else 0.0)
             factors = tuple(-1.0 if i == axis else 1.0 for i in range(3))
-            frame = frame.then(about(centre, stretched((factors[0], factors[1], factors[2]))))
+            frame = frame.then(about(centre, stretch((factors[0], factors[1], factors[2]))))
         self.frame = frame
         self.refresh()
 

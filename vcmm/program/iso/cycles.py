@@ -12,7 +12,7 @@ from vcmm.program.drilling import Hole
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
-from vcmm.program.iso.lengths import length, turned, waiting
+from vcmm.program.iso.lengths import length, rotary_target, waiting
 from vcmm.program.iso.motion import CENTRE_WORDS, target, thread_to
 from vcmm.program.levels import pass_over
 from vcmm.program.moves import PLANES
@@ -42,7 +42,7 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
     _words(c, w, code)
     repeats = _repeats(c, w, c.column)
     point, step = _hole_point(c, w)
-    rotary = turned(c, w)
+    rotary = rotary_target(c, w)
     if rotary != c.rotary:
         c.straight(c.p, True, rotary)
     if code in ("G73", "G74", "G83", "G84") and c.cycle.get("Q"):

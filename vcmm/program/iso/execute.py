@@ -30,10 +30,10 @@ from vcmm.program.iso.offsets import (
     store_home,
 )
 from vcmm.program.iso.patterns import nonmodal
-from vcmm.program.iso.planes import tilted
+from vcmm.program.iso.planes import tilt_plane
 from vcmm.program.iso.tools import radius_compensation, tool_length
 from vcmm.program.iso.winding import wind
-from vcmm.program.leading import named
+from vcmm.program.leading import name_axes
 from vcmm.program.levels import pass_over
 from vcmm.program.moves import Source
 
@@ -83,7 +83,7 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
         select_offset(c, w, g["offset"], column_of(w, "offset"))
     if "rotation" in g:
         coordinate_turn(c, w, g["rotation"], column_of(w, "rotation"))
-    for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
+    for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilt_plane)):
         if group in g:
             action(c, w, g[group], column_of(w, group))
     if "dynamic" in g:
@@ -93,7 +93,7 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
     if "polar" in g:
         polar_words(c, g["polar"])
     if "other" in g:
-        _other(c, w, g["other"], column_of(w, "other"))
+        _execute_other(c, w, g["other"], column_of(w, "other"))
 
 
 def _dwell(c: IsoControl, w: IsoWords) -> None:
@@ -112,7 +112,7 @@ def _dwell(c: IsoControl, w: IsoWords) -> None:
         for letter in "XU":
             if w.has(letter):
                 seconds = w.take(letter) or 0.0
-                if c.language.decimal_point == "increment" and not w.words[letter].pointed:
+                if c.language.decimal_point == "increment" and not w.words[letter].has_point:
                     seconds *= 0.001
     c.column = column
     c.dwell(seconds)
@@ -131,7 +131,7 @@ def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
     c.remark("G54.2 P0: no dynamic work offset is in force", column, "G54.2")
 
 
-def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
+def _execute_other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     motion = w.g.get("motion")
     if motion is not None and w.any_axis and motion != "G80" and not c.language.sharing:
         raise BlockFault(
@@ -155,7 +155,7 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 def _motion(c: IsoControl, w: IsoWords) -> None:
     if c.held and w.any_axis:
-        named(c, "".join("XYZ"["UVW".index(a)] if a in "UVW" else a for a in "XYZABCUVW" if w.has(a)))
+        name_axes(c, "".join("XYZ"["UVW".index(a)] if a in "UVW" else a for a in "XYZABCUVW" if w.has(a)))
     if w.g.get("motion") in PROBING:
         probe(c, w, w.g["motion"], column_of(w, "motion"))
         return

@@ -9,16 +9,16 @@ from typing import Any, Protocol
 
 from vcmm.program.expressions import (
     TIGHT,
-    Computed,
+    Evaluation,
     ExpressionReader,
     Grammar,
     Value,
     away_from_zero,
-    called,
+    call_function,
     evaluate,
     in_degrees,
     power,
-    rounded,
+    round_half_up,
     to_degrees,
     whole,
 )
@@ -32,7 +32,7 @@ class Parameters(Protocol):
     locals: list[dict[int, float]]
 
     def number(self, index: int) -> float | None: ...
-    def named(self, name: str) -> float: ...
+    def variable(self, name: str) -> float: ...
     def exists(self, name: str) -> bool: ...
     def set(self, target: str | float | None, value: float | None, column: int) -> None: ...
 
@@ -58,7 +58,7 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # angles in degrees
     "ABS": (1, abs), "ACOS": (1, to_degrees(math.acos)), "ASIN": (1, to_degrees(math.asin)),
     "ATAN": (2, lambda *x: math.degrees(math.atan(*x) if len(x) == 1 else math.atan2(*x))),
     "COS": (1, in_degrees(math.cos)), "EXP": (1, math.exp), "FIX": (1, math.floor), "FUP": (1, math.ceil), "LN": (1, math.log),
-    "ROUND": (1, rounded), "SIN": (1, in_degrees(math.sin)), "SQRT": (1, math.sqrt), "TAN": (1, in_degrees(math.tan)),
+    "ROUND": (1, round_half_up), "SIN": (1, in_degrees(math.sin)), "SQRT": (1, math.sqrt), "TAN": (1, in_degrees(math.tan)),
 }  # fmt: skip
 _TOWARDS_ZERO: dict[str, tuple[int, Callable[..., float]]] = {
     "FIX": (1, math.trunc), "FUP": (1, away_from_zero), "POW": (2, power), "ADP": (1, lambda x: x),
@@ -126,7 +126,7 @@ class IsoExpressions(ExpressionReader):
             there = f", {token.text[0]!r} stands there" if token else ""
             raise self.fault(f'"{text}" is missing {why}{there}')
 
-    def bracketed(self) -> Value:
+    def read_brackets(self) -> Value:
         """[expression]."""
         begin = self.column
         self.expect("[", "before an expression")
@@ -150,11 +150,11 @@ class IsoExpressions(ExpressionReader):
             return self._function(token)
         raise self.fault(f"a number is due here, {token.text[0]!r} stands there; write for example 12.5")
 
-    def parameter(self) -> Computed:
+    def parameter(self) -> Evaluation:
         """#12, ##1, #[expression], #<name> (O-words)."""
         target = self.target()
         if isinstance(target, str):
-            return lambda known: known.named(target)
+            return lambda known: known.variable(target)
         if callable(target):
             index = target
             return lambda known: known.number(whole(index(known), "the number of a parameter"))
@@ -170,7 +170,7 @@ class IsoExpressions(ExpressionReader):
         number = self.operand()
         if not callable(number) and (number != int(number) or number < 0):
             text = f"parameter #{number:g} does not exist; numbers of parameters are whole"
-            raise self.fault(text, self.reached)
+            raise self.fault(text, self.read_to)
         return number
 
     def _name(self, token: Token) -> str:
@@ -197,7 +197,7 @@ class IsoExpressions(ExpressionReader):
         if name == "ADP":
             value = arguments[0]
             return lambda known: evaluate(value, known)
-        return called(self.grammar, name, arguments, token.column)
+        return call_function(self.grammar, name, arguments, token.column)
 
     def _second(self, name: str) -> list[Value]:
         """The second argument of ATAN[a]/[b] or ATAN[a,b] or POW[a,b]."""
@@ -207,12 +207,12 @@ class IsoExpressions(ExpressionReader):
         if name == "ATAN" and not second:
             if self.upper() == "/" and self.upper(1) == "[":
                 self.at += 1
-                return [self.bracketed()]
+                return [self.read_brackets()]
             if self.words == "o":
                 raise self.fault("ATAN takes two arguments; write ATAN[y]/[x]")
         return second
 
-    def _exists(self) -> Computed:
+    def _exists(self) -> Evaluation:
         self.expect("[", "after EXISTS")
         name = self.target()
         self.expect("]", "after the argument of EXISTS")
@@ -259,7 +259,7 @@ class LineReader:
 
     def bracket(self) -> Value:
         """[expression]."""
-        return self._read(IsoExpressions.bracketed)
+        return self._read(IsoExpressions.read_brackets)
 
     def expression(self) -> Value:
         """Values and operators, up to where they end."""
@@ -272,5 +272,5 @@ class LineReader:
     def _read(self, what: Callable[[IsoExpressions], Any]) -> Any:
         reader = IsoExpressions(self.text, self.words, self.at)
         value = what(reader)
-        self.at = reader.reached - 1
+        self.at = reader.read_to - 1
         return value

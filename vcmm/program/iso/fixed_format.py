@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from vcmm.core.errors import DataError
 from vcmm.program.dialects import Dialect
-from vcmm.program.levels import Assumed, SetupEntry
+from vcmm.program.levels import Assumption, SetupEntry
 from vcmm.program.moves import MoveFlow, Program
 
 _FIXED, FEW = re.compile(r"[XYZIJK][-+]?0\d{4,}(?![\d.])"), 5
@@ -27,11 +27,11 @@ def fixed_format(text: str) -> bool:
     return len(_FIXED.findall(plain)) > FEW and not _POINTED.search(plain)
 
 
-def read_fixed(read: Reader, text: str, dialect: Dialect, flow: MoveFlow | None) -> Program:
+def read_fixed_format(read: Reader, text: str, dialect: Dialect, flow: MoveFlow | None) -> Program:
     """The program with numbers as increments; without G90 and G91 the way from point to point, where the arcs fit only so."""
     language = replace(dialect, decimal_point="increment")
     told = [
-        Assumed(
+        Assumption(
             1, "numbers of a fixed format, without a point", "increments of 0.001 mm: X-014895 is -14.895 mm",
             SetupEntry("", "decimal_point", '"increment"'),
         )
@@ -39,7 +39,7 @@ def read_fixed(read: Reader, text: str, dialect: Dialect, flow: MoveFlow | None)
     if not _SAID.search(text.upper()) and _misfits(read, language):
         language = replace(language, absolute=False)
         told.append(
-            Assumed(
+            Assumption(
                 1,
                 "how coordinates count, for want of G90 and G91",
                 "from point to point: the arcs fit only so",

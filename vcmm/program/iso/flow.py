@@ -21,10 +21,10 @@ from vcmm.program.search import find_file
 DEEPEST = 50
 LOOKING_BACK = 20  # moves after radius compensation before its exit is past
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
-MOST_REPEATED = 500_000  # blocks executed again, in loops and subprograms
+MOST_REPETITIONS = 500_000  # blocks executed again, in loops and subprograms
 
 
-class Unfinished(Exception):
+class EndOfReading(Exception):
     """The end of what can be read of a subprogram on its own, and why."""
 
 
@@ -77,7 +77,7 @@ class IsoRunner:
             if self._endless(index) and self.c.states.left(self.c, column):
                 return
             if self.idle > IDLE_JUMPS and self.fragment:
-                raise Unfinished("the loop that ends here runs for ever without its arguments")
+                raise EndOfReading("the loop that ends here runs for ever without its arguments")
             if self.idle > IDLE_JUMPS:
                 raise BlockFault(
                     column,
@@ -102,17 +102,17 @@ class IsoRunner:
         def whole() -> object:
             return (values(), self.calls, table, self.modal_macro, c.moves[-LATEST:])
 
-        return c.states.again((id(self.text), index, c.p, c.q, c.rotary), values, whole)
+        return c.states.is_repetition((id(self.text), index, c.p, c.q, c.rotary), values, whole)
 
-    def executed(self, first: int, last: int) -> None:
+    def count_runs(self, first: int, last: int) -> None:
         """Count the runs of lines first to last - 1. Raises BlockFault where too many are repeated."""
         runs = self.text.runs
         for index in range(first, last):
             runs[index] += 1
         if last > first and runs[first] > 1:
             self.repeated += last - first
-            if self.repeated > MOST_REPEATED:
-                text = f"loops and subprograms have executed more than {MOST_REPEATED} blocks again; check their conditions"
+            if self.repeated > MOST_REPETITIONS:
+                text = f"loops and subprograms have executed more than {MOST_REPETITIONS} blocks again; check their conditions"
                 raise BlockFault(1, text)
 
     def truth(self, value: Value, column: int) -> bool:
@@ -150,10 +150,10 @@ class IsoRunner:
                 f"subprograms call one another more than {DEEPEST} deep; {call.label} seems to call itself",
             )
         runs = math.prod(max(1, c.left) for c in (*self.calls, call))
-        if runs > MOST_REPEATED:
+        if runs > MOST_REPETITIONS:
             raise BlockFault(
                 column,
-                f"{call.label} would be run {runs} times; {MOST_REPEATED} are the most, check the repeats",
+                f"{call.label} would be run {runs} times; {MOST_REPETITIONS} are the most, check the repeats",
             )
         if arguments is not None:
             self.table.locals.append(arguments)
@@ -300,10 +300,10 @@ def _repeat(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
         r.at = r.text.next_o(label, ("endrepeat",), here, flow.column) + 1
         return
     r.text.next_o(label, ("endrepeat",), here, flow.column)
-    if count > MOST_REPEATED:
+    if count > MOST_REPETITIONS:
         raise BlockFault(
             flow.column,
-            f"o{label} would be repeated {count:.0f} times; {MOST_REPEATED} are the most, check its number",
+            f"o{label} would be repeated {count:.0f} times; {MOST_REPETITIONS} are the most, check its number",
         )
     r.counters[(len(r.calls), label)] = int(count)
 

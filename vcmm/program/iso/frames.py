@@ -47,7 +47,7 @@ def _factors(w: IsoWords) -> Point:
 
 def _factor(w: IsoWords, letter: str) -> float | None:
     number = w.take(letter)
-    return number if number is None or w.words[letter].pointed else number / 1000.0
+    return number if number is None or w.words[letter].has_point else number / 1000.0
 
 
 def _point(values: list[float]) -> Point:

@@ -65,7 +65,7 @@ def _steps(c: IsoControl, w: IsoWords, letter: str) -> float:
     number = w.take(letter)
     if number is None:
         return 0.0
-    small = 1.0 if w.words[letter].pointed else c.language.increment[1 if c.unit > 1.0 else 0]
+    small = 1.0 if w.words[letter].has_point else c.language.increment[1 if c.unit > 1.0 else 0]
     return number * small * c.unit
 
 

@@ -100,7 +100,7 @@ TABLES = {
     "linuxcnc": _table(_LINUXCNC), "mach3": _table(_MACH3), "fanuc": _table(_FANUC), "haas": _table(_HAAS),
     "lathe": _table(_LATHE), "lathe-b": _table(_LATHE_B),
 }  # fmt: skip
-REFUSED = {
+REFUSED_CODES = {
     "G5": "splines", "G5.1": "quadratic splines", "G5.2": "NURBS", "G5.3": "NURBS", "G6.2": "NURBS interpolation", "G6.1": "splines",
     "G31": "the skip function: where it stops is decided by a probe", "G38.2": "probing", "G38.3": "probing",
     "G38.4": "probing", "G38.5": "probing", "G51": "scaling", "G51.1": "mirroring", "G16": "polar coordinates",

@@ -17,7 +17,7 @@ LENGTHS = "XYZUVWIJR"
 def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
     """A number of the program in mm, with the decimal point rule of the dialect."""
     word = w.words.get(letter)
-    if word is not None and number and not word.pointed and c.language.words == "macro":
+    if word is not None and number and not word.has_point and c.language.words == "macro":
         small = c.language.increment[1 if c.unit > 1.0 else 0]
         if c.language.decimal_point == "increment":
             return number * small * c.unit
@@ -35,7 +35,7 @@ def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
 
 def _counts_increments(c: IsoControl, w: IsoWords, number: float) -> bool:
     """One rule for all words of a block: increments, where one of them would be too long for anything else."""
-    beside = (w.values[k] for k in LENGTHS if k in w.values and not w.words[k].pointed)
+    beside = (w.values[k] for k in LENGTHS if k in w.values and not w.words[k].has_point)
     return any(abs(value) * c.unit >= POINTLESS for value in (number, *beside))
 
 
@@ -55,7 +55,7 @@ def waiting(c: IsoControl, w: IsoWords, number: float) -> float:
     milliseconds, and no point (B-64304EN, "dwell (G04)": the decimal point cannot be used with P)."""
     small = c.language.dwell
     word = w.words.get("P")
-    if small == 1.0 or not number or word is None or not word.pointed or callable(word.value):
+    if small == 1.0 or not number or word is None or not word.has_point or callable(word.value):
         return number * small
     if not c.language.haas:
         c.assume(
@@ -72,7 +72,7 @@ def need_axis(c: IsoControl, w: IsoWords, axis: str) -> None:
         raise BlockFault(w.column(axis), lacking(c.setup.axes, axis))
 
 
-def turned(c: IsoControl, w: IsoWords) -> Point:
+def rotary_target(c: IsoControl, w: IsoWords) -> Point:
     """The rotary position that a block asks for, rad."""
     out = list(c.rotary)
     step = w.take("H") if c.language.codes == "lathe" else None  # system A: C by an increment

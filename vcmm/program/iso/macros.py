@@ -59,7 +59,7 @@ def call_program(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
     start_program(r, ProgramCall("M98", number, 1 if times is None else times), here, column)
 
 
-def call_named(r: IsoRunner, called: tuple[str, int], here: int) -> None:
+def call_by_name(r: IsoRunner, called: tuple[str, int], here: int) -> None:
     """M98 <NAME> Lm (Fanuc), M98 (NAME.nc) Lm (Haas): a subprogram in a file of that name."""
     name, times = called
     other = r.load([name])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from vcmm.program.moves import Remark
 from vcmm.program.recorder import Recorder
 
-NAMED = 5  # lines that are named
+MOST_NAMED = 5  # lines that are named
 MANY = {
     "radii": "{n} arcs have radii at start and end that differ by more than 1 um, by {most:.1f} um at most (line {line}); the end points "
     "are kept, the radii change evenly on the way; lines {lines}",
@@ -32,8 +32,8 @@ def tell_misfits(c: Recorder, misfits: list[ArcMisfit]) -> None:
         if not rows:
             continue
         lines = list(dict.fromkeys(m.line for m in rows))
-        more = f" and {len(lines) - NAMED} more" if len(lines) > NAMED else ""
-        shown = ", ".join(map(str, lines[:NAMED])) + more
+        more = f" and {len(lines) - MOST_NAMED} more" if len(lines) > MOST_NAMED else ""
+        shown = ", ".join(map(str, lines[:MOST_NAMED])) + more
         worst = max(rows, key=lambda m: m.um)
         said = text.format(n=len(rows), most=worst.um, line=worst.line, lines=shown)
         c.remarks.append(Remark(rows[0].line, rows[0].column, rows[0].text if len(rows) == 1 else said))

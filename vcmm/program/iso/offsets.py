@@ -250,7 +250,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     if not c.absolute and not c.language.cycles_apart:
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
     if c.compensation is not None:
-        _suspended(c, "G53 while cutter radius compensation is on; cancel it with G40 before", column)
+        _suspend(c, "G53 while cutter radius compensation is on; cancel it with G40 before", column)
     q, rotary = list(c.q), list(c.rotary)
     for i, axis in enumerate(AXES):
         number = w.take(axis)
@@ -265,7 +265,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     go_to_axes(c, (q[0], q[1], q[2]), rapid, (rotary[0], rotary[1], rotary[2]))
 
 
-def _suspended(c: IsoControl, refusal: str, column: int) -> None:
+def _suspend(c: IsoControl, refusal: str, column: int) -> None:
     """Fanuc: compensation rests while the axes go to a machine position (B-64304EN, "automatic return to reference position")."""
     if c.language.words == "o":
         raise BlockFault(column, refusal)
@@ -287,7 +287,7 @@ def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
 def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
     """G28, G30: by way of the programmed point to the reference point, only the axes that are named (LinuxCNC: or all)."""
     if c.compensation is not None:
-        _suspended(
+        _suspend(
             c, "a reference move while cutter radius compensation is on; cancel it with G40 before", column
         )
     named = [axis for axis in AXES if w.has(axis) or (c.language.lathe and w.has("UVW"[AXES.index(axis)]))]
@@ -317,7 +317,7 @@ def return_from_home(c: IsoControl, w: IsoWords, column: int) -> None:
     """G29: the axes that are named go to the point by way of which G28 or G30 came, and on to the programmed point, which counts
     increments from the former (FANUC B-64304EN, "return from reference position (G29)"; Haas mill operator's manual, G29)."""
     if c.compensation is not None:
-        _suspended(c, "G29 while cutter radius compensation is on; cancel it with G40 before", column)
+        _suspend(c, "G29 while cutter radius compensation is on; cancel it with G40 before", column)
     letters = [(a, "UVW"[i] if c.language.lathe else "") for i, a in enumerate(AXES)] + [
         (a, "") for a in "ABC"
     ]

@@ -60,13 +60,13 @@ class ParameterTable:
             return 0.0 if inputs else None
         return 0.0
 
-    def named(self, name: str) -> float:
+    def variable(self, name: str) -> float:
         table = self.named_common if name.startswith("_") else self.named_locals[-1]
         if name in table:
             return table[name]
-        if name in NAMED:
-            return float(NAMED[name](self.c))
-        known = [*self.named_locals[-1], *self.named_common, *NAMED]
+        if name in PREDEFINED:
+            return float(PREDEFINED[name](self.c))
+        known = [*self.named_locals[-1], *self.named_common, *PREDEFINED]
         refusal = (
             f"the parameter #<{name}> has no value yet.{did_you_mean(name, known)} Set it before it is used"
         )
@@ -77,12 +77,12 @@ class ParameterTable:
         return 0.0
 
     def exists(self, name: str) -> bool:
-        return name in self.named_common or name in self.named_locals[-1] or name in NAMED
+        return name in self.named_common or name in self.named_locals[-1] or name in PREDEFINED
 
     def set(self, target: str | float | None, value: float | None, column: int) -> None:
         """#target = value. Raises BlockFault for those that only the control sets."""
         if isinstance(target, str):
-            if target in NAMED and target not in self.named_common:
+            if target in PREDEFINED and target not in self.named_common:
                 raise BlockFault(
                     column, f"#<{target}> is filled in by the control and cannot be set; choose another name"
                 )
@@ -217,7 +217,7 @@ _MODAL: dict[int, Callable[[IsoControl], float]] = {  # modal information of Fan
     4119: lambda c: c.speed, 4120: lambda c: c.next_tool or c.tool, 4107: lambda c: 0,
 }  # fmt: skip
 
-NAMED: dict[str, Callable[[IsoControl], float]] = {  # LinuxCNC's predefined names
+PREDEFINED: dict[str, Callable[[IsoControl], float]] = {  # LinuxCNC's predefined names
     "_x": lambda c: c.p[0] / c.unit, "_y": lambda c: c.p[1] / c.unit, "_z": lambda c: c.p[2] / c.unit,
     "_a": lambda c: math.degrees(c.rotary[0]), "_b": lambda c: math.degrees(c.rotary[1]), "_c": lambda c: math.degrees(c.rotary[2]),
     "_abs_x": lambda c: c.q[0], "_abs_y": lambda c: c.q[1], "_abs_z": lambda c: c.q[2],

@@ -34,7 +34,7 @@ def nonmodal(c: IsoControl, w: IsoWords) -> bool:
     return False
 
 
-def _needed(c: IsoControl, w: IsoWords, letter: str, what: str, column: int) -> float:
+def _need(c: IsoControl, w: IsoWords, letter: str, what: str, column: int) -> float:
     return length(c, w, letter, w.need(letter, what, column))
 
 
@@ -42,7 +42,7 @@ def circular_pocket(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G12 (clockwise), G13: I radius, or of the first circle; K radius of the finished one with steps Q; Z depth, L passes of it.
     D: the radius of the tool comes off. From the centre out by half circles, round, and back to the centre."""
     c.column = column
-    clockwise, first = code == "G12", _needed(c, w, "I", "the radius of the circle", column)
+    clockwise, first = code == "G12", _need(c, w, "I", "the radius of the circle", column)
     last = length(c, w, "K", number) if (number := w.take("K")) is not None else first
     step = length(c, w, "Q", number) if (number := w.take("Q")) is not None else 0.0
     tool = _tool_radius(c, w, column)
@@ -92,7 +92,7 @@ def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         raise BlockFault(
             column, f"{code} needs a drilling cycle in force; write for example G81 ... L0 before it"
         )
-    radius, start = _needed(c, w, "I", "the radius or the distance", column), math.radians(w.take("J") or 0.0)
+    radius, start = _need(c, w, "I", "the radius or the distance", column), math.radians(w.take("J") or 0.0)
     count = w.whole("L", column, 1)
     if count is None or count > MOST_HOLES:
         raise BlockFault(column, f"{code} needs L, the number of holes, up to {MOST_HOLES}")

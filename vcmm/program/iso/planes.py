@@ -28,7 +28,7 @@ DEFINES, SQUARES = ("G68.2", "G268"), ("G53.1", "G53.6", "G253")
 LATER = "describe the plane by Euler angles, G68.2 X Y Z I J K"
 
 
-def tilted(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
+def tilt_plane(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """One block of a tilted plane. Raises BlockFault."""
     if code in DEFINES:
         _define(c, w, code, column)
@@ -96,7 +96,7 @@ def _define(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     if kind == 0 and (code == "G68.2" or not w.has("Q")):
         made = _origin(c, w).then(_turns(((2, _angle(w, "I")), (0, _angle(w, "J")), (2, _angle(w, "K")))))
         if code == "G68.2" and w.has("Q"):
-            _refused(c, w, f"Q of {code} without P", "passed over", column)
+            _refuse(c, w, f"Q of {code} without P", "passed over", column)
     elif kind == 1 or code == "G268":
         made = _origin(c, w).then(_fixed(w, column))
     elif kind in (2, 3):
@@ -104,7 +104,7 @@ def _define(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         if made is None:
             return
     else:
-        _refused(c, w, f"{code} P{kind}", "Euler angles", column)
+        _refuse(c, w, f"{code} P{kind}", "Euler angles", column)
         made = _origin(c, w).then(_turns(((2, _angle(w, "I")), (0, _angle(w, "J")), (2, _angle(w, "K")))))
     if w.has("R"):
         made = made.then(rotation(2, _angle(w, "R")))
@@ -112,7 +112,7 @@ def _define(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     c.rebuild()
 
 
-def _refused(c: IsoControl, w: IsoWords, what: str, value: str, column: int) -> None:
+def _refuse(c: IsoControl, w: IsoWords, what: str, value: str, column: int) -> None:
     c.assume(what, value, f"{what} is not understood; {LATER}", column=column)
     w.used |= set("PQR")
 

@@ -45,7 +45,7 @@ class MeasuringCall:
         value = self.mm(letter)
         return otherwise if value is None else value
 
-    def needed(self, letter: str, what: str) -> float:
+    def need(self, letter: str, what: str) -> float:
         value = self.mm(letter)
         if value is None:
             raise BlockFault(self.column, what)
@@ -61,7 +61,7 @@ class MeasuringCall:
     def put(self, number: int, value: float) -> None:
         self.c.parameters.set(number, value, self.column)
 
-    def found(self, *ones: tuple[int, float, float]) -> None:
+    def set_results(self, *ones: tuple[int, float, float]) -> None:
         """(axis, position, expected) of each: results and their errors, and the work offset that is corrected by them."""
         c = self.c
         reads: list[float | None] = [None] * 3
@@ -70,12 +70,12 @@ class MeasuringCall:
             reads[axis], should[axis] = position, expected
             self.put(POSITION + axis, position / c.unit)
             self.put(ERROR + axis, (position - expected) / c.unit)
-        name = self.corrected()
+        name = self.corrected_offset()
         if name:
             correct_zero(c, name, reads, should)
             c.rebuild()
 
-    def corrected(self) -> str:
+    def corrected_offset(self) -> str:
         """The work offset of S, none where it is not given."""
         number = self.plain.get("S")
         if number is None:
@@ -157,7 +157,7 @@ def _surface(m: MeasuringCall) -> None:
     """P9811: one surface along one axis."""
     axis = m.axis("XYZ", "this macro takes one of X, Y and Z: the expected position of the surface")
     expected = m.length("XYZ"[axis], 0.0)
-    m.found((axis, m.feeler.surface(axis, expected, m.sense(axis, expected)), expected))
+    m.set_results((axis, m.feeler.surface(axis, expected, m.sense(axis, expected)), expected))
 
 
 def _web(m: MeasuringCall) -> None:
@@ -174,12 +174,12 @@ def _web(m: MeasuringCall) -> None:
             m.c.straight(at(m.c.p, 2, start[2]), False)
             m.c.straight(start, False)
     m.size(found[0] - found[1], size)
-    m.found((axis, sum(found) / 2.0, start[axis]))
+    m.set_results((axis, sum(found) / 2.0, start[axis]))
 
 
 def _bore(m: MeasuringCall) -> None:
     """P9814: a bore from inside, a boss from outside (with Z): across X, then across Y through the middle found."""
-    size = m.needed("D", "P9814 takes D: the expected diameter")
+    size = m.need("D", "P9814 takes D: the expected diameter")
     start = m.c.p
     tips = [_rim(m, start[:2], size, angle) for angle in (0.0, math.pi)]
     middle = (tips[0][0] + tips[1][0]) / 2.0, start[1]
@@ -189,7 +189,7 @@ def _bore(m: MeasuringCall) -> None:
 
 def _three(m: MeasuringCall) -> None:
     """P9823: a bore or boss by three points at the angles A, B and C (deg, from X+)."""
-    size = m.needed("D", "P9823 takes D, the expected diameter, and A, B, C: the angles of its three points")
+    size = m.need("D", "P9823 takes D, the expected diameter, and A, B, C: the angles of its three points")
     if any(letter not in m.plain for letter in "ABC"):
         raise BlockFault(m.column, "P9823 takes A, B and C: the angles of its three points, in degrees")
     start = m.c.p
@@ -216,13 +216,13 @@ def _round(m: MeasuringCall, tips: list[Point], size: float, start: Point) -> No
     found = m.feeler.circle(tips, "Z" not in m.plain)
     m.c.straight(start, False)
     m.size(found.diameter, size)
-    m.found((0, found.x, start[0]), (1, found.y, start[1]))
+    m.set_results((0, found.x, start[0]), (1, found.y, start[1]))
 
 
-def _angled(m: MeasuringCall) -> None:
+def _measure_at_angle(m: MeasuringCall) -> None:
     """P9821: a pocket from inside, a web from outside (with Z), of width D across the angle A (deg, from X+)."""
     size, angle = (
-        m.needed("D", "P9821 takes D, the expected width, and A: the angle across it"),
+        m.need("D", "P9821 takes D, the expected width, and A: the angle across it"),
         m.plain.get("A"),
     )
     if angle is None:
@@ -232,7 +232,7 @@ def _angled(m: MeasuringCall) -> None:
     m.c.straight(start, False)
     across = (tips[0][0] - tips[1][0]) * math.cos(turn) + (tips[0][1] - tips[1][1]) * math.sin(turn)
     m.size(across + (2.0 if "Z" not in m.plain else -2.0) * m.feeler.radius, size)
-    m.found(*((i, (tips[0][i] + tips[1][i]) / 2.0, start[i]) for i in (0, 1)))
+    m.set_results(*((i, (tips[0][i] + tips[1][i]) / 2.0, start[i]) for i in (0, 1)))
 
 
 def _angle(m: MeasuringCall) -> None:
@@ -240,7 +240,7 @@ def _angle(m: MeasuringCall) -> None:
     axis = m.axis(
         "XY", "P9843 takes X or Y, where the surface is expected, and D: how far apart it is touched"
     )
-    apart = m.needed("D", "P9843 takes D: how far apart the two points lie")
+    apart = m.need("D", "P9843 takes D: how far apart the two points lie")
     expected, start, other = m.length("XY"[axis], 0.0), m.c.p, 1 - axis
     sense, along = m.sense(axis, expected), m.plain.get("A", 0.0 if axis == 1 else 90.0)
     lean = math.tan(math.radians(along if axis == 1 else 90.0 - along))
@@ -260,7 +260,7 @@ def _corner(m: MeasuringCall) -> None:
     """P9815, P9816: X and Y of a corner, from where the probe stands diagonally before it: from inside along X and Y; round an outer
     corner as far beyond it as it stands before it. I, J: a second touch further along X, along Y; then the surfaces may be turned."""
     c, start = m.c, m.c.p
-    corner = [m.needed(letter, "a corner takes X and Y, where it is expected") for letter in "XY"]
+    corner = [m.need(letter, "a corner takes X and Y, where it is expected") for letter in "XY"]
     sense = [m.sense(i, corner[i]) for i in (0, 1)]
     lines = []
     for axis, step in ((1, m.length("I", 0.0)), (0, m.length("J", 0.0))):
@@ -285,12 +285,12 @@ def _corner(m: MeasuringCall) -> None:
                 "after a corner with I or J #139 is taken as the angle of the surface touched along X, #142 of that touched along Y, both in degrees from X+",
                 m.column,
             )
-    m.found((0, x, corner[0]), (1, y, corner[1]))
+    m.set_results((0, x, corner[0]), (1, y, corner[1]))
 
 
 MACROS: Mapping[int, Callable[[MeasuringCall], None]] = {
     9801: _calibrate, 9802: _calibrate, 9803: _calibrate, 9804: _calibrate, 9810: _move, 9811: _surface, 9812: _web, 9814: _bore, 9815: _corner,
-    9816: _corner, 9821: _angled, 9823: _three, 9832: _switch, 9833: _switch, 9843: _angle,
+    9816: _corner, 9821: _measure_at_angle, 9823: _three, 9832: _switch, 9833: _switch, 9843: _angle,
 }  # fmt: skip
 LATER: Mapping[int, str] = {
     9817: "rotary axis aligned by two surfaces", 9818: "rotary axis aligned by two bores", 9819: "bores or bosses on a pitch circle", 9820: "diagonal check of stock",

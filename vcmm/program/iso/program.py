@@ -21,11 +21,11 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl, new_control
 from vcmm.program.iso.drawing import turns_c
 from vcmm.program.iso.execute import execute, unused_words
-from vcmm.program.iso.fixed_format import fixed_format, read_fixed
-from vcmm.program.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
+from vcmm.program.iso.fixed_format import fixed_format, read_fixed_format
+from vcmm.program.iso.flow import ActiveCall, EndOfReading, IsoRunner, o_word
 from vcmm.program.iso.macros import (
     call_block,
-    call_named,
+    call_by_name,
     call_program,
     end_program,
     macro,
@@ -65,9 +65,11 @@ def run(
 
     flow: takes the moves as they come; the Program has none of them then.
     """
-    language = _adapted(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
+    language = _adapt(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
     if language.survey and language.decimal_point == "calculator" and fixed_format(text):
-        return read_fixed(lambda own, to: run(text, own, setup, name, trace, flow=to), text, language, flow)
+        return read_fixed_format(
+            lambda own, to: run(text, own, setup, name, trace, flow=to), text, language, flow
+        )
     marks = marks_of(text) if language.lathe and "$" in text else {}
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
@@ -103,7 +105,7 @@ def run(
     return replace(program, moves=())
 
 
-def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
+def _adapt(dialect: Dialect, setup: Setup) -> Dialect:
     """The dialect with what the set-up says of the control."""
     if setup.decimal_point:
         dialect = replace(dialect, decimal_point=setup.decimal_point)
@@ -143,10 +145,10 @@ def _loop(r: IsoRunner, started: bool) -> None:
             except BlockFault as fault:
                 if not r.fragment:
                     raise
-                raise Unfinished(fault.text) from None
+                raise EndOfReading(fault.text) from None
     except BlockFault as fault:
         raise ProgramFault(c.file, c.line, max(fault.column, 1), fault.text) from None
-    except Unfinished as end:
+    except EndOfReading as end:
         c.assume("the rest of a subprogram on its own", f"not read, its arguments are missing: {end}")
         c.ended = True
 
@@ -227,11 +229,11 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if block.beside:
         c.remark(f"{block.beside}: no axis moves; it is passed over", 1, block.beside)
         return
-    r.executed(index, index + 1)
+    r.count_runs(index, index + 1)
     if c.tracer is not None:
         c.tracer.step(step_of(r, block, index))
     if block.called is not None:
-        call_named(r, block.called, index)
+        call_by_name(r, block.called, index)
         return
     if block.optional is not None and c.setup.block_delete:
         words, assigns = block.optional
@@ -378,7 +380,7 @@ def _plain_lines(r: IsoRunner) -> None:
         sides(compensation)
         start = goal
     c.source = Source(r.at + 1, 1, 1)
-    r.executed(r.at, at)
+    r.count_runs(r.at, at)
     r.at, c.motion, c.held = at, "G0" if rapid else "G1", held_behind(c, c.moves)
     o = c.tool_offset
     c.p, c.q = (x, y, z), (start[0] + o[0], start[1] + o[1], start[2] + o[2])

@@ -10,7 +10,7 @@ from vcmm.program.iso.flow import IsoRunner
 from vcmm.program.trace import ExecutedBlock, TextCut, WordAt
 from vcmm.program.tracer import written_out
 
-_NUMBERED = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
+_BLOCK_NUMBER = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _PROGRAM = re.compile(r"[O:][ \t]*\d+", re.IGNORECASE)
 
 
@@ -48,14 +48,14 @@ def _cuts(r: IsoRunner, block: IsoBlock, line: int, called: set[str]) -> list[Te
     end = len(_code(block.text)) + 1
     flow = block.flow
     if flow is not None and flow.kind != "program":
-        head = _NUMBERED.match(block.text)
+        head = _BLOCK_NUMBER.match(block.text)
         return [TextCut(line, head.end() + 1 if head else 1, end, "")]
     out = [_assignment(block, a.column, line, end) for a in block.assigns]
     if flow is not None and r.calls:
         number = _PROGRAM.search(block.text)
         if number:
             out.append(TextCut(line, number.start() + 1, number.end() + 1, ""))
-    gone = _gone(r, called)
+    gone = _words_of_call(r, called)
     for word in block.words:
         name = (
             word.letter if word.letter not in "GM" or callable(word.value) else f"{word.letter}{word.value:g}"
@@ -81,7 +81,7 @@ def _text(value: float, letter: str) -> str:
     return text + "." if "." not in text and letter in "XYZUVWIJKRQ" else text
 
 
-def _gone(r: IsoRunner, called: set[str]) -> str | frozenset[str]:
+def _words_of_call(r: IsoRunner, called: set[str]) -> str | frozenset[str]:
     """IsoWords that go with a call or return."""
     if called & {"G65", "G66", "G67"}:
         return "all"

@@ -17,13 +17,13 @@ from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.grooving import GROOVING, to_tip
 from vcmm.program.iso.lengths import length
 from vcmm.program.moves import Move
-from vcmm.program.roughing import MOST_PASSES, Cut, Rough, followed, passes
+from vcmm.program.roughing import MOST_PASSES, Cut, Rough, follow_contour, passes
 from vcmm.program.rounding import round_corners
 
 if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
 
-TOLD = (
+READING_NOTES = (
     "assumed",
     "unused",
     "misfits",
@@ -103,7 +103,7 @@ def _rough(c: IsoControl, w: IsoWords, code: str, kept: dict[str, float]) -> Rou
 def _contour(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> list[Move]:
     """The moves of the blocks first to last, as programmed; nothing of the state is changed by them."""
     c = r.c
-    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in TOLD}
+    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in READING_NOTES}
     c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
     c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
     _run(r, first, last, run)
@@ -144,7 +144,7 @@ def _cut(c: IsoControl, cut: Cut) -> None:
 
 def _follow(c: IsoControl, moves: list[Move], x: float, z: float) -> None:
     """The contour moved by (x, z)."""
-    for cut in followed(moves, x, z):
+    for cut in follow_contour(moves, x, z):
         _cut(c, cut)
 
 

@@ -16,7 +16,7 @@ from vcmm.program.facing import EndFace, face_begins, face_ends
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
-from vcmm.program.iso.lengths import length, turned
+from vcmm.program.iso.lengths import length, rotary_target
 from vcmm.program.moves import PLANES, Point
 
 ROTARY = "ABC"
@@ -85,13 +85,13 @@ def wound_target(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[Point, Poi
     """End point and rotary position of a block whose linear words are in p."""
     on = c.winding
     if on is None:
-        return (p[0], p[1], p[2]), turned(c, w)
+        return (p[0], p[1], p[2]), rotary_target(c, w)
     if not on.radius:
         number = w.take("C")
         if number is not None:
             p[1] = length(c, w, "C", number) + (0.0 if c.absolute else p[1])
         return (p[0], p[1], p[2]), c.rotary
-    angles = list(turned(c, w))
+    angles = list(rotary_target(c, w))
     if on.linear >= 0:
         here = angles[on.axis] * on.radius
         way = p[on.linear] if c.absolute else here + p[on.linear] - c.p[on.linear]

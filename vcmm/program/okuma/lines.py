@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from vcmm.program.okuma.names import OkumaNames, is_system
 
 _COMMENT = re.compile(r"\([^)\n]*\)")
-_ASSIGNED = re.compile(r"(?<![A-Z0-9])([A-Z]{2,5}\d*|V(?:C|S)?\d+|P[A-Z])\s*=", re.IGNORECASE)
+_ASSIGNMENT = re.compile(r"(?<![A-Z0-9])([A-Z]{2,5}\d*|V(?:C|S)?\d+|P[A-Z])\s*=", re.IGNORECASE)
 _ASSIGN = re.compile(r"([A-Z]{2,5}\d*|V(?:C|S)?\d+)(?:\s*\[([^\]]*)\])?\s*=\s*(.+)", re.IGNORECASE)
 _CALL = re.compile(r"CALL\s+O(\w+)\s*(.*)", re.IGNORECASE)
 _ARGUMENT = re.compile(r"([A-Z]{2,5}\d*)\s*=\s*([^\s=]+(?:\s*\[[^\]]*\])?)|Q(\d+)", re.IGNORECASE)
@@ -46,13 +46,13 @@ class OkumaLines:
 
     def __post_init__(self) -> None:
         code = _COMMENT.sub("", self.text).upper()
-        self.names = OkumaNames(frozenset(m[1] for m in _ASSIGNED.finditer(code)))
+        self.names = OkumaNames(frozenset(m[1] for m in _ASSIGNMENT.finditer(code)))
 
     def tell(self, line: int, what: str, value: str, matters: bool = True) -> None:
         if all(what != t[1] for t in self.told):
             self.told.append((line, what, value, matters))
 
-    def translated(self) -> str:
+    def translate(self) -> str:
         """All lines. A line that begins with $ goes on with the one before."""
         lines = self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         for k in range(len(lines)):

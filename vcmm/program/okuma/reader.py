@@ -8,7 +8,7 @@ from dataclasses import replace
 from vcmm.program.dialects import FANUC, FANUC_LATHE_B
 from vcmm.program.faults import ProgramFault
 from vcmm.program.iso.program import run
-from vcmm.program.levels import Assumed
+from vcmm.program.levels import Assumption
 from vcmm.program.moves import Program
 from vcmm.program.okuma.lines import OkumaLines
 from vcmm.program.setup import Setup
@@ -24,16 +24,16 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     """
     lathe = is_turning(text)
     lines = OkumaLines(text, lathe)
-    made = lines.translated()
-    told = [Assumed(line, what, value, matters=matters) for line, what, value, matters in lines.told]
-    told += [Assumed(1, f"the value of {name}", "0") for name in lines.names.read]
+    made = lines.translate()
+    told = [Assumption(line, what, value, matters=matters) for line, what, value, matters in lines.told]
+    told += [Assumption(1, f"the value of {name}", "0") for name in lines.names.read]
     lost = [a for a in told if a.matters]
     if setup.strict and lost:
         first = min(lost, key=lambda a: a.line)
         raise ProgramFault(file, first.line, 1, f"{first.what} is not known here; give it in the program")
     program = run(made, LATHE if lathe else MILL, setup, file, trace)
     known = {number: name for name, number in lines.names.programs.items()}
-    assumed = [a._replace(what=_named(a.what, known)) for a in program.assumed]
+    assumed = [a._replace(what=_program_name(a.what, known)) for a in program.assumed]
     return replace(program, assumed=tuple(sorted([*assumed, *told], key=lambda a: a.line)))
 
 
@@ -44,6 +44,6 @@ def is_turning(text: str) -> bool:
     return mill is None and re.search(r"(?<![A-Z])X[-+.\d\[=]", code) is not None
 
 
-def _named(what: str, programs: dict[int, str]) -> str:
+def _program_name(what: str, programs: dict[int, str]) -> str:
     """The name of a program instead of the number that it was given."""
     return re.sub(r"\bO(\d+)\b", lambda m: f"O{programs.get(int(m[1]), m[1])}", what)

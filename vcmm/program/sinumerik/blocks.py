@@ -148,9 +148,9 @@ def _block(tokens: Sequence[Token], line: int) -> tuple[SinumerikBlock, Sequence
             reader.at += 1
     _number_and_label(reader, block)
     if _is_action(reader):
-        block.items.append(Item("WHENEVER", reader.column, reader.reached))
+        block.items.append(Item("WHENEVER", reader.column, reader.read_to))
         return block, ()
-    while not reader.done and block.flow is None:
+    while not reader.is_done and block.flow is None:
         _item(reader, block)
     return block, tokens[reader.at :]
 
@@ -181,7 +181,7 @@ def _item(reader: SinumerikReader, block: SinumerikBlock) -> None:
     if token.kind == "name" and _flow(reader, block):
         return
     if token.kind in ("name", "letter") and reader.upper(1) == "[" and token.text.upper() != "R":
-        block.items.append(_indexed(reader))
+        block.items.append(_read_indexed(reader))
     elif token.kind == "name":
         block.items.append(_name(reader))
     elif token.kind == "word":
@@ -205,10 +205,10 @@ def _word(reader: SinumerikReader) -> Item:
         reader.at += 2
         value, mode, text = _value(reader)
         fixed = int(number)
-        return Item(letter, token.column, reader.reached, value, lambda known: fixed, mode=mode, text=text)
+        return Item(letter, token.column, reader.read_to, value, lambda known: fixed, mode=mode, text=text)
     reader.at += 1
     arguments = tuple(reader.optional_arguments()) if letter == "L" and reader.upper() == "(" else None
-    return Item(letter, token.column, reader.reached, number_of(number), text=number, arguments=arguments)
+    return Item(letter, token.column, reader.read_to, number_of(number), text=number, arguments=arguments)
 
 
 def _parameter(reader: SinumerikReader, token: Token) -> Item:
@@ -216,19 +216,19 @@ def _parameter(reader: SinumerikReader, token: Token) -> Item:
     index = reader.index()
     reader.expect("=", "after the R parameter")
     value = reader.expression()
-    return Item("R", token.column, reader.reached, value, index)
+    return Item("R", token.column, reader.read_to, value, index)
 
 
-def _indexed(reader: SinumerikReader) -> Item:
+def _read_indexed(reader: SinumerikReader) -> Item:
     """AX[_Z]=5, POS[X]=10, $P_UIFR[1,X,TR]=3, FIELD[2]=R1."""
     token = reader.next()
     index = reader.indices()
     reader.expect("=", f"after {token.text}[...]")
     if token.text.upper() == "PO":  # a polynomial: end point and coefficients
         value: Value | None = reader.optional_arguments()[0]
-        return Item("PO", token.column, reader.reached, value, indices=index)
+        return Item("PO", token.column, reader.read_to, value, indices=index)
     value, mode, text = _value(reader)
-    return Item(token.text.upper(), token.column, reader.reached, value, mode=mode, text=text, indices=index)
+    return Item(token.text.upper(), token.column, reader.read_to, value, mode=mode, text=text, indices=index)
 
 
 def _letter(reader: SinumerikReader) -> Item:
@@ -243,7 +243,7 @@ def _letter(reader: SinumerikReader) -> Item:
     if letter == "R":
         raise reader.fault("R needs a number, as in R1=5; the radius of an arc is CR=", token.column)
     value, mode, text = _value(reader)
-    return Item(letter, token.column, reader.reached, value, mode=mode, text=text)
+    return Item(letter, token.column, reader.read_to, value, mode=mode, text=text)
 
 
 def _value(reader: SinumerikReader) -> tuple[Value | None, str, str]:
@@ -267,19 +267,19 @@ def _name(reader: SinumerikReader) -> Item:
     name = token.text.upper()
     if name in ("MSG", "SETAL"):
         _text(reader)
-        return Item(name, token.column, reader.reached)
+        return Item(name, token.column, reader.read_to)
     if name == "EXTERN":
         reader.at = len(reader.tokens)
-        return Item(name, token.column, reader.reached)
+        return Item(name, token.column, reader.read_to)
     if name in ("CALL", "PCALL", "EXTCALL", "ISOCALL", "MCALL") and (called := _called_text(reader)):
-        return Item(name, token.column, reader.reached, text=called)
+        return Item(name, token.column, reader.read_to, text=called)
     if reader.accept("="):
         value, mode, text = _value(reader)
-        return Item(name, token.column, reader.reached, value, mode=mode, text=text)
+        return Item(name, token.column, reader.read_to, value, mode=mode, text=text)
     if reader.upper() == "(":
         arguments = tuple(reader.optional_arguments())
-        return Item(name, token.column, reader.reached, arguments=arguments)
-    return Item(name, token.column, reader.reached)
+        return Item(name, token.column, reader.read_to, arguments=arguments)
+    return Item(name, token.column, reader.read_to)
 
 
 def _called_text(reader: SinumerikReader) -> str:
@@ -295,7 +295,7 @@ def _called_text(reader: SinumerikReader) -> str:
 def _text(reader: SinumerikReader) -> None:
     """The brackets of MSG and SETAL with what is in them; words may stand behind them."""
     depth = 0
-    while not reader.done:
+    while not reader.is_done:
         depth += (reader.upper() == "(") - (reader.upper() == ")")
         reader.at += 1
         if depth <= 0:

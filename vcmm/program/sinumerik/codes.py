@@ -188,7 +188,7 @@ def _spindle(feed_mode: str) -> Callable[[SinumerikControl], None]:
     return change
 
 
-def _told(
+def _assume(
     what: str, value: str, matters: bool = True, **values: object
 ) -> Callable[[SinumerikControl], None]:
     """What is read otherwise than the control does it: told in a survey, refused in strict reading."""
@@ -260,31 +260,31 @@ CODES: dict[str, Callable[[SinumerikControl], None]] = {
     "G33": _set(motion="G33"), "G34": _set(motion="G33"), "G35": _set(motion="G33"), "G331": _set(motion="G331"), "G332": _set(motion="G331"),
     "G63": _set(),
     **{
-        f"G{n}": _told(f"G{n} (smooth approach and retraction)", "straight to its point")
+        f"G{n}": _assume(f"G{n} (smooth approach and retraction)", "straight to its point")
         for n in (147, 247, 347, 148, 248, 348)
     },
-    "G291": _told("G291 (ISO dialect)", "passed over: the words are read as Siemens words"),
-    "G5": _told("G5 (oblique plunge grinding)", "passed over"), "G7": _told("G7 (oblique plunge grinding)", "passed over"),
+    "G291": _assume("G291 (ISO dialect)", "passed over: the words are read as Siemens words"),
+    "G5": _assume("G5 (oblique plunge grinding)", "passed over"), "G7": _assume("G7 (oblique plunge grinding)", "passed over"),
 }  # fmt: skip
 SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     "CIP": _set(motion="CIP"), "DIAMON": _set(diameter="always"), "DIAM90": _set(diameter="absolute"), "DIAMOF": _set(diameter=""),
-    **{n: _told(f"{n} (spline)", LINES, motion="G1") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
-    "POLY": _told("POLY (polynomial)", LINES, motion="G1"), "INVCW": _told("INVCW (involute)", LINES, motion="G1"),
-    "INVCCW": _told("INVCCW (involute)", LINES, motion="G1"), "CT": _set(motion="CT"),
+    **{n: _assume(f"{n} (spline)", LINES, motion="G1") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
+    "POLY": _assume("POLY (polynomial)", LINES, motion="G1"), "INVCW": _assume("INVCW (involute)", LINES, motion="G1"),
+    "INVCCW": _assume("INVCCW (involute)", LINES, motion="G1"), "CT": _set(motion="CT"),
     "TRAORI": _led(True), "TRAFOOF": _face(False),
     "TRANSMIT": _face(True),
-    "TRACYL": _told("TRACYL (cylinder transformation)", "the points as programmed"), "TRAANG": _told("TRAANG (inclined axis)", "the points as programmed"),
-    "CDON": _told("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),
-    "KONT": _told("KONT (approach around the contour)", "straight, as with NORM"), "KONTC": _told("KONTC", "straight, as with NORM"),
-    "KONTT": _told("KONTT", "straight, as with NORM"), "CUTCONON": _told("CUTCONON", "passed over"),
+    "TRACYL": _assume("TRACYL (cylinder transformation)", "the points as programmed"), "TRAANG": _assume("TRAANG (inclined axis)", "the points as programmed"),
+    "CDON": _assume("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),
+    "KONT": _assume("KONT (approach around the contour)", "straight, as with NORM"), "KONTC": _assume("KONTC", "straight, as with NORM"),
+    "KONTT": _assume("KONTT", "straight, as with NORM"), "CUTCONON": _assume("CUTCONON", "passed over"),
     **{n: _set(sweeps=True) for n in ("ORIWKS", "ORIVECT", "ORIPLANE")}, **{n: _set(sweeps=False) for n in ("ORIMKS", "ORIAXES")},
-    **{n: _told(f"{n} (what A2= B2= C2= mean)", "passed over", matters=False) for n in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1")},
-    **{n: _told(f"{n} (frame along the tool)", "passed over") for n in ("TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROTX", "TOROTY", "TOROTZ")},
-    **{n: _told(f"{n} (a tool holder that can be turned)", "passed over") for n in ("TCARR", "TCOABS", "TCOFR")},
-    **{n: _told(f"{n} (the actual values of axes are set)", "passed over") for n in ("PRESETON", "PRESETONS")},
-    "DIAMCHANA": _told("DIAMCHANA (diameters of a further axis)", "passed over"), "PUTFTOC": _told("PUTFTOC (fine offset of the tool)", "passed over"),
+    **{n: _assume(f"{n} (what A2= B2= C2= mean)", "passed over", matters=False) for n in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1")},
+    **{n: _assume(f"{n} (frame along the tool)", "passed over") for n in ("TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROTX", "TOROTY", "TOROTZ")},
+    **{n: _assume(f"{n} (a tool holder that can be turned)", "passed over") for n in ("TCARR", "TCOABS", "TCOFR")},
+    **{n: _assume(f"{n} (the actual values of axes are set)", "passed over") for n in ("PRESETON", "PRESETONS")},
+    "DIAMCHANA": _assume("DIAMCHANA (diameters of a further axis)", "passed over"), "PUTFTOC": _assume("PUTFTOC (fine offset of the tool)", "passed over"),
     **{n: _cutter_in_space(n) for n in ("CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF")},
-    "OFFN": _told("OFFN (oversize of the contour)", "none"), "TOROT": _told("TOROT (frame along the tool)", "passed over"),
-    "PAROT": _told("PAROT (frame along the workpiece)", "passed over"),
-    "WHENEVER": _told("synchronised actions (WHENEVER, DO ...)", "passed over", matters=False),
+    "OFFN": _assume("OFFN (oversize of the contour)", "none"), "TOROT": _assume("TOROT (frame along the tool)", "passed over"),
+    "PAROT": _assume("PAROT (frame along the workpiece)", "passed over"),
+    "WHENEVER": _assume("synchronised actions (WHENEVER, DO ...)", "passed over", matters=False),
 }  # fmt: skip

@@ -161,7 +161,7 @@ def bore(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     hole.leave()
 
 
-def swivelled(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+def swivel(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE800."""
     from vcmm.program.sinumerik.swivelling import swivel
 
@@ -175,21 +175,21 @@ def pattern(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     visit(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
 
 
-def milled(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+def mill(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """POCKET1 to POCKET4, CYCLE71."""
     from vcmm.program.sinumerik.patterns import face, pocket
 
     (face if item.name == "CYCLE71" else pocket)(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
 
 
-def turned(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+def turn_contour(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE95, CYCLE97."""
     from vcmm.program.sinumerik.turning import contour, thread
 
     (contour if item.name == "CYCLE95" else thread)(i, runner, item)  # type: ignore[arg-type]
 
 
-def measured(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+def measure(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE976 to CYCLE979, CYCLE998."""
     from vcmm.program.sinumerik.measuring import measure
 
@@ -263,8 +263,8 @@ def run(i: SinumerikControl, runner: SinumerikRunner, item: Item, line: int = 0)
 
 CYCLES: dict[str, Cycle] = {
     "CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE84": tap, "CYCLE840": tap, "CYCLE85": ream, "CYCLE86": bore, "CYCLE87": bore,
-    "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivelled, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
-    "CYCLE802": pattern, "POCKET1": milled, "POCKET2": milled, "POCKET3": milled, "POCKET4": milled, "CYCLE71": milled,
-    "CYCLE95": turned, "CYCLE97": turned, "CYCLE976": measured, "CYCLE977": measured, "CYCLE978": measured, "CYCLE979": measured,
-    "CYCLE998": measured,
+    "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivel, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
+    "CYCLE802": pattern, "POCKET1": mill, "POCKET2": mill, "POCKET3": mill, "POCKET4": mill, "CYCLE71": mill,
+    "CYCLE95": turn_contour, "CYCLE97": turn_contour, "CYCLE976": measure, "CYCLE977": measure, "CYCLE978": measure, "CYCLE979": measure,
+    "CYCLE998": measure,
 }  # fmt: skip

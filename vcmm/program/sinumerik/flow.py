@@ -61,7 +61,7 @@ class SinumerikRunner:
         self.memory = SinumerikMemory(self.recorder)
 
     @cached_property
-    def written(self) -> int:
+    def block_count(self) -> int:
         """Blocks of the program as it stands."""
         return sum(len(s.blocks) for s in self.sections.values())
 
@@ -88,8 +88,8 @@ class SinumerikRunner:
     def function(self, name: str, arguments: list[Any], column: int, message: str) -> Any:
         return self.memory.function(name, arguments, column, message)
 
-    def defined(self, name: str) -> bool:
-        return self.memory.defined(name)
+    def is_defined(self, name: str) -> bool:
+        return self.memory.is_defined(name)
 
     def assign(self, item: Item) -> None:
         """R5=..., R[..]=..., name=..., name[..]=..."""
@@ -123,13 +123,13 @@ class SinumerikRunner:
                 if at <= before and not over and self._endless(at):
                     at = before + 1
             except BlockFault as fault:
-                if not self.passed(fault):
+                if not self.passes_over(fault):
                     raise ProgramFault(
                         self.recorder.file, block.line, max(fault.column, 1), fault.text
                     ) from None
                 at, over = at + 1, False
             except ProgramFault as fault:
-                if fault.line != block.line or not self.passed(fault):
+                if fault.line != block.line or not self.passes_over(fault):
                     raise
                 at, over = at + 1, False
             if over or self.ended:
@@ -148,10 +148,10 @@ class SinumerikRunner:
         def whole() -> object:
             return (values(), self, getattr(self.work, "__self__", None), r.moves[-LATEST:])
 
-        repeats = r.states.again((at, r.p, r.q, r.rotary), values, whole)
+        repeats = r.states.is_repetition((at, r.p, r.q, r.rotary), values, whole)
         return repeats and r.states.left(r, r.source.first, memory.sure)
 
-    def passed(self, fault: BlockFault | ProgramFault) -> bool:
+    def passes_over(self, fault: BlockFault | ProgramFault) -> bool:
         """Whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""
         if self.memory.sure or isinstance(fault, MissingTarget):
             return False
@@ -164,17 +164,17 @@ class SinumerikRunner:
         self.executed += 1
         if len(self.recorder.moves) != self.moved[0]:
             self.moved = len(self.recorder.moves), self.executed
-        if self.executed > UNSURE + self.written and not self.memory.sure:
+        if self.executed > UNSURE + self.block_count and not self.memory.sure:
             self.recorder.assume(
                 "the end of a loop, which hangs on values that only the caller or the machine knows",
                 "the program is read no further",
             )
             self.ended = True
-        if self.executed > LONGEST + self.written:
+        if self.executed > LONGEST + self.block_count:
             self.recorder.fault(
                 f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
             )
-        if self.executed > IDLE + self.moved[1] + self.written:
+        if self.executed > IDLE + self.moved[1] + self.block_count:
             self.recorder.fault(
                 f"{IDLE} blocks have been executed again without a motion; the program seems to be endless, check its loops and jumps"
             )
@@ -240,7 +240,7 @@ class SinumerikRunner:
         value = number(start, self) if kind == "FOR" else now + 1.0
         self.assign(item._replace(value=value))
         if kind == "FOR":
-            self.bounded(number(end, self) - value, head.column)
+            self.bound_repetitions(number(end, self) - value, head.column)
         inside, outside = (at + 1, partner + 1) if kind == "FOR" else (partner + 1, at + 1)
         return inside if value <= number(end, self) else outside
 
@@ -251,7 +251,7 @@ class SinumerikRunner:
             return at + 1
         if kind == "GOTOS":
             return 0
-        if self.defined(target):  # the text of a variable
+        if self.is_defined(target):  # the text of a variable
             target = str(self.variable(target, column)).upper()
         goal = self._seek(section, at, kind, target)
         if goal is None and kind == "GOTOC":
@@ -282,7 +282,7 @@ class SinumerikRunner:
         return at + 1
 
     @staticmethod
-    def bounded(times: float, column: int) -> int:
+    def bound_repetitions(times: float, column: int) -> int:
         """Repetitions; those that no program lives to see are refused at once."""
         if times > LONGEST:
             raise BlockFault(
@@ -319,7 +319,7 @@ class SinumerikRunner:
                 "the repeated part holds its own REPEAT; end it before, with ENDLABEL: or a second label",
             )
         self.nested += 1
-        for _ in range(self.bounded(number(times, self), flow.column)):
+        for _ in range(self.bound_repetitions(number(times, self), flow.column)):
             if self.part(section, first, last):
                 break
         self.nested -= 1
@@ -363,7 +363,7 @@ class SinumerikRunner:
         source, file = r.source, r.file
         r.file = section.file or file
         caller = self.current
-        for _ in range(self.bounded(times, item.first)):
+        for _ in range(self.bound_repetitions(times, item.first)):
             self.scopes.append(self._scope(section, given))
             self.run(section)
             self._back(section, given, self.scopes.pop())

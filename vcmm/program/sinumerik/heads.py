@@ -66,7 +66,7 @@ def _target(reader: SinumerikReader) -> str:
 
 def _if(reader: SinumerikReader, column: int) -> SinumerikFlow:
     condition = reader.expression()
-    if reader.done:
+    if reader.is_done:
         return SinumerikFlow("IF", column, (condition,))
     if reader.upper() not in JUMPS:
         raise reader.fault(
@@ -94,7 +94,7 @@ def _for(reader: SinumerikReader, column: int) -> SinumerikFlow:
 
 
 def _repeat(reader: SinumerikReader, column: int) -> SinumerikFlow:
-    if reader.done:
+    if reader.is_done:
         return SinumerikFlow("REPEAT", column)
     labels = [_target(reader)]
     token = reader.peek()
@@ -123,7 +123,7 @@ def _case(reader: SinumerikReader, column: int) -> SinumerikFlow:
     value = reader.expression()
     reader.expect("OF", "after the expression of CASE")
     cases: list[tuple[Value | None, str, str]] = []
-    while not reader.done:
+    while not reader.is_done:
         constant = None if reader.accept("DEFAULT") else reader.expression()
         kind = reader.upper()
         if kind not in JUMPS:

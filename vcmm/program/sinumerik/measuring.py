@@ -57,7 +57,7 @@ class SinumerikMeasuring:
     def mm(self, name: str, otherwise: float = 0.0) -> float:
         return self.given[name] * self.i.r.unit if name in self.given else otherwise
 
-    def needed(self, name: str, what: str) -> float:
+    def need(self, name: str, what: str) -> float:
         """mm."""
         if name not in self.given:
             self.fault(
@@ -89,7 +89,7 @@ class SinumerikMeasuring:
             )
         return axis - 1
 
-    def corrected(self) -> str:
+    def corrected_offset(self) -> str:
         """The work offset that is to be corrected, none where it only measures."""
         target, number = round(self.value("MVAR")) // 100 % 10, round(self.value("KNUM"))
         tool = target in (2, 3) or (self.old and target == 0 and number > 0)
@@ -119,7 +119,7 @@ class SinumerikMeasuring:
         for k, value in enumerate(values):
             found.store((float(first + k),), value / (self.i.r.unit if lengths else 1.0))
 
-    def told(self, should: tuple[float, ...], found: tuple[float, ...]) -> None:
+    def set_results(self, should: tuple[float, ...], found: tuple[float, ...]) -> None:
         """Set, actual and difference, mm."""
         self.results(0, should)
         self.results(4, found)
@@ -137,7 +137,7 @@ class SinumerikMeasuring:
         for one, other in zip(reads, should):
             if one is not None and other is not None:
                 self.safe(one - other)
-        name = self.corrected()
+        name = self.corrected_offset()
         if name:
             correct_zero(self.i.r, name, reads, should)
             self.i.r.refresh()
@@ -180,13 +180,13 @@ def _parameters(runner: SinumerikRunner) -> dict[str, float]:
 
 def _surface(m: SinumerikMeasuring) -> None:
     """CYCLE978: one surface along _MA, from where the probe stands. _MD: 1 and 2 (with brackets), 0 and 1 (without) are + and -."""
-    axis, expected = m.axis(3), m.needed("SETVAL", "where the surface is expected")
+    axis, expected = m.axis(3), m.need("SETVAL", "where the surface is expected")
     way = expected - m.i.r.p[axis]
     said = m.given.get("MD")
     sense = math.copysign(1.0, way) if said is None else (1.0 if said == (0.0 if m.old else 1.0) else -1.0)
     reads = m.feeler.surface(axis, expected, sense)
     here = m.i.r.p
-    m.told((expected, *at(here, axis, expected)), (reads, *at(here, axis, reads)))
+    m.set_results((expected, *at(here, axis, expected)), (reads, *at(here, axis, reads)))
     m.correct(
         [reads if k == axis else None for k in range(3)], [expected if k == axis else None for k in range(3)]
     )
@@ -202,21 +202,21 @@ def _parallel(m: SinumerikMeasuring) -> None:
 
 
 def _hole(m: SinumerikMeasuring) -> None:
-    size, start, inside = m.needed("SETVAL", "the diameter"), m.i.r.p, m.kind == 1
+    size, start, inside = m.need("SETVAL", "the diameter"), m.i.r.p, m.kind == 1
     tips = [_rim(m, start[:2], size, angle) for angle in (0.0, math.pi)]
     middle = (tips[0][0] + tips[1][0]) / 2.0, start[1]
     tips += [_rim(m, middle, size, angle) for angle in (math.pi / 2.0, -math.pi / 2.0)]
     m.i.r.straight(start, True)
     found = m.feeler.circle(tips, inside)
-    m.told((size, *start[:2]), (found.diameter, found.x, found.y))
+    m.set_results((size, *start[:2]), (found.diameter, found.x, found.y))
     m.correct([found.x, found.y, None], [*start[:2], None])
 
 
 def _width(m: SinumerikMeasuring) -> None:
-    axis, size, start = m.axis(2), m.needed("SETVAL", "the width"), m.i.r.p
+    axis, size, start = m.axis(2), m.need("SETVAL", "the width"), m.i.r.p
     found = _across(m, axis, size)
     middle, width = (found[0] + found[1]) / 2.0, found[0] - found[1]
-    m.told((size, *start[:2]), (width, *at(start, axis, middle)[:2]))
+    m.set_results((size, *start[:2]), (width, *at(start, axis, middle)[:2]))
     m.correct(
         [middle if k == axis else None for k in range(3)], [start[k] if k == axis else None for k in range(3)]
     )
@@ -224,13 +224,13 @@ def _width(m: SinumerikMeasuring) -> None:
 
 def _rectangle(m: SinumerikMeasuring) -> None:
     start = m.i.r.p
-    sizes = [m.needed(f"SETV[{k}]", f"the length along axis {k + 1}") for k in (0, 1)]
+    sizes = [m.need(f"SETV[{k}]", f"the length along axis {k + 1}") for k in (0, 1)]
     found = [_across(m, 0, sizes[0])]
     m.i.r.straight(at(start, 0, (found[0][0] + found[0][1]) / 2.0), True)
     found.append(_across(m, 1, sizes[1]))
     m.i.r.straight(start, True)
     x, y = ((a + b) / 2.0 for a, b in found)
-    m.told((*sizes, *start[:2]), (*(a - b for a, b in found), x, y))
+    m.set_results((*sizes, *start[:2]), (*(a - b for a, b in found), x, y))
     m.correct([x, y, None], [*start[:2], None])
 
 
@@ -288,8 +288,8 @@ def _points(m: SinumerikMeasuring) -> None:
         m.fault(
             f"_MVAR = {m.value('MVAR'):g} is not understood; its last digit is 1 (hole) or 2 (spigot), grooves and webs at an angle are not read"
         )
-    size, r = m.needed("SETVAL", "the diameter"), m.i.r
-    middle = (m.needed("CPA", "the set middle in X"), m.needed("CPO", "the set middle in Y"))
+    size, r = m.need("SETVAL", "the diameter"), m.i.r
+    middle = (m.need("CPA", "the set middle in X"), m.need("CPO", "the set middle in Y"))
     count, step = round(m.value("NUM", 3.0)), m.value("INCA")
     if count not in (3, 4) or not step:
         m.fault("it takes _NUM = 3 or 4 points and an angle _INCA between them")
@@ -297,7 +297,7 @@ def _points(m: SinumerikMeasuring) -> None:
     tips = [_rim(m, middle, size, math.radians(m.value("STA1") + k * step)) for k in range(count)]
     r.straight(start, True)
     found = m.feeler.circle(tips, m.kind == 1)
-    m.told((size, *middle), (found.diameter, found.x, found.y))
+    m.set_results((size, *middle), (found.diameter, found.x, found.y))
     m.correct([found.x, found.y, None], [*middle, None])
 
 
@@ -315,8 +315,8 @@ def _angle(m: SinumerikMeasuring) -> None:
     if m.value("RA"):
         m.fault("_RA turns a rotary axis, which is not understood; with _RA = 0 the work offset is turned")
     apart, expected = (
-        m.needed("ID", "how far apart the two points lie"),
-        m.needed("SETVAL", "where the edge is expected"),
+        m.need("ID", "how far apart the two points lie"),
+        m.need("SETVAL", "where the edge is expected"),
     )
     start, sign = m.i.r.p, 1.0 if axis == 1 else -1.0
     lean, found = math.tan(math.radians(m.value("STA1"))), []
@@ -329,7 +329,7 @@ def _angle(m: SinumerikMeasuring) -> None:
     for first, value in ((0, m.value("STA1")), (4, angle), (16, angle - m.value("STA1"))):
         m.results(first, (value,), lengths=False)
     m.safe(angle - m.value("STA1"), lengths=False)
-    name = m.corrected()
+    name = m.corrected_offset()
     if name:
         correct_turn(m.i.r, name, math.radians(angle - m.value("STA1")))
         m.i.r.refresh()

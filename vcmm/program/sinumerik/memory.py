@@ -14,7 +14,7 @@ from typing import Any
 from vcmm.core.errors import did_you_mean
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, stretched, translation
+from vcmm.program.frames import AffineMap, rotation, stretch, translation
 from vcmm.program.moves import ORIGIN, PLANES
 from vcmm.program.recorder import Recorder
 
@@ -127,7 +127,7 @@ class SinumerikMemory:
         return self.parameters.get(index, 0.0)
 
     def variable(self, name: str, column: int) -> Any:
-        found = self._scoped(name)
+        found = self._variable(name)
         if found is not None:
             return found.value(())
         if name.startswith("$"):
@@ -143,7 +143,7 @@ class SinumerikMemory:
 
     def element(self, name: str, index: tuple[Any, ...], column: int) -> Any:
         """FIELD[2], $AA_IM[X]."""
-        found = self._scoped(name)
+        found = self._variable(name)
         if found is not None:
             return found.value(index)
         if name.startswith("$"):
@@ -156,10 +156,10 @@ class SinumerikMemory:
         )
         return 0.0
 
-    def _scoped(self, name: str) -> Variable | None:
+    def _variable(self, name: str) -> Variable | None:
         return self.scopes[-1].get(name) or self.scopes[0].get(name)
 
-    def defined(self, name: str) -> bool:
+    def is_defined(self, name: str) -> bool:
         return name in self.scopes[-1] or name in self.scopes[0]
 
     def function(self, name: str, arguments: list[Any], column: int, message: str) -> Any:
@@ -193,7 +193,7 @@ class SinumerikMemory:
                 made = made.then(rotation(axis, math.radians(angle or 0.0)))
             return made
         still = -1.0 if name == "CMIRROR" else None
-        return stretched(tuple(1.0 if v is None else still or v or 1.0 for v in (x, y, z)))  # type: ignore[arg-type]
+        return stretch(tuple(1.0 if v is None else still or v or 1.0 for v in (x, y, z)))  # type: ignore[arg-type]
 
     # -- system variables --
     def system(self, name: str, index: tuple[Any, ...], column: int) -> Any:
@@ -245,7 +245,7 @@ class SinumerikMemory:
 
     def store(self, name: str, index: tuple[Any, ...], value: Any, column: int) -> None:
         """A value to a variable of the program, or of the machine."""
-        found = self._scoped(name)
+        found = self._variable(name)
         if found is not None:
             found.store(index, value)
         elif name in MEASURING:

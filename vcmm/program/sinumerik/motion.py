@@ -27,7 +27,7 @@ CHANNELS = {  # what belongs to other channels
     "START": "starts another channel, which is not read here: read its program on its own",
     "WAITM": "waits for another channel; how long is not known, and no time is counted",
 }
-PASSED = (  # they change speeds and spindles, not the path
+WITHOUT_PATH = (  # they change speeds and spindles, not the path
     "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "DISR",
     "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "SPINU",
 )  # fmt: skip
@@ -102,11 +102,11 @@ class SinumerikInterpreter(SinumerikSpecials):
             if (
                 item.name == "R"
                 or item.name[0] == "$"
-                or (item.value is not None and runner.defined(item.name))
+                or (item.value is not None and runner.is_defined(item.name))
             ):
                 runner.assign(item)
             elif item.indices:
-                self.indexed(words, item)
+                self.execute_indexed(words, item)
             elif item.name == "G" and item.number is None:
                 words.g[f"G{self.whole(words, item)}"] = item.first
             elif item.name == "M":
@@ -114,12 +114,12 @@ class SinumerikInterpreter(SinumerikSpecials):
             elif item.name == "L" and item.number is None:
                 words.commands.append(item._replace(name=f"L{item.text}"))
             elif self.is_command(item):
-                self.named(words, item)
+                self.execute_name(words, item)
             else:
                 self.add(words, item)
         return words
 
-    def named(self, words: SinumerikWords, item: Item) -> None:
+    def execute_name(self, words: SinumerikWords, item: Item) -> None:
         """A command, or a variable that the program does not define."""
         given = item.value is not None or item.text
         if given and item.name not in CALLS and item.name not in SWITCHES:
@@ -127,7 +127,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         else:
             words.commands.append(item)
 
-    def indexed(self, words: SinumerikWords, item: Item) -> None:
+    def execute_indexed(self, words: SinumerikWords, item: Item) -> None:
         """AX[_Z]=5, POS[X]=10: an axis named by a variable; an element of an array; ACC[X]=50 and its like move nothing."""
         if item.name not in AXIAL:
             words.runner.assign(item)
@@ -234,14 +234,14 @@ class SinumerikInterpreter(SinumerikSpecials):
             r.remark(
                 "ADIS is a distance along the path, no tolerance across it: corners are rounded by the control's own tolerance (CTOL= states one)"
             )
-        self.spindle_positioned(words)
+        self.position_spindle(words)
         if words.has("CTOL"):
             r.tolerance = (words.take("CTOL") or 0.0) * self.r.unit
         if words.has("RNDM"):
             self.modes.rnd = (words.take("RNDM") or 0.0) * self.r.unit
         if words.take("DL"):
             r.assume("DL= (sum offset of the tool)", "none", f"DL= (sum offset of the tool){LATER}")
-        for name in PASSED:
+        for name in WITHOUT_PATH:
             if words.items.pop(name, None) is not None:
                 r.remark(
                     f"{name}= changes speeds and spindles, not the path; it is passed over", kind=f"{name}="
@@ -259,7 +259,7 @@ class SinumerikInterpreter(SinumerikSpecials):
                 f"tool directions (LEAD, TILT, A4=){LATER}",
             )
 
-    def spindle_positioned(self, words: SinumerikWords) -> None:
+    def position_spindle(self, words: SinumerikWords) -> None:
         """SPOS=30, SPOS[1]=30: where tools are driven the first spindle holds the part, and is axis C."""
         r = self.r
         names = ("SPOS1", "SPOS", "SPOSA") if self.modes.master == 1 else ("SPOS1",)
@@ -388,7 +388,7 @@ class SinumerikInterpreter(SinumerikSpecials):
 
     def subprogram(self, runner: SinumerikRunner, item: Item, times: int) -> None:
         """A call; with SAVE, modal functions and frames are the caller's again behind it."""
-        kept = self.kept() if runner.sections[item.name].saves else None
+        kept = self.modal_state() if runner.sections[item.name].saves else None
         runner.call(item, times)
         if kept is not None:
             self.restore(kept)

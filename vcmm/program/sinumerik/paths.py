@@ -6,7 +6,7 @@ import math
 
 from vcmm.program.chords import arc_or_chords
 from vcmm.program.frames import in_plane
-from vcmm.program.leading import named
+from vcmm.program.leading import name_axes
 from vcmm.program.moves import ORIGIN, PLANES, Point
 from vcmm.program.offsetting import left, piece_of, planar, tangent
 from vcmm.program.probing import touch
@@ -24,7 +24,7 @@ class SinumerikPaths(SinumerikControl):
 
     def motion(self, words: SinumerikWords) -> None:
         self.modal_call(words)
-        named(self.r, "".join("XYZ" if n in ("AP", "RP") else n[0] for n in words.items if n in MOVING))
+        name_axes(self.r, "".join("XYZ" if n in ("AP", "RP") else n[0] for n in words.items if n in MOVING))
         if not words.has(*AXES, *ROTARY, *CENTRES, *MORE):
             return
         if "G53" in words.g or "G153" in words.g or any(c.name == "SUPA" for c in words.commands):
@@ -177,14 +177,14 @@ class SinumerikPaths(SinumerikControl):
             )
             point[k] = value if absolute else self.r.p[k] + value
         if words.has("ANG"):
-            self.inclined(words, point, given)
+            self.incline(words, point, given)
         return self.polar(words, point) if words.has("AP", "RP") else point_of(point)
 
     def halves(self, absolute: bool) -> bool:
         """Whether a word of X is a diameter: with DIAMON always, with DIAM90 where it counts from the work zero."""
         return self.r.diameter == "always" or (self.r.diameter == "absolute" and absolute)
 
-    def inclined(self, words: SinumerikWords, point: list[float], given: set[int]) -> None:
+    def incline(self, words: SinumerikWords, point: list[float], given: set[int]) -> None:
         """ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
         one, two, _ = PLANES[self.r.plane]
         angle = math.radians(words.take("ANG") or 0.0)
@@ -263,7 +263,7 @@ class SinumerikPaths(SinumerikControl):
                 )
             centre = middle
         elif angle is not None and given:
-            end = self.opened(centre, end, angle, clockwise)
+            end = self.arc_end(centre, end, angle, clockwise)
         elif angle is not None:
             centre = self.by_angle(start, end, angle, clockwise)
         elif about and not given:
@@ -288,7 +288,7 @@ class SinumerikPaths(SinumerikControl):
                 point[k] += value
         return point_of(point)
 
-    def opened(self, centre: Point, end: Point, angle: float, clockwise: bool) -> Point:
+    def arc_end(self, centre: Point, end: Point, angle: float, clockwise: bool) -> Point:
         """End of the arc about a centre with an opening angle, deg."""
         one, two, _ = PLANES[self.r.plane]
         turn = math.radians(-angle if clockwise else angle)

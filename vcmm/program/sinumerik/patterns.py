@@ -10,8 +10,8 @@ import math
 from collections.abc import Sequence
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.clearing import PathPiece, circle, moved, rectangle, rows
-from vcmm.program.drilling import counted, depths_of
+from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
+from vcmm.program.drilling import depths_of, whole_count
 from vcmm.program.faults import BlockFault
 from vcmm.program.levels import SetupEntry
 from vcmm.program.moves import PLANES, Point
@@ -23,7 +23,7 @@ Spots = list[tuple[float, float]]
 Numbers = list[float | None]
 
 
-def padded(given: Numbers, count: int) -> list[float]:
+def pad(given: Numbers, count: int) -> list[float]:
     """So many arguments; 0 for those left out."""
     return [v or 0.0 for v in (*given, *[None] * count)][:count]
 
@@ -31,11 +31,11 @@ def padded(given: Numbers, count: int) -> list[float]:
 # -- patterns -----------------------------------------------------------------------------------------------------------
 def row(i: SinumerikPaths, given: Numbers) -> Spots:
     """HOLES1(SPCA, SPCO, STA1, FDIS, DBH, NUM): on a line, from the end that is nearer to the tool."""
-    a, b, turn, first, step, count = padded(given, 6)
+    a, b, turn, first, step, count = pad(given, 6)
     w, u = math.radians(turn), i.r.unit
     out = [
         ((a + (first + k * step) * math.cos(w)) * u, (b + (first + k * step) * math.sin(w)) * u)
-        for k in range(counted(count))
+        for k in range(whole_count(count))
     ]
     here = _here(i)
     return out[::-1] if out and math.dist(out[-1], here) < math.dist(out[0], here) else out
@@ -43,18 +43,22 @@ def row(i: SinumerikPaths, given: Numbers) -> Spots:
 
 def ring(i: SinumerikPaths, given: Numbers) -> Spots:
     """HOLES2(CPA, CPO, RAD, STA1, INDA, NUM): on a circle; INDA 0 spreads them evenly."""
-    a, b, radius, start, step, count = padded(given, 6)
+    a, b, radius, start, step, count = pad(given, 6)
     step, u = step or 360.0 / max(count, 1.0), i.r.unit
-    angles = [math.radians(start + k * step) for k in range(counted(count))]
+    angles = [math.radians(start + k * step) for k in range(whole_count(count))]
     return [((a + abs(radius) * math.cos(w)) * u, (b + abs(radius) * math.sin(w)) * u) for w in angles]
 
 
 def grid(i: SinumerikPaths, given: Numbers) -> Spots:
     """CYCLE801(SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2): rows to and fro, along the shorter of the two distances."""
-    a, b, turn, d1, d2, n1, n2 = padded(given, 7)
+    a, b, turn, d1, d2, n1, n2 = pad(given, 7)
     w, u = math.radians(turn), i.r.unit
     along = abs(d1) <= abs(d2)
-    inner, outer = (counted(abs(n1)), counted(abs(n2))) if along else (counted(abs(n2)), counted(abs(n1)))
+    inner, outer = (
+        (whole_count(abs(n1)), whole_count(abs(n2)))
+        if along
+        else (whole_count(abs(n2)), whole_count(abs(n1)))
+    )
     out: Spots = []
     for line in range(outer):
         for k in range(inner) if line % 2 == 0 else reversed(range(inner)):
@@ -65,14 +69,14 @@ def grid(i: SinumerikPaths, given: Numbers) -> Spots:
     return out
 
 
-def listed(i: SinumerikPaths, given: Numbers) -> Spots:
+def list_spots(i: SinumerikPaths, given: Numbers) -> Spots:
     """CYCLE802(_XA, _YA, X0, Y0, X1, Y1, ...): X0 and Y0 as they are; 9 points at most."""
-    values = padded(given, 20)[2:]
+    values = pad(given, 20)[2:]
     count = math.ceil(sum(v is not None for v in given[2:20]) / 2)
     return [(values[2 * k] * i.r.unit, values[2 * k + 1] * i.r.unit) for k in range(count)]
 
 
-PATTERNS = {"HOLES1": row, "HOLES2": ring, "CYCLE801": grid, "CYCLE802": listed}
+PATTERNS = {"HOLES1": row, "HOLES2": ring, "CYCLE801": grid, "CYCLE802": list_spots}
 
 
 def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers) -> None:
@@ -86,7 +90,7 @@ def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers
 # -- pockets ------------------------------------------------------------------------------------------------------------
 def pocket(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers) -> None:
     """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle)."""
-    named = _named(item.name, given)
+    named = _pocket_arguments(item.name, given)
     u, r = i.r.unit, i.r
     reference = named["RFP"] * u
     depth = named["DP"] * u if named["DP"] else reference - abs(named["DPR"]) * u
@@ -115,8 +119,8 @@ def pocket(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Number
     _to(i, None, over, True)
     mid = abs(named["MID"]) * u or reference - depth
     for level in depths_of(reference, depth + floor, mid):
-        _fed(i, named["FFD"], middle, level)
-        _ring(i, [*moved(path, middle), PathPiece(middle)], level, named["FFP1"])
+        _feed(i, named["FFD"], middle, level)
+        _ring(i, [*shift_pieces(path, middle), PathPiece(middle)], level, named["FFP1"])
     _to(i, None, named["RTP"] * u, True)
 
 
@@ -128,10 +132,10 @@ _POCKET = {
 }
 
 
-def _named(cycle: str, given: Numbers) -> dict[str, float]:
+def _pocket_arguments(cycle: str, given: Numbers) -> dict[str, float]:
     names = _POCKET[cycle].split()
     out = dict.fromkeys(["DPR", "CRAD", "STA", "FALD", "MIDA"], 0.0)
-    return out | dict(zip(names, padded(given, len(names))))
+    return out | dict(zip(names, pad(given, len(names))))
 
 
 def tool_radius(i: SinumerikPaths) -> float:
@@ -164,7 +168,7 @@ def face(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers)
         "FALD",
         "FFP1",
     ]
-    n, u, r = dict(zip(names, padded(given, len(names)))), i.r.unit, i.r
+    n, u, r = dict(zip(names, pad(given, len(names)))), i.r.unit, i.r
     reference, depth = n["RFP"] * u, n["DP"] * u + n["FALD"] * u
     wide = abs(n["WID"]) * u
     count = math.ceil(wide / (abs(n["MIDA"]) * u)) + 1 if n["MIDA"] else 2
@@ -181,7 +185,7 @@ def face(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers)
     for level in depths_of(reference, depth, abs(n["MID"]) * u or reference - depth):
         _to(i, None, max(r.p[PLANES[r.plane][2]], reference + abs(n["SDIS"]) * u), True)
         _to(i, ends[0], None, True)
-        _fed(i, 0.0, None, level)
+        _feed(i, 0.0, None, level)
         _ring(i, [PathPiece(e) for e in ends[1:]], level, n["FFP1"])
     _to(i, None, n["RTP"] * u, True)
 
@@ -208,7 +212,7 @@ def _to(i: SinumerikPaths, spot: tuple[float, float] | None, height: float | Non
         i.r.straight(point, rapid)
 
 
-def _fed(i: SinumerikPaths, feed: float, spot: tuple[float, float] | None, height: float) -> None:
+def _feed(i: SinumerikPaths, feed: float, spot: tuple[float, float] | None, height: float) -> None:
     """Straight at a feed, mm/min; the feed in force where it is zero."""
     kept = i.r.feed
     i.r.feed = feed * i.modes.feed_unit if feed else kept

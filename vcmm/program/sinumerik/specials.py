@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from vcmm.program.frames import AffineMap, rotation, stretched, translation
-from vcmm.program.leading import named
+from vcmm.program.frames import AffineMap, rotation, stretch, translation
+from vcmm.program.leading import name_axes
 from vcmm.program.levels import SetupEntry
 from vcmm.program.moves import ORIGIN, PLANES
 from vcmm.program.sinumerik.codes import LATER
@@ -35,13 +35,13 @@ class SinumerikSpecials(SinumerikPaths):
             self.set_pole(words)
             return True
         if words.g.keys() & {"G58", "G59"}:
-            self.shifted(words, "G59" in words.g)
+            self.shift(words, "G59" in words.g)
             return True
         if words.g.keys() & {"G25", "G26"}:
             words.items.clear()  # limits of spindle and working area
         return False
 
-    def shifted(self, words: SinumerikWords, fine: bool) -> None:
+    def shift(self, words: SinumerikWords, fine: bool) -> None:
         """G58, G59: the shift of the programmed frame in the axes that are named; G59 adds to what TRANS has set."""
         m = self.modes.frame
         shift = list(m.shift)
@@ -76,7 +76,7 @@ class SinumerikSpecials(SinumerikPaths):
             )  # fmt: skip
         if not axes:
             return
-        named(self.r, "".join(AXES[k] for k in axes))
+        name_axes(self.r, "".join(AXES[k] for k in axes))
         o, home, tip = self.r.tool_offset, self.r.setup.reference, self.r.tip()
         target = [home[k] - o[k] if k in axes else tip[k] for k in range(3)]
         self.r.to_machine((target[0], target[1], target[2]), rapid=True)
@@ -89,13 +89,13 @@ class SinumerikSpecials(SinumerikPaths):
             self.turn_shift(words, name)
             made = translation(point_of([(v or 0.0) * self.r.unit for v in values]))
         elif kind == "ROT":
-            made = self.turned(words, values)
+            made = self.rotation(words, values)
         elif kind == "SCALE":
             if any(v is not None and v <= 0 for v in values):
                 self.r.fault(f"{name} takes factors above zero; MIRROR mirrors")
-            made = stretched(point_of([1.0 if v is None else v for v in values]))
+            made = stretch(point_of([1.0 if v is None else v for v in values]))
         else:
-            made = stretched(point_of([1.0 if v is None else -1.0 for v in values]))
+            made = stretch(point_of([1.0 if v is None else -1.0 for v in values]))
         self.frames(base.then(made))
 
     def turn_shift(self, words: SinumerikWords, name: str) -> None:
@@ -104,7 +104,7 @@ class SinumerikSpecials(SinumerikPaths):
         values = [words.take(a) for a in ROTARY]
         self.modes.turns = point_of([b + math.radians(v or 0.0) for b, v in zip(before, values)])
 
-    def turned(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
+    def rotation(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
         """RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""
         angle = words.take("RPL")
         if angle is not None:

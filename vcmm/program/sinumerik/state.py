@@ -68,7 +68,7 @@ class SinumerikWords:
         return number(item.value, self.runner)
 
 
-SAVED = (
+SAVED_MODES = (
     "motion",
     "plane",
     "unit",
@@ -95,13 +95,13 @@ class SinumerikControl:
         self.modes.swivel = self.modes.swivel if swivel is None else swivel
         self.r.set_frame(self.modes.swivel.then(frame))
 
-    def kept(self) -> tuple[object, ...]:
+    def modal_state(self) -> tuple[object, ...]:
         """Modal G functions and frames, for PROC ... SAVE."""
-        return (*(getattr(self.r, name) for name in SAVED), self.modes.frame, self.modes.swivel)
+        return (*(getattr(self.r, name) for name in SAVED_MODES), self.modes.frame, self.modes.swivel)
 
     def restore(self, kept: tuple[object, ...]) -> None:
         """The modal G functions and frames of the caller."""
-        for name, value in zip(SAVED, kept):
+        for name, value in zip(SAVED_MODES, kept):
             setattr(self.r, name, value)
         if kept[-2:] != (self.modes.frame, self.modes.swivel):
             self.frames(kept[-2], kept[-1])  # type: ignore[arg-type]

@@ -35,7 +35,7 @@ def swivel(i: SinumerikControl, item: Item, given: Sequence[float | None]) -> No
     u, mode = i.r.unit, round(v[3]) or 57
     made = (
         translation((v[4] * u, v[5] * u, v[6] * u))
-        .then(_turned(i, item, mode, v[7:10]))
+        .then(_rotation(i, item, mode, v[7:10]))
         .then(translation((v[10] * u, v[11] * u, v[12] * u)))
     )
     if made != AffineMap():
@@ -50,10 +50,10 @@ def swivel(i: SinumerikControl, item: Item, given: Sequence[float | None]) -> No
             )  # fmt: skip
     additive = round(v[2]) % 10 == 1
     i.frames(i.modes.frame, i.modes.swivel.then(made) if additive else made)
-    _directed(i, item, given[DIRECTION] if len(given) > DIRECTION else None)
+    _set_direction(i, item, given[DIRECTION] if len(given) > DIRECTION else None)
 
 
-def _turned(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
+def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
     """The rotations of a mode; angles: A, B, C in deg."""
     kind = mode >> 6 & 3
     if kind in NAMES and any(angles):
@@ -72,7 +72,7 @@ def _turned(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float])
     return turned
 
 
-def _directed(i: SinumerikControl, item: Item, direction: float | None) -> None:
+def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> None:
     """Which position of the rotary axes, or none where only the coordinates turn."""
     r, is_plane = i.r, i.modes.swivel != AffineMap()
     r.tilted, r.posture = is_plane, None

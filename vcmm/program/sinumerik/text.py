@@ -19,22 +19,22 @@ from typing import Any
 from vcmm.core.errors import choose_from
 from vcmm.program.expressions import (
     TIGHT,
-    Computed,
+    Evaluation,
     ExpressionReader,
     Grammar,
     Value,
     away_from_zero,
-    called,
+    call_function,
     evaluate,
     in_degrees,
     number,
-    rounded,
+    round_half_up,
     to_degrees,
     whole,
 )
 from vcmm.program.faults import BlockFault
 from vcmm.program.frames import AffineMap
-from vcmm.program.tokens import Token, matched
+from vcmm.program.tokens import Token, match_tokens
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:EX[-+]?\d+)?"
 _TOKEN = re.compile(
@@ -59,7 +59,7 @@ def _same(a: float, b: float) -> bool:
 FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "SIN": (1, in_degrees(math.sin)), "COS": (1, in_degrees(math.cos)), "TAN": (1, in_degrees(math.tan)),
     "ASIN": (1, to_degrees(math.asin)), "ACOS": (1, to_degrees(math.acos)), "ATAN2": (2, to_degrees(math.atan2)),
-    "SQRT": (1, math.sqrt), "ABS": (1, abs), "POT": (1, lambda x: x * x), "TRUNC": (1, math.trunc), "ROUND": (1, rounded),
+    "SQRT": (1, math.sqrt), "ABS": (1, abs), "POT": (1, lambda x: x * x), "TRUNC": (1, math.trunc), "ROUND": (1, round_half_up),
     "ROUNDUP": (1, away_from_zero), "LN": (1, math.log), "EXP": (1, math.exp), "MINVAL": (2, min), "MAXVAL": (2, max),
     "BOUND": (3, lambda low, high, x: min(max(x, low), high)),
 }  # fmt: skip
@@ -88,7 +88,7 @@ CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi}
 
 def tokenize(text: str) -> Iterator[Token]:
     """All tokens of a text, in order; together they are the text."""
-    return matched(_TOKEN, text)
+    return match_tokens(_TOKEN, text)
 
 
 def lines_of(text: str) -> list[list[Token]]:
@@ -141,7 +141,7 @@ def _text(text: str) -> Callable[[Any], Any]:
     return lambda known: text
 
 
-def _compared(
+def _compare(
     operator: str, left: Value, right: Value, plain: Callable[[Any], float | None]
 ) -> Callable[[Any], Any]:
     """== and <> of texts, << of anything; numbers go the plain way."""
@@ -149,7 +149,7 @@ def _compared(
     def result(known: Any) -> Any:
         a, b = (v(known) if callable(v) else v for v in (left, right))
         if operator == "<<":
-            return f"{_shown(a)}{_shown(b)}"
+            return f"{_text_of(a)}{_text_of(b)}"
         if operator == ":":  # frames, one inside the other
             return a.then(b) if isinstance(a, AffineMap) and isinstance(b, AffineMap) else a or b
         if isinstance(a, str) or isinstance(b, str):
@@ -159,7 +159,7 @@ def _compared(
     return result
 
 
-def _shown(value: Any) -> str:
+def _text_of(value: Any) -> str:
     return value if isinstance(value, str) else f"{value or 0.0:g}"
 
 
@@ -168,10 +168,10 @@ class SinumerikReader(ExpressionReader):
 
     grammar = GRAMMAR
 
-    def joined(self, operator: str, left: Value, right: Value, column: int) -> Computed:
+    def join(self, operator: str, left: Value, right: Value, column: int) -> Evaluation:
         """Texts can be compared and put together."""
-        made = super().joined(operator, left, right, column)
-        return _compared(operator, left, right, made) if operator in ("==", "<>", "<<", ":") else made
+        made = super().join(operator, left, right, column)
+        return _compare(operator, left, right, made) if operator in ("==", "<>", "<<", ":") else made
 
     def atom(self) -> Value:
         """A number, an R parameter, a constant, a variable or a call of a function."""
@@ -186,7 +186,7 @@ class SinumerikReader(ExpressionReader):
         if token.kind in ("word", "letter") and token.text[0] in "rR":
             return VariableValue("R", token.column, parameter=self.index())
         if token.kind == "name":
-            return self.named(self.next())
+            return self.read_name(self.next())
         if token.kind == "string":
             self.at += 1
             return _text(token.text[1:-1])
@@ -217,7 +217,7 @@ class SinumerikReader(ExpressionReader):
         column = token.column
         return lambda known: whole(number(inside, known), "the number of a parameter", column, 1e-6)
 
-    def named(self, token: Token) -> Value:
+    def read_name(self, token: Token) -> Value:
         """A constant, a variable, or a function with its arguments."""
         name, column = token.text.upper(), token.column
         if name in CONSTANTS:
@@ -276,4 +276,4 @@ def _call(name: str, arguments: list[Value | None], column: int) -> Value:
     given = [a for a in arguments if a is not None]
     if len(given) != count:
         raise BlockFault(column, f"{name} takes {count} argument{'s' if count > 1 else ''}, got {len(given)}")
-    return called(GRAMMAR, name, given, column)
+    return call_function(GRAMMAR, name, given, column)

@@ -38,7 +38,7 @@ class Running(Protocol):
 
     def variable(self, name: str, column: int) -> float: ...
 
-    def defined(self, name: str) -> bool: ...
+    def is_defined(self, name: str) -> bool: ...
 
 
 def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
@@ -100,7 +100,7 @@ def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> lis
     """What changes when the block is written out where it is executed."""
     out: list[TextCut] = []
     for item in block.items:
-        text = _written(runner, item, line, call)
+        text = _replacement(runner, item, line, call)
         if text is not None:
             out.append(TextCut(block.line, *text))
     head = _HEAD.match(line)
@@ -114,11 +114,11 @@ def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> lis
     return out
 
 
-def _written(runner: Running, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
+def _replacement(runner: Running, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
     """Columns and text of an item that does not stay."""
     if item.name in ("MSG", "SETAL"):
         return _message(runner, item, line)
-    if item.name == "R" or (item.value is not None and runner.defined(item.name)):
+    if item.name == "R" or (item.value is not None and runner.is_defined(item.name)):
         return item.first, item.last, ""
     if item.name in runner.sections or (item.name == "L" and f"L{item.text}" in runner.sections):
         return item.first, item.last, ""
@@ -149,7 +149,7 @@ def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | N
 
 def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
     """The value of a part of a message that hangs on parameters of the program; None for any other part."""
-    names = [t for t in piece if t.kind == "name" and runner.defined(t.text.upper())]
+    names = [t for t in piece if t.kind == "name" and runner.is_defined(t.text.upper())]
     given = [t for t in piece if t.kind == "word" and t.text[0] in "Rr"]
     known = all(t.text[1:].strip().isdigit() and int(t.text[1:]) in runner.parameters for t in given)
     if not (names or given) or not known:
@@ -159,7 +159,7 @@ def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
         value = number(reader.expression(), runner)
     except BlockFault:
         return None
-    return value if reader.done else None
+    return value if reader.is_done else None
 
 
 def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:

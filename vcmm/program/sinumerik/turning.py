@@ -11,21 +11,21 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.drilling import COARSE, counted
+from vcmm.program.drilling import COARSE, whole_count
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
 from vcmm.program.moves import Move, Point
-from vcmm.program.roughing import Cut, Flat, Rough, followed, passes, section_of
+from vcmm.program.roughing import Cut, Flat, Rough, follow_contour, passes, section_of
 from vcmm.program.rounding import round_corners
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.paths import SinumerikPaths
 
-TOLD = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
+READING_NOTES = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
 LIFT = 1.0  # mm: VRT where it is zero or left out
 
 
-def _given(runner: SinumerikRunner, item: Item, count: int) -> list[float]:
+def _arguments(runner: SinumerikRunner, item: Item, count: int) -> list[float]:
     """So many arguments; 0 for those left out and for texts."""
     values = [None if a is None else evaluate(a, runner) for a in item.arguments or ()]
     numbers = [0.0 if v is None or isinstance(v, str) else float(v) for v in values]
@@ -35,7 +35,7 @@ def _given(runner: SinumerikRunner, item: Item, count: int) -> list[float]:
 # -- threads --------------------------------------------------------------------------------------------------------------
 def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE97(PIT, MPIT, SPL, FPL, DM1, DM2, APP, ROP, TDEP, FAL, IANG, NSP, NRC, NID, VARI, NUMT, _VRT)."""
-    v = _given(runner, item, 17)
+    v = _arguments(runner, item, 17)
     r, u = i.r, i.r.unit
     lead = abs(v[0]) * u or COARSE.get(round(abs(v[1])), 0.0)
     if not lead or not v[8]:
@@ -48,7 +48,7 @@ def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     begin, end = first[1] - way * abs(v[6]) * u, last[1] + way * abs(v[7]) * u
     inside = 1.0 if round(v[14]) in (2, 4) else -1.0  # the way in: from the axis out, or towards it
     lift = abs(v[16]) * u or LIFT
-    starts = counted(max(v[15], 1.0))
+    starts = whole_count(max(v[15], 1.0))
     for number in range(starts):
         if number or v[11]:
             r.assume(
@@ -62,7 +62,7 @@ def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
             away = min(first[0], last[0]) - lift if inside > 0 else max(first[0], last[0]) + lift
             _to(i, (away, z), True)
             _to(i, (low, z), True)
-            _threaded(i, (high, end), lead)
+            _thread(i, (high, end), lead)
             _to(i, (away, end), True)
         _to(i, (away, begin), True)
 
@@ -70,17 +70,17 @@ def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
 def _infeeds(v: list[float], unit: float) -> Iterator[tuple[float, float]]:
     """Depth of each cut and its way along the flank, mm: NRC cuts to TDEP - FAL, equal (VARI 1, 2) or of equal section (3, 4), one to
     TDEP where an allowance is left, NID without infeed. IANG < 0: on both flanks in turn."""
-    depth, allowance, count = abs(v[8]) * unit, abs(v[9]) * unit, counted(max(v[12], 1.0))
+    depth, allowance, count = abs(v[8]) * unit, abs(v[9]) * unit, whole_count(max(v[12], 1.0))
     slope = math.tan(math.radians(abs(v[10])))
     equal = round(v[14]) in (0, 1, 2)
     for k in range(1, count + 1):
         at = (depth - allowance) * (k / count if equal else math.sqrt(k / count))
         yield at, at * slope * (-1.0 if v[10] < 0 and k % 2 == 0 else 1.0)
-    for _ in range((1 if allowance else 0) + counted(v[13])):
+    for _ in range((1 if allowance else 0) + whole_count(v[13])):
         yield depth, depth * slope
 
 
-def _threaded(i: SinumerikPaths, end: Flat, lead: float) -> None:
+def _thread(i: SinumerikPaths, end: Flat, lead: float) -> None:
     r = i.r
     start, goal = r.tip(), r.world.apply(_point(i, end))
     turns = abs(r.spindle(start, goal))
@@ -98,9 +98,9 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE95(NPP, MID, FALZ, FALX, FAL, FF1, FF2, FF3, VARI, DT, DAM, _VRT): VARI 1 to 4 rough (along, across, outside; along, across,
     inside), 5 to 8 finish, 9 to 12 both. The depth is divided evenly into cuts of MID at most."""
     name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
-    v = _given(runner, item, 12)
+    v = _arguments(runner, item, 12)
     kept, i.r.feed = i.r.feed, i.r.feed or v[5] or v[7] or None  # a contour without F is cut with FF1 and FF3
-    moves = _recorded(i, runner, str(name), item)
+    moves = _record_contour(i, runner, str(name), item)
     i.r.feed = kept
     if moves is None:
         return
@@ -118,7 +118,7 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     if rough:
         goal = bare[0][0] if along else bare[0][1]
         deep = abs((begin[0] if along else begin[1]) - goal)
-        count = max(1, counted(math.ceil(deep / (abs(v[1]) * u) - 1e-9))) if v[1] else 1
+        count = max(1, whole_count(math.ceil(deep / (abs(v[1]) * u) - 1e-9))) if v[1] else 1
         entry = (begin[0], safe[1] - z) if along else (safe[0] - x, begin[1])
         told = Rough(max(deep / count, 1e-9), lift, x, z)
         with_feed = list(
@@ -134,7 +134,7 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
         _to(i, safe, True)
     if finish:
         _to(i, (moves[1].start[0], moves[1].start[2]), True)
-        _run(i, list(followed(moves[1:], 0.0, 0.0)), v[7])
+        _run(i, list(follow_contour(moves[1:], 0.0, 0.0)), v[7])
         _to(i, safe, True)
 
 
@@ -149,7 +149,7 @@ def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
     i.r.feed = kept
 
 
-def _recorded(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
+def _record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
     """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
     r, start, _, end = i.r, *name.upper().partition(":")
     section = next(
@@ -168,7 +168,7 @@ def _recorded(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item)
         )  # fmt: skip
         return None
     kept, modes = (
-        {f.name: getattr(r, f.name) for f in fields(r) if f.name not in TOLD},
+        {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES},
         copy.copy(vars(i.modes)),
     )
     r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None

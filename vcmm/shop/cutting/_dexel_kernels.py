@@ -33,7 +33,7 @@ def meets(box: Array, tool: Array, p: Array, n: Array, length: float) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def removed(
+def removed_stretches(
     item: Array, tool: Array, p: Array, n: Array, length: float, cuts: Array, count: int, scratch: Array
 ) -> int:
     """Append the stretches of [0, length] that one move removes; returns the new number, beyond the room if it ran over."""
@@ -122,7 +122,7 @@ def material(
                 if child[node, 0] < 0:
                     first = -child[node, 0] - 1
                     for i in range(first, first + child[node, 1]):
-                        count = removed(items[i], tool, p, n, length, cuts, count, scratch)
+                        count = removed_stretches(items[i], tool, p, n, length, cuts, count, scratch)
                 else:
                     stack[top], stack[top + 1] = child[node, 0], child[node, 1]
                     top += 2

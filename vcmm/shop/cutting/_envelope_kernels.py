@@ -244,7 +244,7 @@ def beside(item: Array, tool: Array, p: Array, n: Array) -> bool:
 
 
 @njit(**PLAIN)
-def curved(
+def arc_stretches(
     item: Array,
     tool: Array,
     p: Array,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vcmm.core._compile_kernels import njit
-from vcmm.shop.cutting._envelope_kernels import curved, straight
+from vcmm.shop.cutting._envelope_kernels import arc_stretches, straight
 from vcmm.shop.cutting._tool_kernels import NONE, PLAIN, implicit
 
 Array = NDArray[Any]
@@ -80,7 +80,7 @@ def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: A
 
 
 @njit(**PLAIN)
-def listed(i: int, which: Array) -> bool:
+def is_listed(i: int, which: Array) -> bool:
     """Whether a move is among the contacts already."""
     for k in range(which.shape[0]):  # noqa: SIM110 - numba compiles no any()
         if which[k] == i:
@@ -100,7 +100,7 @@ def test_item(
     since each counts its references.
     """
     if items[i, 21] == 0.0:
-        if listed(i, which):
+        if is_listed(i, which):
             return count
         for j in range(6):
             item[j] = items[i, j]
@@ -109,8 +109,8 @@ def test_item(
     else:
         for j in range(item.shape[0]):
             item[j] = items[i, j]
-        kind = curved(item, tool, p, n, depth, cut, grad, other, out, q)
-    if kind & 1 and out[0] <= cut and not listed(i, which):
+        kind = arc_stretches(item, tool, p, n, depth, cut, grad, other, out, q)
+    if kind & 1 and out[0] <= cut and not is_listed(i, which):
         insert(out[0], i, out[2], grad, s, which, t, normal)
     if kind & 2:
         if count < BELOW:
@@ -151,7 +151,7 @@ def begin_with(
     s, which, t, normals = lists
     _, _, below, p, n, item, grad, other, out, q = work
     for k in range(first.shape[0]):
-        if first[k] < 0 or listed(first[k], which):
+        if first[k] < 0 or is_listed(first[k], which):
             continue
         group = groups[first[k]]
         turn(frames, group, point, normal, p, n)

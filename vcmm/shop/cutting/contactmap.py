@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Array
-from vcmm.shop.cutting.displaced import CHORD, Displacement, displaced
+from vcmm.shop.cutting.displaced import CHORD, Displacement, displace
 from vcmm.shop.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.shop.cutting.standing_tool import entry
 from vcmm.shop.cutting.sweeps import Sweep
@@ -159,7 +159,7 @@ def audit(
     contacts, moved = contact_map(part, sweep), np.zeros((0, 3))
     if known.any():
         moved = field(tips(part, sweep)[known], part.row[known], part.t[known])
-    again = surface_left(part.points, part.normals, displaced(sweep, field, tolerance), depth, height)
+    again = surface_left(part.points, part.normals, displace(sweep, field, tolerance), depth, height)
     both = again.status == CUT
     if not both.any():
         raise UsageError("audit: no point was cut both by the nominal and by the displaced tool")

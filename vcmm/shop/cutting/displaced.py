@@ -19,7 +19,7 @@ Displacement = Callable[[Array, Array, Array], Array]
 """Displacement (m, 3) mm at tip positions (m, 3), rows (m,) of the sweep and fractions t (m,) of the row."""
 
 
-def displaced(sweep: Sweep, field: Displacement, tolerance: float = CHORD) -> Sweep:
+def displace(sweep: Sweep, field: Displacement, tolerance: float = CHORD) -> Sweep:
     """The sweep moved by `field`, cut so that the error departs from its chord by at most `tolerance` (mm) at the quarters.
 
     Arcs stay arcs: the piece of the circle is moved by the error at its start and the change of the error along the piece
@@ -76,7 +76,7 @@ def knots(sweep: Sweep, field: Displacement, tolerance: float) -> Array:
     return counts
 
 
-def indexed(sweep: Sweep, tolerance: float) -> Sweep:
+def split_by_direction(sweep: Sweep, tolerance: float) -> Sweep:
     """Simultaneous 5-axis moves as short moves of constant tool direction: an approximation, its step is stated.
 
     The direction of a piece is that at its middle; the part of the tool at most one nose height or radius from the tip is

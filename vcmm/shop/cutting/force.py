@@ -26,7 +26,7 @@ from vcmm.core.laws import Array
 from vcmm.shop.cutting.tools import Cutter
 
 CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
-FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
+STIFFNESS_RATIO = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
 
 
 RADIAL = 0.3  # radial over tangential force of a milling edge
@@ -200,6 +200,6 @@ def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
 
     Cutter and its stick-out only; holder, spindle and machine come on top.
     """
-    diameter = FLUTED * 2.0 * radius
+    diameter = STIFFNESS_RATIO * 2.0 * radius
     inertia = math.pi * diameter**4 / 64.0
     return stick_out**3 / (3.0 * modulus * inertia)

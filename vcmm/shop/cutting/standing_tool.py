@@ -17,7 +17,7 @@ def entry(tool: Cutter, o: Array, n: Array) -> Array:
         lo, hi = _meet(lo, hi, *_quadric(o, n, tool.tip_radius, slope))
         lo = np.where(hi - lo >= 0.0, lo, np.inf)
     elif tool.corner > 0.0:
-        return _rounded(tool, o, n, lo, hi)
+        return _enter_rounded(tool, o, n, lo, hi)
     return np.where(lo <= hi, lo, np.inf)
 
 
@@ -64,7 +64,7 @@ def _quadric(o: Array, n: Array, radius: float, slope: float) -> tuple[Array, Ar
     return np.where(np.isnan(lo), np.inf, lo), np.where(np.isnan(hi), -np.inf, hi)
 
 
-def _rounded(tool: Cutter, o: Array, n: Array, lo: Array, hi: Array) -> Array:
+def _enter_rounded(tool: Cutter, o: Array, n: Array, lo: Array, hi: Array) -> Array:
     """Entry into a tool with rounded corner: the core grown by a ball. From `lo` Newton climbs to the first root."""
     s, core = lo.copy(), tool.radius - tool.corner
     alive = (lo <= hi) & np.isfinite(lo)

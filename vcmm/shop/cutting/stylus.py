@@ -27,7 +27,7 @@ CHUNK = 200  # points at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Rolled:
+class BallContacts:
     """Readings of n touches, as heights above the nominal point along n."""
 
     s: Array  # (n,) mm; nan where the surface under p itself was not cut
@@ -36,7 +36,7 @@ class Rolled:
     at_reach: Array  # (n,) bool: the contact lies at the rim of the patch, so `relief` was too small
 
 
-def rolled(
+def roll_ball(
     points: Array,
     normals: Array,
     radius: float,
@@ -44,7 +44,7 @@ def rolled(
     relief: float = 0.05,
     depth: float = 0.5,
     height: float = 2.0,
-) -> Rolled:
+) -> BallContacts:
     """Contact height of a ball of `radius` (mm) at points (n, 3) along -normals (n, 3).
 
     relief (mm): cusps and form within the patch are assumed no higher than this above the surface at p, which bounds how far
@@ -58,12 +58,14 @@ def rolled(
         _roll(p[i : i + CHUNK], n[i : i + CHUNK], radius, index, relief, (depth, height))
         for i in range(0, len(p), CHUNK)
     ]
-    return Rolled(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in Rolled.__annotations__)
+    return BallContacts(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in BallContacts.__annotations__)
     )
 
 
-def _roll(p: Array, n: Array, r: float, index: Index, relief: float, window: tuple[float, float]) -> Rolled:
+def _roll(
+    p: Array, n: Array, r: float, index: Index, relief: float, window: tuple[float, float]
+) -> BallContacts:
     reach = float(np.sqrt(min(2.0 * r * relief, 0.999 * r * r)))
     first, second = _tangents(n)
     grid = np.linspace(-reach, reach, GRID)
@@ -96,7 +98,9 @@ def _roll(p: Array, n: Array, r: float, index: Index, relief: float, window: tup
         )
     offset = at_u[:, None] * first + at_v[:, None] * second
     s = np.where(void[:, centre], np.nan, best)
-    return Rolled(s, offset, np.asarray(np.any(void & inside, axis=1)), np.hypot(at_u, at_v) > 0.99 * reach)
+    return BallContacts(
+        s, offset, np.asarray(np.any(void & inside, axis=1)), np.hypot(at_u, at_v) > 0.99 * reach
+    )
 
 
 def _tangents(n: Array) -> tuple[Array, Array]:

@@ -61,7 +61,7 @@ def lines(
     which = np.broadcast_to(np.asarray(tool, int), (m,)).copy()
     axes = np.broadcast_to(np.asarray(axis, float), (m, 3)).copy()
     kind = np.full(m, LINE)
-    return checked(
+    return check_sweep(
         Sweep(
             start=start,
             end=end,
@@ -101,7 +101,7 @@ def arcs(
     angle = np.broadcast_to(np.asarray(turn, float), (m,)).copy()
     rise = np.abs(np.einsum("mi,mi->m", base.end - base.start, about))
     kind = np.where(rise > 1e-12, HELIX, ARC)
-    return checked(replace(base, centre=middle, normal=about, turn=angle, kind=kind))
+    return check_sweep(replace(base, centre=middle, normal=about, turn=angle, kind=kind))
 
 
 def join(sweeps: Iterable[Sweep]) -> Sweep:
@@ -122,7 +122,7 @@ def join(sweeps: Iterable[Sweep]) -> Sweep:
     return replace(parts[0], **joined, move=np.arange(m), axis_end=tilts, drift=drift)
 
 
-def checked(sweep: Sweep) -> Sweep:
+def check_sweep(sweep: Sweep) -> Sweep:
     """The sweep itself, or an error that names the first bad row."""
     for name in ("start", "end", "axis"):
         bad = np.flatnonzero(~np.isfinite(getattr(sweep, name)).all(axis=1))
@@ -216,7 +216,7 @@ def pieces(sweep: Sweep, counts: Array) -> tuple[Sweep, Array, Array, Array]:
     if sweep.axis_end is not None:
         raise ModelLimit(
             "the tool tilts during a move: swept volumes are exact for a constant tool direction only. Cut such moves "
-            "into short ones of constant axis first: vcmm.shop.cutting.displaced.indexed(sweep, tolerance)"
+            "into short ones of constant axis first: vcmm.shop.cutting.displaced.split_by_direction(sweep, tolerance)"
         )
     start, end = position(parent, t0), position(parent, t1)
     start[number == 0] = parent.start[number == 0]

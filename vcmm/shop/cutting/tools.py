@@ -47,12 +47,12 @@ class Cutter:
 
 def flat(radius: float, length: float = math.inf) -> Cutter:
     """End mill with sharp corners."""
-    return _checked(Cutter("flat", radius, length=length))
+    return _check_tool(Cutter("flat", radius, length=length))
 
 
 def ball(radius: float, length: float = math.inf) -> Cutter:
     """Ball-nosed end mill with a shank of the same radius: half a ball below, a cylinder above."""
-    return _checked(Cutter("ball", radius, corner=radius, length=length))
+    return _check_tool(Cutter("ball", radius, corner=radius, length=length))
 
 
 def bull(radius: float, corner: float, length: float = math.inf) -> Cutter:
@@ -62,7 +62,7 @@ def bull(radius: float, corner: float, length: float = math.inf) -> Cutter:
             f"bull: the corner radius must lie between 0 and the radius {radius} mm, not {corner} mm. "
             "Use flat() for sharp corners and ball() for a full radius."
         )
-    return _checked(Cutter("bull", radius, corner=corner, length=length))
+    return _check_tool(Cutter("bull", radius, corner=corner, length=length))
 
 
 def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: float = math.inf) -> Cutter:
@@ -75,7 +75,9 @@ def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: flo
         raise UsageError(
             f"cone: the tip radius must be at least 0 and below {radius} mm, not {tip_radius} mm"
         )
-    return _checked(Cutter("cone", radius, tip_radius=tip_radius, half_angle=point_angle / 2, length=length))
+    return _check_tool(
+        Cutter("cone", radius, tip_radius=tip_radius, half_angle=point_angle / 2, length=length)
+    )
 
 
 def drill(radius: float, point_angle: float = math.radians(118.0), length: float = math.inf) -> Cutter:
@@ -88,17 +90,17 @@ def insert(nose_radius: float) -> Cutter:
     return ball(nose_radius)
 
 
-def grown(tool: Cutter, by: float) -> Cutter:
+def offset_tool(tool: Cutter, by: float) -> Cutter:
     """The tool offset outwards by `by` mm everywhere on its cutting surface (runout +, wear -), tip at the same point.
 
     An offset flat mill would have rounded corners; a mill is ground and worn as a mill, so its corners stay sharp.
     """
     corner = tool.corner + by if tool.shape in ("ball", "bull") else tool.corner
     changed = replace(tool, radius=tool.radius + by, corner=corner)
-    return _checked(changed)
+    return _check_tool(changed)
 
 
-def _checked(tool: Cutter) -> Cutter:
+def _check_tool(tool: Cutter) -> Cutter:
     if tool.shape not in SHAPES:
         raise UsageError(f'tool shape "{tool.shape}" is not known.{choose_from(tool.shape, SHAPES)}')
     if not (math.isfinite(tool.radius) and tool.radius > 0.0):

@@ -51,7 +51,7 @@ def straight(start: Array, end: Array, tools: tuple[Cutter, ...], tool: int = 0)
     return lines(_plane(start), _plane(end), tools, tool, OUTWARD)
 
 
-def curved(
+def arc_sweep(
     start: Array, end: Array, centre: Array, turn: Array, tools: tuple[Cutter, ...], tool: int = 0
 ) -> Sweep:
     """Arcs in the (radius, z) plane about `centre` (m, 2), turn (m,) rad from +z towards +radius (right-handed about +y)."""
@@ -76,4 +76,4 @@ def _plane(points: Array) -> Array:
     return np.stack([rz[:, 0], np.zeros(len(rz)), rz[:, 1]], axis=1)
 
 
-__all__ = ["curved", "insert", "meridian", "straight", "tip_of_centre"]
+__all__ = ["arc_sweep", "insert", "meridian", "straight", "tip_of_centre"]

@@ -106,7 +106,7 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     if np.abs(sweep.axis - UP).max() > 1e-12:
         return _from_all_sides(setup, sweep, rapid, low, low + size)
     before = block(low, low + size, float(size[:2].max() / NODES))
-    line = cuts_turned(program)
+    line = first_turned_cut(program)
     asked = setup.material is not None and not line
     stretches = along_path(sweep, asked)
     removal = remove(before, stretches.sweep, np.repeat(rapid, stretches.count))
@@ -146,7 +146,7 @@ def along_path(sweep: Sweep, divided: bool) -> PathPieces:
     return PathPieces(parts, np.cumsum(count) - count, count)
 
 
-def cuts_turned(program: Program) -> int:
+def first_turned_cut(program: Program) -> int:
     """Line of the first cut with a rotary axis off zero, 0 where there is none."""
     turned = (
         m.source.line for m in program.moves if m.kind in CUTS and any((*m.rotary_start, *m.rotary_end))

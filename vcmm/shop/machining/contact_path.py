@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
-from vcmm.core.run import OFFSET_LABEL, PROBED, Array, Run
+from vcmm.core.run import OFFSET_LABEL, PROBE_LABEL, Array, Run
 from vcmm.program.setup import first_tool
 from vcmm.shop.cutting.contactmap import Contacts, Ints, upright
 from vcmm.shop.cutting.envelope import CutSurface
@@ -25,8 +25,8 @@ from vcmm.shop.machining.process import ContactRows, PreparedCut, Words, by_axis
 from vcmm.shop.machining.spindle_load import LOAD, measured_share, power_log
 from vcmm.shop.machining.states import later_in_batch, states_at
 from vcmm.shop.machining.tool_errors import ToolSide
-from vcmm.shop.machining.warming import warmed, warmed_when_set
-from vcmm.shop.machining.zero_setting import ProbedRows, joined, setting_rows, ways_of_setting
+from vcmm.shop.machining.warming import add_temperatures, warmed_when_set
+from vcmm.shop.machining.zero_setting import ProbedRows, join_runs, setting_rows, ways_of_setting
 
 
 def surface_at(job: PreparedCut, points: Array, normals: Array, exact: bool = True) -> CutSurface:
@@ -52,7 +52,7 @@ def tool_side(
     )  # fmt: skip
     whole, setting = _with_setting(job, run)
     whole, setting, touches = _with_touches(job, whole, setting, rows)
-    side = _asked(job, run, whole, setting, known=known, inputs=inputs)
+    side = _tool_errors(job, run, whole, setting, known=known, inputs=inputs)
     deepest = np.flatnonzero(rows.candidate == 0)[
         rows.point
     ]  # all candidates of a point scatter as its deepest cut
@@ -65,22 +65,22 @@ def of_one_pass(job: PreparedCut, run: Run, known: Array, inputs: tuple[Input, .
     """Rows of a run that one pass cuts, with their labels, and those of setting behind them; known (n, 3) as of `states_at`."""
     whole, setting = _with_setting(job, run)
     passes = np.concatenate([np.ones((run.n, 1)), np.zeros((whole.n - run.n, 1))])
-    return replace(_asked(job, run, whole, setting, known=known, inputs=inputs), passes=passes)
+    return replace(_tool_errors(job, run, whole, setting, known=known, inputs=inputs), passes=passes)
 
 
-def _asked(
+def _tool_errors(
     job: PreparedCut, run: Run, whole: Run, setting: Ints, *, known: Array, inputs: tuple[Input, ...]
 ) -> ToolSide:
     """The errors of all rows; what is known of the cut is nothing in the rows of setting behind it."""
     known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
-    return job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
+    return job.process.tool_side(job, _prepare_run(job, whole), setting, known, inputs)
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
     """Contacts of points that are all cut, and the row of the run that belongs to each candidate."""
     process = job.process
     candidates = process.candidates(job, surface)
-    points, normals = process.seen(surface)
+    points, normals = process.contacts_seen(surface)
     known = candidates.row >= 0
     point, candidate = np.nonzero(known)
     number = np.full(known.shape, -1, dtype=np.intp)
@@ -123,7 +123,7 @@ def logged_states(job: PreparedCut, states: Run) -> Run:
     load = power_log(job)
     states = with_own_logs(states, job.path, job.machine.effects, job.scenario.batch_part)
     series = states.series if load is None else {**states.series, LOAD: load}
-    return warmed(replace(states, series=series), job.scenario.setup.log)
+    return add_temperatures(replace(states, series=series), job.scenario.setup.log)
 
 
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
@@ -148,7 +148,7 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
     across = np.arange(len(first))
     across[other] = len(first) + np.arange(len(other))
     back = run.n + each * np.stack([across, across, np.arange(len(first))], axis=1)[number]
-    return joined(run, rows), np.concatenate([back, np.full((rows.n, 3), -1)]).astype(np.intp)
+    return join_runs(run, rows), np.concatenate([back, np.full((rows.n, 3), -1)]).astype(np.intp)
 
 
 def _with_touches(
@@ -168,15 +168,15 @@ def _with_touches(
     normals = np.array([t.normal for t in touched.touches])
     then = {name: values for name, values in states.columns.items() if name in some.columns}
     then |= by_axis("n{}", normals) | {"setting": np.zeros(count), "across_tool": np.hypot(*normals.T[:2])}
-    some = warmed(some.with_columns(then), job.scenario.setup.log)
+    some = add_temperatures(some.with_columns(then), job.scenario.setup.log)
     own = {"tool": np.array([str(t.tool) for t in touched.touches])}
-    own[PROBED] = np.arange(1, count + 1).astype(str)
+    own[PROBE_LABEL] = np.arange(1, count + 1).astype(str)
     some = replace(
         some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
     )
     held = np.zeros((run.n, 3))
     held[:cut] = touched.held[move]
-    run = replace(run, labels={**run.labels, PROBED: np.full(run.n, "")}).with_columns(
+    run = replace(run, labels={**run.labels, PROBE_LABEL: np.full(run.n, "")}).with_columns(
         by_axis("held_{}", held)
     )
     some = some.with_columns(by_axis("held_{}", np.zeros((count, 3))))
@@ -184,7 +184,7 @@ def _with_touches(
     weight[:cut] = touched.at(move, rows.share)
     setting = np.concatenate([setting, np.full((count, 3), -1, dtype=np.intp)])
     setting[:cut] = np.where(touched.held[move], setting[:cut], -1)
-    return joined(run, some), setting, ProbedRows(run.n, weight, touched.reads)
+    return join_runs(run, some), setting, ProbedRows(run.n, weight, touched.reads)
 
 
 def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
@@ -200,7 +200,7 @@ def setting_tool(job: PreparedCut, tool: str) -> str:
     return tool if job.process.each_tool_set else str(first_tool(job.program.moves, job.scenario.setup))
 
 
-def _prepared(job: PreparedCut, run: Run) -> Run:
+def _prepare_run(job: PreparedCut, run: Run) -> Run:
     try:
         return job.machine.prepare(run)
     except ModelLimit as error:

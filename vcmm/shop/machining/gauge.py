@@ -31,12 +31,15 @@ def gauge_plan(part: Part, plan: Plan | None) -> Plan:
         steps = tuple(Step(s.feature, "gauge", s.points, s.normals, s.approach) for s in plan.steps)
         return Plan(steps, stylus, plan.touch, plan.alignment)
     return Plan(
-        tuple(Step(f.name, "gauge", *plan_points(f, usual_points(f))) for f in _named(part.features, part)),
+        tuple(
+            Step(f.name, "gauge", *plan_points(f, usual_points(f)))
+            for f in _gauge_features(part.features, part)
+        ),
         stylus,
     )
 
 
-def _named(features: Mapping[str, Feature], part: Part) -> list[Feature]:
+def _gauge_features(features: Mapping[str, Feature], part: Part) -> list[Feature]:
     names = dict.fromkeys(n for c in part.characteristics for n in c.features)
     chosen = [features[n] for n in names] or list(features.values())
     for feature in chosen:

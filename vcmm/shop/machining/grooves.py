@@ -69,7 +69,7 @@ def corners(tool: Tool, dialect: str) -> tuple[float, float]:
 
 def grooves_of(job: PreparedCut) -> tuple[CutGroove, ...]:
     """Every groove that is plunged towards the axis by a tool with a width, in order."""
-    return tuple(_one(job, one) for one in flanks_of(job))
+    return tuple(_cut_groove(job, one) for one in flanks_of(job))
 
 
 def flanks_of(job: PreparedCut) -> list[Flanks]:
@@ -106,7 +106,7 @@ def _together(one: Flanks, new: Flanks) -> Flanks:
     return Flanks(one.tool, lower.lower, upper.upper, (lower.z[0], upper.z[1]))
 
 
-def _one(job: PreparedCut, flanks: Flanks) -> CutGroove:
+def _cut_groove(job: PreparedCut, flanks: Flanks) -> CutGroove:
     places = [flanks.lower, flanks.upper]
     move = np.tile(np.repeat([p[0] for p in places], ANGLES), 2).astype(np.intp)
     share = np.tile(np.repeat([p[1] for p in places], ANGLES), 2)

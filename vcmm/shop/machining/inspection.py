@@ -18,7 +18,7 @@ from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.shop.machining.preparation import other_unit
 from vcmm.shop.machining.probing import ProbedHere
 from vcmm.shop.machining.process import DEEPEST, GOUGE, HEIGHT, PreparedCut, Words, zeros
-from vcmm.shop.machining.result import expected
+from vcmm.shop.machining.result import expected_deviation
 from vcmm.shop.machining.scenario import IDEAL, SAME
 from vcmm.task.measuring.plan import Plan, touches
 from vcmm.task.measuring.qualification import qualified_machine
@@ -147,11 +147,11 @@ def unseen(part: UncertaintyResult, reading: UncertaintyResult | None) -> list[s
     out = []
     for true, seen in zip(part.characteristics, reading.characteristics if reading else ()):
         scale, unit = (1e3, "um") if true.unit == "mm" else (1e6, "urad")
-        missed = expected(true) - expected(seen)
+        missed = expected_deviation(true) - expected_deviation(seen)
         if max(abs(missed), true.expanded - seen.expanded) > UNSEEN * max(true.expanded, 1e-9):
             out.append(
-                f"{true.name}: the machine errs in probing as it did in cutting: of {expected(true) * scale:+.3g} +- "
-                f"{true.expanded * scale:.3g} {unit} from nominal it would read {expected(seen) * scale:+.3g} +- "
+                f"{true.name}: the machine errs in probing as it did in cutting: of {expected_deviation(true) * scale:+.3g} +- "
+                f"{true.expanded * scale:.3g} {unit} from nominal it would read {expected_deviation(seen) * scale:+.3g} +- "
                 f"{seen.expanded * scale:.3g} {unit}; value, interval and decision are about the part"
             )
     return out

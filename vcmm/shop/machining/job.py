@@ -25,7 +25,7 @@ from vcmm.shop.machining.patches import surface_map
 from vcmm.shop.machining.preparation import remarks, set_up
 from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.recut import Recut, recut
-from vcmm.shop.machining.result import CutResult, batch, extremes, grouped
+from vcmm.shop.machining.result import CutResult, batch, extremes, shares_by_group
 from vcmm.shop.machining.scenario import IDEAL, SAME, CutScenario
 from vcmm.shop.machining.threads import threads_of
 from vcmm.shop.machining.world import Cutting
@@ -72,7 +72,7 @@ def cut(
         surface=extremes(patches, GOUGE, scenario.part.features),
         patches=patches,
         seconds=job.seconds,
-        shares={c.name: grouped(c) for c in outcome.characteristics},
+        shares={c.name: shares_by_group(c) for c in outcome.characteristics},
         repeats={n: h[0] for n, h in halves.items()},
         scatters={n: h[1] for n, h in halves.items()},
         warnings=warnings,
@@ -110,18 +110,18 @@ def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:
     notes = (*notes, *job.process.remarks_on(surface, feature))
     tool, contacts = tool_side(job, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
-    form = world.level + _lifted(job, surface, placed.tip_radius)
+    form = world.level + _cusp_lift(job, surface, placed.tip_radius)
     task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=form)
     measuring = replace(measuring, task=replace(measuring.task, form=form))
     return task, replace(world, measuring=measuring), notes
 
 
-def _lifted(job: PreparedCut, surface: CutSurface, radius: Array) -> Array:
+def _cusp_lift(job: PreparedCut, surface: CutSurface, radius: Array) -> Array:
     """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
     out = np.zeros(len(surface.points))
     for r in np.unique(radius[radius > 0]):
         mine = np.flatnonzero(radius == r)
-        out[mine] = job.process.lifted(job, surface, mine, float(r))
+        out[mine] = job.process.cusp_lift(job, surface, mine, float(r))
     return out
 
 

@@ -93,17 +93,17 @@ class LatheProcess(Process):
         return len(self.turning.sweep)
 
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> LatheSurface:
-        turned = self._turned(job, points, normals, exact)
+        turned = self._turn_surface(job, points, normals, exact)
         milled = self.driving.surface(job, points, normals, exact)
         low = [np.where(np.isfinite(one.s), one.s, np.inf) for one in (turned, milled)]
         driven = low[1] < low[0]
-        own = {name: _chosen(driven, getattr(turned, name), getattr(milled, name)) for name in _PER_POINT}
-        row = _chosen(driven, turned.row, np.where(milled.row >= 0, milled.row + self._first, -1), -1)
+        own = {name: _choose(driven, getattr(turned, name), getattr(milled, name)) for name in _PER_POINT}
+        row = _choose(driven, turned.row, np.where(milled.row >= 0, milled.row + self._first, -1), -1)
         return LatheSurface(
             points, normals, row=row.astype(np.intp), **own, turned=turned, milled=milled, driven=driven
         )
 
-    def _turned(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> TurnedSurface:
+    def _turn_surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> TurnedSurface:
         """What turning leaves: nothing is cut by it where a surface looks round the spindle, as no surface of revolution does."""
         arm = points[:, :2] - self.turning.turning.centre
         across = arm[:, 0] * normals[:, 1] - arm[:, 1] * normals[:, 0]
@@ -114,10 +114,10 @@ class LatheProcess(Process):
             contact_s=np.where(aside[:, None], np.nan, found.contact_s),
         )  # fmt: skip
 
-    def seen(self, surface: CutSurface) -> tuple[Array, Array]:
+    def contacts_seen(self, surface: CutSurface) -> tuple[Array, Array]:
         own = _lathe(surface)
-        (a, n), (b, m) = self.turning.seen(own.turned), self.driving.seen(own.milled)
-        return _chosen(own.driven, a, b), _chosen(own.driven, n, m)
+        (a, n), (b, m) = self.turning.contacts_seen(own.turned), self.driving.contacts_seen(own.milled)
+        return _choose(own.driven, a, b), _choose(own.driven, n, m)
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
         own = _lathe(surface)
@@ -150,13 +150,13 @@ class LatheProcess(Process):
             (first.row.shape[1], second.row.shape[1]),
         )
 
-    def lifted(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
+    def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
         own, out = _lathe(surface), np.zeros(len(some))
         driven = own.driven[some]
         if (~driven).any():
-            out[~driven] = self.turning.lifted(job, own.turned, some[~driven], radius)
+            out[~driven] = self.turning.cusp_lift(job, own.turned, some[~driven], radius)
         if driven.any():
-            out[driven] = self.driving.lifted(job, own.milled, some[driven], radius)
+            out[driven] = self.driving.cusp_lift(job, own.milled, some[driven], radius)
         return out
 
     def net(self, job: PreparedCut, feature: Feature, across: int) -> Net | None:
@@ -171,7 +171,7 @@ class LatheProcess(Process):
             run, off = process.states(job, one)
             known[mine] = off
             parts.append((mine, run))
-        return _merged(len(rows.row), parts), known
+        return _merge_runs(len(rows.row), parts), known
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
         """Of a driven tool the way from its tip to its holder takes the place of that to the centre of a nose."""
@@ -231,7 +231,7 @@ class LatheProcess(Process):
         text = "the stock shows what is turned; what driven tools take away is neither drawn nor weighed, and no forces are computed of it"
         return replace(blank, said=(*blank.said, text))
 
-    def why_refused(self, job: PreparedCut) -> VcmmError | None:
+    def refusal(self, job: PreparedCut) -> VcmmError | None:
         fixed = [e.id for e in job.machine.effects if isinstance(e, OVER_VOLUME)]
         if fixed:
             return ModelLimit(
@@ -280,7 +280,7 @@ def _lathe(surface: CutSurface) -> LatheSurface:
     return surface
 
 
-def _chosen(driven: Bools, turned: Array, milled: Array, none: float = np.nan) -> Array:
+def _choose(driven: Bools, turned: Array, milled: Array, none: float = np.nan) -> Array:
     """Rows of `milled` where driven, else of `turned`; the shorter one is filled up with `none` along its second axis."""
     if turned.ndim > 1 and turned.shape[1] != milled.shape[1]:
         most = max(turned.shape[1], milled.shape[1])
@@ -301,7 +301,7 @@ def _some(candidates: CutCandidates, points: Ints, first: int) -> CutCandidates:
     return CutCandidates(**own)
 
 
-def _merged(count: int, parts: list[tuple[Ints, Run]]) -> Run:
+def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
     """One run of `count` rows from those of either process; a column that only one has is nothing in the rows of the other."""
 
     def filled(read: Callable[[Run], Mapping[str, Array]]) -> dict[str, Array]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import Term, covariance
-from vcmm.answer.inference.checked import OnSurface, check_points, labelled, surfaces
+from vcmm.answer.inference.checked import OnSurface, check_points, feature_rows, surfaces
 from vcmm.answer.inference.given import GivenPoints
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.laws import Law
@@ -25,7 +25,7 @@ from vcmm.shop.cutting.envelope import UNCUT
 from vcmm.shop.machining.contact_path import surface_at
 from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.shop.machining.job import finished_part
-from vcmm.shop.machining.mismatch import LEAST_SCATTER, Located, Observed, located
+from vcmm.shop.machining.mismatch import LEAST_SCATTER, MismatchEntry, ObservedPoints, locate_mismatch
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
 from vcmm.shop.machining.scenario import IDEAL, OTHER, CutScenario
@@ -68,9 +68,9 @@ class MeasuredCut:
     """
 
     compared: tuple[BesidePrediction, ...]
-    mismatch: tuple[Located, ...]
+    mismatch: tuple[MismatchEntry, ...]
     scatter: float
-    observed: Observed
+    observed: ObservedPoints
     departure: Array
     normal: Array
     in_machine: bool
@@ -115,8 +115,8 @@ def measured_cut(
     predicted = ((model.points - touches.points) * touches.normals).sum(axis=1)
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
     known = known_columns(model)
-    observed = _observed(world, deviation - predicted, known.covariance)
-    found = located(observed, rigid=aligned, u_point=u_point)
+    observed = _observe(world, deviation - predicted, known.covariance)
+    found = locate_mismatch(observed, rigid=aligned, u_point=u_point)
     scatter = found.scatter
     values = evaluate_all(task, fit_features(task, points))
     alone = (
@@ -124,11 +124,11 @@ def measured_cut(
     )  # of points that scatter less, none is seen
     spread = observed.covariance + alone**2 * np.eye(len(points))
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
-    row, gain = world.contacts.deepest(world.moved)
+    row, gain = world.contacts.deepest(world.tool_errors)
     size = np.linalg.norm(gain, axis=1)
     normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
-        compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
+        compared=_compare(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
         mismatch=found.entries,
         scatter=scatter,
         observed=observed,
@@ -153,7 +153,7 @@ def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[di
     asked = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
     elsewhere = scenario.inspection.pose if scenario.inspection.kind == OTHER else None
     points = (elsewhere or job.pose).inverse().apply(given.points) if in_machine else given.points
-    placed = surfaces(scenario.part, labelled(asked, given), points)
+    placed = surfaces(scenario.part, feature_rows(asked, given), points)
     check_points(asked, given, points, placed, in_machine)
     return placed, points
 
@@ -162,7 +162,7 @@ def _cut_there(
     job: PreparedCut, placed: dict[str, OnSurface], points: Array, given: GivenPoints
 ) -> tuple[PreparedCut, Array, list[str]]:
     """The job with the measured points as its plan, and these points in its order, less those that no tool reaches."""
-    plan = _planned(job)
+    plan = _inspection_plan(job)
     stylus = {step.feature: step.stylus for step in plan.steps}
     steps, order, notes = [], [], []
     for name, on in placed.items():
@@ -183,7 +183,7 @@ def _cut_there(
     return replace(job, scenario=scenario), points[np.concatenate(order)], notes
 
 
-def _planned(job: PreparedCut) -> Plan:
+def _inspection_plan(job: PreparedCut) -> Plan:
     scenario = job.scenario
     if scenario.inspection.kind == IDEAL:
         return gauge_plan(scenario.part, scenario.plan)
@@ -243,7 +243,7 @@ def _per_draw(term: Term) -> Array:
     return np.asarray(vector[:, kept] * np.sqrt(value[kept]))
 
 
-def _unknown(wave: Wave | None, observed: Observed) -> list[tuple[str, Array]]:
+def _unknown(wave: Wave | None, observed: ObservedPoints) -> list[tuple[str, Array]]:
     """What has no name as one more covariance, so that no name takes its place: columns (n, 6) whose rms is that of the wave as
     the points show it.
     """
@@ -257,11 +257,11 @@ def _unknown(wave: Wave | None, observed: Observed) -> list[tuple[str, Array]]:
     return [(f"{UNKNOWN}wave of {wave.period:.4g} s", wave.columns * size)]
 
 
-def _observed(world: Cutting, rest: Array, known: Array) -> Observed:
+def _observe(world: Cutting, rest: Array, known: Array) -> ObservedPoints:
     """The points with the state of the machine when each was cut."""
-    row, _ = world.contacts.deepest(world.moved)
+    row, _ = world.contacts.deepest(world.tool_errors)
     run: Run = world.tool.run.take(row)
-    return Observed(
+    return ObservedPoints(
         rest=rest,
         covariance=known,
         normals=world.contacts.normal,
@@ -272,7 +272,7 @@ def _observed(world: Cutting, rest: Array, known: Array) -> Observed:
     )
 
 
-def _compared(model: LinearModel, measured: Array, trials: Array) -> tuple[BesidePrediction, ...]:
+def _compare(model: LinearModel, measured: Array, trials: Array) -> tuple[BesidePrediction, ...]:
     """Each characteristic beside what measuring such a part would give. trials (m, n): departures of the points, mm.
 
     The scatter of the points is in the trials, so that a form that grows with it is expected as large as it will be found.

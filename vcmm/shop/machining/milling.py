@@ -13,7 +13,7 @@ from vcmm.shop.cutting.contactmap import Ints, Solids
 from vcmm.shop.cutting.envelope import BEYOND, CutSurface, surface_left
 from vcmm.shop.cutting.force import to_workpiece
 from vcmm.shop.cutting.index import Index
-from vcmm.shop.cutting.stylus import rolled
+from vcmm.shop.cutting.stylus import roll_ball
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, position
 from vcmm.shop.machining.blank import Blank, machined_blank
 from vcmm.shop.machining.neighbours import candidates
@@ -42,9 +42,9 @@ class MillingProcess(Process):
     index: Index
 
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> CutSurface:
-        return self.searched(job, points, normals, CONTACTS)
+        return self.search_contacts(job, points, normals, CONTACTS)
 
-    def searched(self, job: PreparedCut, points: Array, normals: Array, contacts: int) -> CutSurface:
+    def search_contacts(self, job: PreparedCut, points: Array, normals: Array, contacts: int) -> CutSurface:
         """The surface with so many contacts of each point; where it is gouged deep, looked for deeper."""
         surface = self._left(job, points, normals, DEPTH, contacts)
         deep = np.flatnonzero(surface.status == BEYOND)
@@ -93,8 +93,8 @@ class MillingProcess(Process):
         which = np.where(known, self.sweep.tool[np.maximum(candidates.row, 0)], -1).astype(np.intp)
         return Solids(self.sweep.tools, which, surface.points[:, None, :] - candidates.tip)
 
-    def lifted(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
-        lift = rolled(surface.points[some], surface.normals[some], radius, self.index)
+    def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
+        lift = roll_ball(surface.points[some], surface.normals[some], radius, self.index)
         return np.where(np.isfinite(lift.s), np.maximum(lift.s - surface.contact_s[some, 0], 0.0), 0.0)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
@@ -123,7 +123,7 @@ class MillingProcess(Process):
     def blank(self, job: PreparedCut, zero: Array) -> Blank | None:
         return machined_blank(job.scenario.setup, job.program, self.sweep, zero)
 
-    def why_refused(self, job: PreparedCut) -> VcmmError | None:
+    def refusal(self, job: PreparedCut) -> VcmmError | None:
         """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave would be sampled."""
         waves = [e for e in job.machine.effects if SPINDLE_ANGLE in e.required()]
         if waves:

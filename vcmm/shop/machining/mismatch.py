@@ -27,7 +27,9 @@ Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
 FALSE = 1e-3  # share of parts as predicted in which anything is said at all
 MOST = 6  # entries
-ALIKE = 1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
+SAME_P_FACTOR = (
+    1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
+)
 LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
 ROOM = 8  # degrees of freedom that must be left beside all covariates
 SAME = 1e-9
@@ -36,7 +38,7 @@ WAVE, NOTHING_ASKED = "wave in time", "nothing that was asked"
 
 
 @dataclass(frozen=True, eq=False)
-class Observed:
+class ObservedPoints:
     """n measured points: rest (n,) mm outwards, its covariance (n, n), normals and place in the part (n, 3), workpiece axes.
 
     feature (n,), line (n,) of the program that cut it; run: the machine at that moment.
@@ -61,7 +63,7 @@ class Covariate:
 
 
 @dataclass(frozen=True)
-class Located:
+class MismatchEntry:
     """An entry: where it is largest (feature, line), what it goes with, p of that among all that was asked, rms in mm."""
 
     feature: str
@@ -76,12 +78,12 @@ class Located:
 class Mismatch:
     """entries: what the rest goes with; scatter: of one point, mm; wave: where what it goes with most is one of no known cause."""
 
-    entries: tuple[Located, ...]
+    entries: tuple[MismatchEntry, ...]
     scatter: float
     wave: Wave | None = None
 
 
-def located(points: Observed, *, rigid: bool = True, u_point: float | None = None) -> Mismatch:
+def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: float | None = None) -> Mismatch:
     """What the rest goes with. rigid: the part may lie anywhere (drawing frame).
 
     Raises UsageError for fewer points than the covariates need.
@@ -89,8 +91,8 @@ def located(points: Observed, *, rigid: bool = True, u_point: float | None = Non
     asked = _fitting(list(covariates(points)), points, rigid)
     base = _nuisance(points, rigid)
     every = np.hstack([base, *(c.columns for c in asked)])
-    white, scatter, left = _whitened(points, every, u_point)
-    out: list[Located] = []
+    white, scatter, left = _whiten(points, every, u_point)
+    out: list[MismatchEntry] = []
     taken, wave, tied = base, None, False
     for _ in range(MOST):
         tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in asked]
@@ -100,7 +102,7 @@ def located(points: Observed, *, rigid: bool = True, u_point: float | None = Non
         least = min(p for p, _ in tested)  # logarithms: far beyond chance all p are 0
         if not least + math.log(count) < math.log(FALSE):
             break
-        alike = [(math.exp(p), c) for p, c in tested if p <= math.log(ALIKE) + least]
+        alike = [(math.exp(p), c) for p, c in tested if p <= math.log(SAME_P_FACTOR) + least]
         p, best = alike[0]
         if waving and best is waving[1]:
             wave = waving[2]
@@ -116,7 +118,7 @@ def located(points: Observed, *, rigid: bool = True, u_point: float | None = Non
     return Mismatch(tuple(out), scatter, wave if leads else None)
 
 
-def _left_over(points: Observed, white: Array, taken: Array) -> list[Located]:
+def _left_over(points: ObservedPoints, white: Array, taken: Array) -> list[MismatchEntry]:
     """An entry where what is left beside everything taken is more than what is known to be uncertain lets expect (chi-square)."""
     from scipy import stats
 
@@ -134,11 +136,15 @@ def _left_over(points: Observed, white: Array, taken: Array) -> list[Located]:
         f"{features[at]}: {math.sqrt(y @ y / freedom):.3g} times what is known to be uncertain is left, most where line {line} cuts, and it "
         f"goes with nothing that was asked ({p_in_words(p)})"
     )
-    return [Located(str(features[at]), line, NOTHING_ASKED, p, float(np.sqrt((points.rest**2).mean())), text)]
+    return [
+        MismatchEntry(
+            str(features[at]), line, NOTHING_ASKED, p, float(np.sqrt((points.rest**2).mean())), text
+        )
+    ]
 
 
 def _waving(
-    points: Observed, white: Array, taken: Array, left: tuple[float, int] | None
+    points: ObservedPoints, white: Array, taken: Array, left: tuple[float, int] | None
 ) -> tuple[float, Covariate, Wave] | None:
     """(logarithm of the significance, every period paid; the covariate; the wave) of the largest wave in time."""
     time = points.run.columns.get("time_s")
@@ -156,18 +162,18 @@ def _waving(
 
 
 # -- what may explain it ----------------------------------------------------------------------------------------------
-def covariates(points: Observed) -> Iterator[Covariate]:
+def covariates(points: ObservedPoints) -> Iterator[Covariate]:
     """Everything that the rest may go with, from what was done when the points were cut."""
     run, n = points.run, points.normals
     across = run.columns.get("across_tool", np.ones(run.n))
     yield Covariate("tool radius", "is the same wherever the side of the tool cuts", across[:, None])
-    yield Covariate("where the part lies", "is a shift or a turn of the whole part", _placed(points))
+    yield Covariate("where the part lies", "is a shift or a turn of the whole part", _rigid_columns(points))
     for i, letter in enumerate(AXES):
         if letter in run.position:
             yield Covariate(
                 letter,
                 f"goes with the position of axis {letter}",
-                n * _centred(run.position[letter])[:, None],
+                n * _centre(run.position[letter])[:, None],
             )
         yield from _of_axis(run, letter, n[:, i])
     for letter in "ABC":
@@ -179,10 +185,10 @@ def covariates(points: Observed) -> Iterator[Covariate]:
         force = run.vector("force_x_N", "force_y_N", "force_z_N")
         yield Covariate("cutting force", "goes with the cutting force", (n * force).sum(axis=1)[:, None])
     yield Covariate("place in the part", "is a bend of the part", _bends(points))
-    yield from _labelled(points, across)
+    yield from _label_covariates(points, across)
 
 
-def _labelled(points: Observed, across: Array) -> Iterator[Covariate]:
+def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
     """One feature, one tool, one line of the program."""
     for name in np.unique(points.feature):
         yield Covariate(
@@ -212,7 +218,7 @@ def _of_axis(run: Run, letter: str, along: Array) -> Iterator[Covariate]:
             yield Covariate(f"{name} {letter}", words, (along * run.columns[column])[:, None])
 
 
-def _running(points: Observed, across: Array) -> Iterator[Covariate]:
+def _running(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
     """Time, temperatures, wear and feed: what drifts in any direction, what wears across the tool."""
     run, n = points.run, points.normals
     for column, name, words in [
@@ -221,18 +227,16 @@ def _running(points: Observed, across: Array) -> Iterator[Covariate]:
           for c in run.columns if c.startswith("temp_")),
     ]:  # fmt: skip
         if column in run.columns and _varies(run.columns[column]):
-            yield Covariate(name, words, n * _centred(run.columns[column])[:, None])
+            yield Covariate(name, words, n * _centre(run.columns[column])[:, None])
     for tool in np.unique(run.labels["tool"]):
         worn = across * run.columns.get("cut_length_mm", np.zeros(run.n)) * (run.labels["tool"] == tool)
         if _varies(worn):
             yield Covariate("cut length", f"grows with what tool {tool} has cut", worn[:, None])
     if "feed_mm_min" in run.columns and _varies(run.columns["feed_mm_min"]):
-        yield Covariate(
-            "feed", "goes with the feed", (across * _centred(run.columns["feed_mm_min"]))[:, None]
-        )
+        yield Covariate("feed", "goes with the feed", (across * _centre(run.columns["feed_mm_min"]))[:, None])
 
 
-def _bends(points: Observed) -> Array:
+def _bends(points: ObservedPoints) -> Array:
     """Second-order surfaces of the part, per face: what a clamping leaves when it lets go."""
     x, y, z = (points.place - points.place.mean(axis=0)).T
     n = points.normals
@@ -244,31 +248,31 @@ def _varies(values: Array) -> bool:
     return bool(np.ptp(values) > SAME * max(1.0, float(np.abs(values).max())))
 
 
-def _centred(values: Array) -> Array:
+def _centre(values: Array) -> Array:
     out = values - values.mean()
     return np.asarray(out / max(float(np.abs(out).max()), 1e-300))
 
 
 # -- the test ---------------------------------------------------------------------------------------------------------
-def _nuisance(points: Observed, rigid: bool) -> Array:
+def _nuisance(points: ObservedPoints, rigid: bool) -> Array:
     """Where the part was aligned is nobody's fault in the drawing frame."""
-    return _placed(points) if rigid else np.zeros((len(points.rest), 0))
+    return _rigid_columns(points) if rigid else np.zeros((len(points.rest), 0))
 
 
-def _placed(points: Observed) -> Array:
+def _rigid_columns(points: ObservedPoints) -> Array:
     """Three shifts and three turns (rad x 100 mm) of the part, as they show along the normals (n, 6)."""
     arm = (points.place - points.place.mean(axis=0)) / 100.0
     return np.hstack([points.normals, np.cross(arm, points.normals)])
 
 
-def _fitting(asked: list[Covariate], points: Observed, rigid: bool) -> list[Covariate]:
+def _fitting(asked: list[Covariate], points: ObservedPoints, rigid: bool) -> list[Covariate]:
     """Covariates whose columns are no alignment of the part, and few enough for the points."""
     base = _nuisance(points, rigid)
     kept = []
     for one in asked:
-        own = _beyond(base, _scaled(one.columns))
+        own = _beyond(base, _scale_columns(one.columns))
         if own.shape[1]:
-            kept.append(Covariate(one.name, one.words, _scaled(one.columns)))
+            kept.append(Covariate(one.name, one.words, _scale_columns(one.columns)))
     while kept and len(points.rest) < _rank(base, kept) + ROOM:
         single = [c for c in kept if c.name == "NC line"] or [
             c for c in kept if c.name == "place in the part"
@@ -286,7 +290,7 @@ def _rank(base: Array, kept: list[Covariate]) -> int:
     return int(np.linalg.matrix_rank(np.hstack([base, *(c.columns for c in kept)]), tol=1e-8))
 
 
-def _scaled(columns: Array) -> Array:
+def _scale_columns(columns: Array) -> Array:
     size = np.sqrt((columns**2).mean(axis=0))
     return np.asarray(columns[:, size > SAME] / size[size > SAME])
 
@@ -306,8 +310,8 @@ def _directions(columns: Array) -> Array:
     return np.asarray(u[:, s > 1e-9 * s[0]])
 
 
-def _whitened(
-    points: Observed, every: Array, u_point: float | None
+def _whiten(
+    points: ObservedPoints, every: Array, u_point: float | None
 ) -> tuple[Array, float, tuple[float, int] | None]:
     """(W with W cov W^T = 1, scatter mm, (sum of squares, freedom) of what is left beside everything).
 
@@ -354,8 +358,8 @@ def _gain(white: Array, taken: Array, columns: Array, rest: Array) -> tuple[floa
 
 
 def _entry(
-    points: Observed, white: Array, taken: Array, best: Covariate, *, p: float, rivals: list[str]
-) -> Located:
+    points: ObservedPoints, white: Array, taken: Array, best: Covariate, *, p: float, rivals: list[str]
+) -> MismatchEntry:
     """Where measured departure and fitted columns go together most, in words; the amount is what was measured less predicted."""
     every = np.hstack([taken, best.columns])
     c = np.linalg.lstsq(white @ every, white @ points.rest, rcond=None)[0]
@@ -370,9 +374,9 @@ def _entry(
     what = "more material than" if worst > 0 else "less material than"
     text = (
         f"{feature}: up to {abs(worst) * 1e3:.2f} um {what} predicted, most where line {line} cuts; it {best.words} "
-        f"({p_in_words(p)}){f'; {_listed(rivals)} would do as well' if rivals else ''}"
+        f"({p_in_words(p)}){f'; {_join_names(rivals)} would do as well' if rivals else ''}"
     )
-    return Located(feature, line, best.name, p, float(np.sqrt((shape**2).mean())), text)
+    return MismatchEntry(feature, line, best.name, p, float(np.sqrt((shape**2).mean())), text)
 
 
 def _line_of_most(line: Ints, amount: Array) -> int:
@@ -381,7 +385,7 @@ def _line_of_most(line: Ints, amount: Array) -> int:
     return int(lines[int(np.argmax(np.bincount(which, amount)))])
 
 
-def _listed(names: list[str]) -> str:
+def _join_names(names: list[str]) -> str:
     """a, b or c; the first few."""
     names = list(dict.fromkeys(names))
     shown = [*names[:4], *(["others"] if len(names) > 4 else [])]

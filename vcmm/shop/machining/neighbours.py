@@ -25,7 +25,7 @@ from vcmm.shop.cutting.standing_tool import entry
 from vcmm.shop.cutting.sweeps import LINE, Sweep, lengths
 from vcmm.shop.cutting.tools import Cutter, implicit, nose_height
 from vcmm.shop.machining.process import CutCandidates
-from vcmm.shop.machining.rotary import Bools, turned, turned_back
+from vcmm.shop.machining.rotary import Bools, turn_to_workpiece, turned_back
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked
@@ -95,10 +95,10 @@ def _beside(
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
     from_ = surface.row[points, k]
     row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
-    return _placed(surface, sweep, standing, points, k, (row, share))
+    return _candidates_at(surface, sweep, standing, points, k, (row, share))
 
 
-def _placed(
+def _candidates_at(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, at: tuple[Ints, Array]
 ) -> CutCandidates:
     """The tool at (rows, shares) (n,) as one more candidate of each of the points, whose k-th contact is another place."""
@@ -108,8 +108,8 @@ def _placed(
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
         axes = None if frame is None else frame[mine]
-        arm = turned(axes, surface.points[points[mine]] - tip[mine])
-        n = turned(axes, surface.normals[points[mine]])
+        arm = turn_to_workpiece(axes, surface.points[points[mine]] - tip[mine])
+        n = turn_to_workpiece(axes, surface.normals[points[mine]])
         height[mine] = entry(tool, arm, n)
         met = arm + np.where(np.isfinite(height[mine]), height[mine], 0.0)[:, None] * n
         cutter[mine] = turned_back(axes, _outward(tool, met, n))
@@ -142,7 +142,7 @@ def _strokes(
     row, first, last = _stroke(sweep, hole, own, level - nose)
     out = []
     for part in np.linspace(0.0, 1.0, STROKE):
-        out.append(_placed(surface, sweep, standing, points, k, (row, first + part * (last - first))))
+        out.append(_candidates_at(surface, sweep, standing, points, k, (row, first + part * (last - first))))
     return out
 
 
@@ -203,8 +203,10 @@ def _moved_heights(
         for number in np.unique(sweep.tool[row]):
             mine = np.flatnonzero(sweep.tool[row] == number)
             axes = None if frame is None else frame[mine]
-            arm = turned(axes, surface.points[flat[mine]] - tip[mine] - moved[mine])
-            s[mine] = entry(sweep.tools[int(number)], arm, turned(axes, surface.normals[flat[mine]]))
+            arm = turn_to_workpiece(axes, surface.points[flat[mine]] - tip[mine] - moved[mine])
+            s[mine] = entry(
+                sweep.tools[int(number)], arm, turn_to_workpiece(axes, surface.normals[flat[mine]])
+            )
         s[sweep.tool[row] != sweep.tool[surface.row[flat, k]]] = np.inf
         return s.reshape(at.shape), moved.reshape(*at.shape, 3)
 

@@ -20,7 +20,7 @@ from vcmm.shop.machining.measured import MeasuredCut
 from vcmm.task.response.observe import baseline
 from vcmm.task.response.recording import Recording
 
-ALIKE = 1e-6  # of a scatter: rounding
+ROUNDING = 1e-6  # of a scatter: rounding
 LABELS = ("tool", "feature", "part", "setup")
 WITHOUT_MEANING = ("spindle_angle_rad",)  # of a milled wall: the tooth that stands out most passes everywhere
 
@@ -50,5 +50,5 @@ def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozense
 
 def _noise(u: Array) -> dict[str, Any]:
     """One law where every point scatters alike, else u of each."""
-    alike = float(np.ptp(u)) <= ALIKE * float(u.max(initial=0.0))
+    alike = float(np.ptp(u)) <= ROUNDING * float(u.max(initial=0.0))
     return {"noise": Normal(float(u.mean()))} if alike else {"u": u}

@@ -16,7 +16,7 @@ from vcmm.shop.cutting.sweeps import LINE, Sweep
 
 LENGTH = 20.0  # mm along the pass
 CELL = 8  # places per correlation length that are told apart
-LOST = 1e-6  # of the variance of a pass that may be left out
+LEAST_VARIANCE = 1e-6  # of the variance of a pass that may be left out
 
 
 def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length: float = LENGTH) -> Array:
@@ -31,7 +31,7 @@ def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length
         cell, index = np.unique(np.round(way[mine] * CELL / length), return_inverse=True)
         kernel = np.exp(-((cell[:, None] - cell[None, :]) ** 2) / (2 * CELL**2))
         value, vector = np.linalg.eigh(kernel)
-        kept = value > LOST * value.sum()
+        kept = value > LEAST_VARIANCE * value.sum()
         root = vector[:, kept] * np.sqrt(value[kept])
         root /= np.linalg.norm(root, axis=1, keepdims=True)
         block = np.zeros((len(row), root.shape[1]))

@@ -98,20 +98,20 @@ class CutDeviation:
 
     def _some(self, poses: Array) -> Array:
         m, tool = len(poses), self.world.tool
-        many = _tiled(tool.run, poses[:, :3] - self.present)
+        many = _tile_run(tool.run, poses[:, :3] - self.present)
         jump = tool.run.n * np.arange(m)[:, None, None]
         setting = np.where(tool.setting >= 0, tool.setting + jump, -1).reshape(-1, 3)
         known = np.tile(tool.known, (m, 1))
         moved = replace(tool, run=many, setting=setting, known=known).errors().reshape(m, tool.run.n, 3)
         contacts = self.world.contacts
-        height = contacts.surface(moved) - contacts.surface(self.world.moved)
+        height = contacts.surface(moved) - contacts.surface(self.world.tool_errors)
         q = self.model.q0 + height @ self.model.operator.T
         features = self.model.task.part.features
         nominal = np.array([gps.nominal(c, features) for c in self.model.characteristics])
         return np.asarray(self.model.values(q) - nominal)
 
 
-def _tiled(run: Run, shifts: Array) -> Run:
+def _tile_run(run: Run, shifts: Array) -> Run:
     """The run once per shift (m, 3), every axis moved by it."""
     m = len(shifts)
     position = {
@@ -194,7 +194,7 @@ def place_cut(
     if now.value <= best.value:
         best = now
     report("cutting at the present and the best pose", 0.0)
-    after = cut(_moved(scenario, job, best.pose), seed=seed, trials=trials, progress=report)
+    after = cut(_move_scenario(scenario, job, best.pose), seed=seed, trials=trials, progress=report)
     before = cut(scenario, seed=seed, trials=trials, progress=report)
     return PlacedCut(
         characteristics=model.characteristics,
@@ -217,7 +217,7 @@ def _at(objective: CutDeviation, six: Array) -> AtPose:
     return AtPose(six, float(objective.values(six[None])[0]), objective.deviations(six[None])[0])
 
 
-def _moved(scenario: CutScenario, job: PreparedCut, six: Array) -> CutScenario:
+def _move_scenario(scenario: CutScenario, job: PreparedCut, six: Array) -> CutScenario:
     """The scenario with part and work offsets moved together."""
     by = six[:3] - job.pose.shift
     offsets = {n: _plus(o, by) for n, o in scenario.setup.offsets.items()}
@@ -247,7 +247,7 @@ def _scales(model: LinearModel) -> Array:
     for c in model.characteristics:
         limits = gps.tolerance(c, gps.nominal(c, model.task.part.features))
         finite = limits is not None and np.isfinite(limits).all() and limits[1] > limits[0]
-        one_sided = finite and gps.one_sided(c)
+        one_sided = finite and gps.is_one_sided(c)
         out.append((limits[1] - limits[0]) / (1.0 if one_sided else 2.0) if finite and limits else 1e-3)
     return np.array(out)
 

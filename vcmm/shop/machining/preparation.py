@@ -18,7 +18,7 @@ from vcmm.program.sensible import length_missing, without_length
 from vcmm.program.setup import turns_with
 from vcmm.shop.cutting.envelope import CUT
 from vcmm.shop.cutting.index import build
-from vcmm.shop.machining.blank import cuts_turned
+from vcmm.shop.machining.blank import first_turned_cut
 from vcmm.shop.machining.blank import notes as blank_notes
 from vcmm.shop.machining.contact_path import surface_at
 from vcmm.shop.machining.gauge import gauge_plan
@@ -58,8 +58,8 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
     _check_log(scenario, path)
-    job = _placed(scenario, program, path)
-    refused = job.process.why_refused(job)
+    job = _prepare_cut(scenario, program, path)
+    refused = job.process.refusal(job)
     if refused is not None:
         raise refused
     return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
@@ -71,7 +71,7 @@ def _of_axes(scenario: CutScenario, program: Program) -> Program:
     return replace(program, moves=moves, warnings=(*program.warnings, *remarks_))
 
 
-def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> PreparedCut:
+def _prepare_cut(scenario: CutScenario, program: Program, path: Toolpath) -> PreparedCut:
     """The cut without a blank: tools swept, on a lathe in the meridian; the part placed."""
     # the drawing frame is the work coordinate system of the first cut
     pose = scenario.pose or Pose(np.eye(3), _work_zero(scenario, program))
@@ -141,7 +141,7 @@ def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
     """(inspection points that the program cuts no more than DEPTH too deep, inspection points); travels are not checked."""
     program = _of_axes(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
-    job = _placed(scenario, program, path)
+    job = _prepare_cut(scenario, program, path)
     steps = gauge_plan(job.scenario.part, job.scenario.plan).steps
     points, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
     surface = surface_at(job, points, normals, exact=False)
@@ -166,7 +166,7 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
             f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
             "the effect out"
         )
-    line = cuts_turned(program)
+    line = first_turned_cut(program)
     if bends and line and not scenario.force_log and not turns_with(scenario.setup, program):
         raise ModelLimit(
             f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "

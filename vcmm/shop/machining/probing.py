@@ -17,14 +17,14 @@ import numpy as np
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.run import OFFSET_LABEL, Array, Run
-from vcmm.shop.machining.zero_setting import ZeroRows, joined, setting_rows
+from vcmm.shop.machining.zero_setting import ZeroRows, join_runs, setting_rows
 from vcmm.task.measuring.task import Task
 from vcmm.task.response.influence import Influence, Product, influences, products
 from vcmm.task.response.trials import Draws, exact_errors
 
 
 @dataclass(frozen=True, eq=False)
-class Unprobed:
+class NotMeasured:
     """The world of a task that nothing measures: its touches are where the part is looked at, and err by nothing."""
 
     task: Task
@@ -70,7 +70,7 @@ class ProbedHere:
         rows = rows.with_columns(
             {name: touches.columns[name][first] for name in ("stylus_length_mm", "nx", "ny", "nz")}
         )
-        return self.task.machine.prepare(joined(touches, rows))
+        return self.task.machine.prepare(join_runs(touches, rows))
 
     @property
     def n(self) -> int:

@@ -120,12 +120,12 @@ class Process(ABC):
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> MovedCutters:
         """The cutting edges of the candidates, to be met by rays when they are moved."""
 
-    def seen(self, surface: CutSurface) -> tuple[Array, Array]:
+    def contacts_seen(self, surface: CutSurface) -> tuple[Array, Array]:
         """Points and normals (n, 3) in the axes in which the process sees its contacts."""
         return surface.points, surface.normals
 
     @abstractmethod
-    def lifted(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
+    def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
         """How much higher (k,) mm than the surface in the points `some` (k,) a ball of `radius` rests on the cusps beside."""
 
     def net(self, job: PreparedCut, feature: Feature, across: int) -> Net | None:
@@ -173,7 +173,7 @@ class Process(ABC):
     def blank(self, job: PreparedCut, zero: Array) -> Blank | TurnedBlank | None:
         """What is left of the stock; zero (3,): work zero, workpiece axes."""
 
-    def why_refused(self, job: PreparedCut) -> VcmmError | None:
+    def refusal(self, job: PreparedCut) -> VcmmError | None:
         """The error to raise for effects that have no meaning here; None where all have."""
         return None
 

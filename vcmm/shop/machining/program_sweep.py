@@ -14,7 +14,7 @@ from vcmm.core.run import Array
 from vcmm.program.moves import PLANES, Move
 from vcmm.program.setup import Tool
 from vcmm.shop.cutting import tools as shapes
-from vcmm.shop.cutting.sweeps import ARC, HELIX, LINE, UP, Sweep, checked
+from vcmm.shop.cutting.sweeps import ARC, HELIX, LINE, UP, Sweep, check_sweep
 from vcmm.shop.machining.rotary import RotaryMotion
 from vcmm.shop.machining.rotary_sweep import STILL as STILL_TURNED
 from vcmm.shop.machining.rotary_sweep import in_workpiece
@@ -87,7 +87,7 @@ def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
     start, end = (np.array([getattr(m, side) for _, m in rows]) for side in ("start", "end"))
     centre, normal, turn, kind = zip(*(_arc(m) for _, m in rows))
     up = np.array([tools[m.tool].direction for _, m in rows])
-    return checked(
+    return check_sweep(
         Sweep(
             start=start, end=end, centre=np.array(centre), normal=np.array(normal), turn=np.array(turn), kind=np.array(kind),
             tool=np.array([numbers.index(m.tool) for _, m in rows]), move=np.array([i for i, _ in rows]), axis=up, tools=solids,

@@ -99,5 +99,5 @@ def proof_by_cut(scenario: CutScenario, program: Path, allowed: float) -> CutPro
     return CutProof(before, inspected_cut(replace(scenario, program=program)), allowed)
 
 
-def not_inspected(reason: str) -> CutProof:
+def proof_without_inspection(reason: str) -> CutProof:
     return CutProof(None, None, 0.0, reason)

@@ -20,7 +20,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.shop.cutting.contactmap import Contacts, Ints
-from vcmm.shop.cutting.displaced import displaced
+from vcmm.shop.cutting.displaced import displace
 from vcmm.shop.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.shop.cutting.index import build
 from vcmm.shop.machining.contact_path import tool_side
@@ -34,7 +34,7 @@ from vcmm.shop.machining.tool_errors import cutting_effects
 from vcmm.shop.machining.turned import TurnedSurface
 from vcmm.shop.machining.turned_passes import with_all_passes
 from vcmm.shop.machining.turning import TurningProcess
-from vcmm.shop.machining.warming import warmed
+from vcmm.shop.machining.warming import add_temperatures
 
 JUMPING = ("sense_", "since_reversal_", "play_", "speed_", "accel_", "time_since_accel", "force_")
 POINTS, BESIDE = 60, 2  # points that are cut again; moves before and after those that touch them
@@ -60,7 +60,7 @@ def recut(job: PreparedCut, surface: CutSurface) -> Recut | None:
         return _on_lathe(job, job.process, surface)
     assert isinstance(job.process, MillingProcess)
     cut = np.flatnonzero((surface.status == CUT) & (surface.contact_s[:, 0] >= -GOUGE))
-    return _displaced(job, job.process, surface.take(_evenly(cut))) if len(cut) else None
+    return _recut(job, job.process, surface.take(_evenly(cut))) if len(cut) else None
 
 
 def _on_lathe(job: PreparedCut, process: LatheProcess, surface: CutSurface) -> Recut | None:
@@ -98,7 +98,7 @@ def _heights(job: PreparedCut, surface: CutSurface) -> Array:
     return contacts.surface(tool.errors())
 
 
-def _displaced(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut | None:
+def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut | None:
     sweep, plain = process.sweep, _whole_tool(job.machine)
     known = candidates(part, sweep, tips(part, sweep), process.standing)
     feed = np.array([job.path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
@@ -125,7 +125,7 @@ def _displaced(job: PreparedCut, process: MillingProcess, part: CutSurface) -> R
     ):  # a zero set on the machine takes the mean along X, Y, Z, and the table turns the rest
         zero = np.asarray(np.einsum("nji,nj->ni", way, error).mean(axis=0))
     try:
-        bent = displaced(near, moved)
+        bent = displace(near, moved)
     except ModelLimit:
         return None
     again = surface_left(part.points, part.normals, build(bent), candidates=1)
@@ -155,4 +155,4 @@ def _around(row: Ints, feed: np.typing.NDArray[np.bool_]) -> Ints:
 
 def _with_constants(states: Run, job: PreparedCut) -> Run:
     states = states.with_columns({n: np.full(states.n, v) for n, v in job.scenario.constants.items()})
-    return warmed(states, job.scenario.setup.log)
+    return add_temperatures(states, job.scenario.setup.log)

@@ -10,7 +10,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.one_line import answer, listed
 from vcmm.answer.evaluation.result import LEAST_U, BudgetLine, CharacteristicResult, UncertaintyResult
-from vcmm.answer.evaluation.truth import Predicted
+from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.core.declaration import OWNERS
 from vcmm.core.run import Array
 from vcmm.physics import BY_NAME
@@ -117,11 +117,11 @@ def _rms(surface: SurfaceExtremes) -> str:
     return "" if surface.rms_um is None else f", rms {surface.rms_um:.3g} µm"
 
 
-def expected(c: CharacteristicResult) -> float:
+def expected_deviation(c: CharacteristicResult) -> float:
     """Deviation from nominal to expect, mm or rad: of the finished part `value`, the mean of its law; of an extreme value that a
     machine would read the mean of the trials, which noise enlarges.
     """
-    read = c.extreme and not isinstance(c.truth, Predicted)
+    read = c.extreme and not isinstance(c.truth, PredictedPart)
     return (c.mean if read else c.value) - c.nominal
 
 
@@ -135,7 +135,7 @@ def group_of(line: BudgetLine) -> str:
     return BY_NAME[effect].belongs_to if effect in BY_NAME else "machine"
 
 
-def grouped(c: CharacteristicResult) -> dict[str, float]:
+def shares_by_group(c: CharacteristicResult) -> dict[str, float]:
     """Share of u^2 by group, the sum of its lines; what inputs do only together (`budget_interaction`) is left out, and so is a u of next to nothing."""
     out = dict.fromkeys(GROUPS, 0.0)
     if c.u < LEAST_U:

@@ -56,7 +56,7 @@ class RotaryMotion:
         """Share of the move (k,) at fractions t (k,) of rows of the sweep."""
         return self.first[row] + t * (self.last - self.first)[row]
 
-    def commanded(self, move: Ints, share: Array) -> dict[str, Array]:
+    def command(self, move: Ints, share: Array) -> dict[str, Array]:
         """Positions of all axes (k,) at shares of rows of `base`; mm and rad."""
         tip, angle = machine_position(self.base, self.turned, move, share)
         return by_letter(self.machine, tip + self.offset[move], angle)
@@ -67,7 +67,7 @@ class RotaryMotion:
         return tip_and_axis(self.machine, *found, self.offset[move], self.base.axis[move])
 
     @cached_property
-    def fed(self) -> tuple[Array, Array]:
+    def feed_lengths(self) -> tuple[Array, Array]:
         """(n,), (n,) mm: how far the tip of the tool of each row of the sweep has been fed in the part before it, and in it.
 
         Where the tool turns, its tip runs on chords of 2 um sagitta at most: for an arc of radius 15 mm they are shorter by 4e-5.
@@ -132,7 +132,7 @@ def _cuts(move: Move, offset: str) -> bool:
     return move.kind != "rapid" and move.offset == offset
 
 
-def turned(frame: Array | None, vectors: Array) -> Array:
+def turn_to_workpiece(frame: Array | None, vectors: Array) -> Array:
     """Vectors (..., 3) of workpiece axes in frames (..., 3, 3) of tools; None: the tool points along Z."""
     return vectors if frame is None else np.einsum("...ij,...j->...i", frame, vectors)
 

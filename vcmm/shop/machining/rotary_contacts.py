@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.shop.cutting.contactmap import Ints, Solids
 from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.cutting.standing_tool import entry
-from vcmm.shop.machining.rotary import RotaryMotion, turned
+from vcmm.shop.machining.rotary import RotaryMotion, turn_to_workpiece
 
 PIECES = 3.0  # rows to either side
 LOOKS, ROUNDS = (
@@ -41,11 +41,13 @@ class TiltedSolids(Solids):
             mine = np.broadcast_to(self.which == number, out.shape)
             if mine.any():
                 f = frame[mine]
-                out[mine] = entry(tool, turned(f, (self.arm - shift)[mine]), turned(f, rays[mine]))
+                out[mine] = entry(
+                    tool, turn_to_workpiece(f, (self.arm - shift)[mine]), turn_to_workpiece(f, rays[mine])
+                )
         return out
 
 
-def polished(surface: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
+def polish_contacts(surface: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
     """The surface with the contacts of turning tools exact, each once, the `keep` lowest of every point."""
     surface = _each_once(surface, motion)
     known = surface.row >= 0
@@ -83,7 +85,7 @@ def _met(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: 
     """Where rays (k,) enter the tool of rows as it stands at shares (k,) of their moves; inf where they miss."""
     t = (share - motion.first[row]) / (motion.last - motion.first)[row]
     tip, frame = motion.standing(row, t)
-    arm, ray = turned(frame, points - tip), turned(frame, normals)
+    arm, ray = turn_to_workpiece(frame, points - tip), turn_to_workpiece(frame, normals)
     out = np.full(len(row), np.inf)
     which = motion.base.tool[motion.row[row]]
     for number, tool in enumerate(motion.base.tools):

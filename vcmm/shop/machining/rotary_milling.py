@@ -18,7 +18,7 @@ from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.machining.milling import CONTACTS, MillingProcess
 from vcmm.shop.machining.process import ContactRows, CutCandidates, PreparedCut, zeros
 from vcmm.shop.machining.rotary import RotaryMotion, angle_of, commands_to_work, point_of_part, tool_offset_to
-from vcmm.shop.machining.rotary_contacts import TiltedSolids, polished
+from vcmm.shop.machining.rotary_contacts import TiltedSolids, polish_contacts
 from vcmm.shop.machining.states import moment, seconds_at
 from vcmm.shop.machining.tool_errors import ToolSide
 
@@ -33,8 +33,8 @@ class RotaryMillingProcess(MillingProcess):
 
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> CutSurface:
         if not exact or not self.motion.inexact.any():
-            return self.searched(job, points, normals, CONTACTS)
-        return polished(self.searched(job, points, normals, OF_TURNING), self.motion, CONTACTS)
+            return self.search_contacts(job, points, normals, CONTACTS)
+        return polish_contacts(self.search_contacts(job, points, normals, OF_TURNING), self.motion, CONTACTS)
 
     def standing(self, row: Ints, share: Array) -> tuple[Array, Array | None]:
         return self.motion.standing(row, share)
@@ -45,9 +45,9 @@ class RotaryMillingProcess(MillingProcess):
         move, along = motion.row[row], motion.share(row, share)
         time = seconds_at(path.timing, motion.base.move[move], along)
         columns, labels = moment(path, motion.base.move[move], time)
-        before, length = motion.fed  # the toolpath counts X, Y and Z only
+        before, length = motion.feed_lengths  # the toolpath counts X, Y and Z only
         columns["cut_length_mm"] = before[row] + share * length[row]
-        position = motion.commanded(move, along)
+        position = motion.command(move, along)
         offset = tool_offset_to(motion.machine, position, at)
         columns |= self._led(job, motion.base.move[move], Run(position, offset))
         state = path.timing.state(time).position
@@ -74,10 +74,10 @@ class RotaryMillingProcess(MillingProcess):
         frame[known] = self.motion.standing(candidates.row[known], candidates.share[known])[1]
         return TiltedSolids(plain.tools, plain.which, plain.arm, frame)
 
-    def lifted(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
+    def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
         """The ball rolls on the surface that the search sees."""
         seen = self.surface(job, surface.points[some], surface.normals[some], exact=False)
-        return super().lifted(job, seen, np.arange(len(some)), radius)
+        return super().cusp_lift(job, seen, np.arange(len(some)), radius)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         return self.on_path(job, rows.row, rows.share, rows.at)
@@ -91,7 +91,7 @@ class RotaryMillingProcess(MillingProcess):
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float]:
         """Along the tip in the part."""
-        before, length = self.motion.fed
+        before, length = self.motion.feed_lengths
         tools = np.array([job.program.moves[i].tool for i in self.sweep.move.tolist()])
         return {str(t): float((before + length)[tools == t].max()) for t in np.unique(tools)}
 
@@ -119,23 +119,23 @@ class RotaryMillingProcess(MillingProcess):
             turn[run.columns["led"] > 0.5] = np.eye(3)
         return ToolSide(job.machine, run, setting, known, inputs, turn)
 
-    def why_refused(self, job: PreparedCut) -> VcmmError | None:
+    def refusal(self, job: PreparedCut) -> VcmmError | None:
         """Fields over workpiece axes are known with rotary axes at zero only."""
         fixed = [e.id for e in job.machine.effects if isinstance(e, OVER_VOLUME)]
         if fixed:
             return ModelLimit(
                 f"{', '.join(fixed)}: a field over workpiece axes says nothing of a machine whose rotary axes stand off zero, as this "
-                f"program's do (line {self._first_turned(job)}); leave it out, or state the errors of the axes instead"
+                f"program's do (line {self._first_turned_line(job)}); leave it out, or state the errors of the axes instead"
             )
-        return super().why_refused(job)
+        return super().refusal(job)
 
     def why_fixed(self, job: PreparedCut) -> str:
         return (
-            f"line {self._first_turned(job)} of the program turns a rotary axis: a part that is shifted on a table "
+            f"line {self._first_turned_line(job)} of the program turns a rotary axis: a part that is shifted on a table "
             "that turns needs another program for every position, so it is not placed; cut it where it stands (vcmm cut)"
         )
 
-    def _first_turned(self, job: PreparedCut) -> int:
+    def _first_turned_line(self, job: PreparedCut) -> int:
         """Line of the first move with a rotary axis off zero."""
         row = int(np.argmax(np.abs(self.motion.turned).max(axis=(1, 2)) > 0))
         return job.program.moves[int(self.motion.base.move[row])].source.line

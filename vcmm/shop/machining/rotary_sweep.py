@@ -10,7 +10,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.shop.cutting.contactmap import Ints
-from vcmm.shop.cutting.sweeps import LINE, Sweep, checked
+from vcmm.shop.cutting.sweeps import LINE, Sweep, check_sweep
 from vcmm.shop.cutting.tools import Cutter
 from vcmm.shop.machining.rotary import Bools, RotaryMotion, machine_position
 from vcmm.shop.motion.tool_pose import tip_and_axis
@@ -59,7 +59,7 @@ def in_workpiece(
         rapid=rapid,
     )
     loose = np.flatnonzero(free[row])
-    sweep = checked(_with_pieces(sweep, whole, loose))
+    sweep = check_sweep(_with_pieces(sweep, whole, loose))
     return sweep, replace(whole, sweep=sweep)
 
 

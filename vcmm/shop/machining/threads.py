@@ -63,7 +63,7 @@ def threads_of(job: PreparedCut) -> tuple[CutThread, ...]:
     """Every thread of the program, in order; none where it cuts none."""
     last = last_passes(job.program.moves)
     return tuple(
-        _one(job, number)
+        _cut_thread(job, number)
         for number in last
         if job.program.moves[number].tool in job.scenario.setup.tools
         and job.program.moves[number].work_spindle == job.scenario.work_spindle
@@ -79,13 +79,13 @@ def last_passes(moves: tuple[Move, ...]) -> list[int]:
     found: list[int] = []
     for k, m in enumerate(moves):
         if m.kind == "thread":
-            if found and _again(moves[found[-1]], m):
+            if found and _is_same_pass(moves[found[-1]], m):
                 found.pop()
             found.append(k)
     return found
 
 
-def _again(one: Move, other: Move) -> bool:
+def _is_same_pass(one: Move, other: Move) -> bool:
     lead = _lead(other)
     near = all(abs(a[2] - b[2]) < 2.0 * lead for a, b in ((one.start, other.start), (one.end, other.end)))
     return near and one.tool == other.tool and abs(_lead(one) - lead) < SAME
@@ -95,7 +95,7 @@ def _lead(m: Move) -> float:
     return (m.feed or 0.0) / abs(m.spindle) if m.spindle else 0.0
 
 
-def _one(job: PreparedCut, number: int) -> CutThread:
+def _cut_thread(job: PreparedCut, number: int) -> CutThread:
     move = job.program.moves[number]
     share = np.repeat(np.linspace(0.0, 1.0, PLACES), ANGLES)
     side = asked_along(job, np.full(len(share), number, dtype=np.intp), share, "thread", OUTWARD)

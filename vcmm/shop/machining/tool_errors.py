@@ -83,7 +83,7 @@ class ToolSide:
         total = -moves.indication_error(self.run, exact)
         if stated.effects:
             total = total + stated.indication_error(self.run)
-        return self.zero.off_errors(self._framed(total)) + self.known
+        return self.zero.off_errors(self._to_frame(total)) + self.known
 
     def influences(self) -> tuple[Influence, ...]:
         """d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
@@ -94,7 +94,7 @@ class ToolSide:
             acting = [(influences(m, self.run, [one])[0], s) for m, s in halves if m.effects]
             if acting:
                 total = np.sum([s * f.response for f, s in acting], axis=0)
-                framed = np.moveaxis(self._framed(np.moveaxis(total, -1, 0)), 0, -1)
+                framed = np.moveaxis(self._to_frame(np.moveaxis(total, -1, 0)), 0, -1)
                 out.append(self._by_pass(replace(acting[0][0], response=framed)))
         return tuple(out)
 
@@ -130,7 +130,7 @@ class ToolSide:
                 number = {id(f): i for i, f in enumerate(given)}
                 for p in products(machine, self.run, here):
                     first, second = number[id(here[p.first])], number[id(here[p.second])]
-                    response = self._framed(sign * p.response)
+                    response = self._to_frame(sign * p.response)
                     codes = (given[first].codes, given[second].codes)
                     out.append(Product(first, second, self.zero.off_response(response, *codes)))
         return tuple(out)
@@ -142,7 +142,7 @@ class ToolSide:
         total = -exact_errors(moves, self.run, quiet)
         if stated.effects:
             total = total + exact_errors(stated, self.run, quiet)
-        return self.zero.off_errors(self._framed(total)) + self.known
+        return self.zero.off_errors(self._to_frame(total)) + self.known
 
     def in_workpiece(self, vectors: Array, row: Ints) -> Array:
         """Vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_framed` undone."""
@@ -152,7 +152,7 @@ class ToolSide:
         x, y, z = vectors.T
         return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
 
-    def _framed(self, vectors: Array) -> Array:
+    def _to_frame(self, vectors: Array) -> Array:
         """Vectors (..., n, 3) of workpiece axes in the frame in which errors are wanted."""
         if self.phi is None:
             return vectors

@@ -28,7 +28,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
 from vcmm.physics.structure.setting import ProbeTouch
@@ -112,11 +112,13 @@ def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZ
         read_again(replace(setup, read_out=tuple(STEP * (i == k) for i in range(k + 1))))
         for k in range(count)
     ]
-    weight = np.stack([_moved(program, again) for again in further], axis=-1)
-    shifts = np.stack([_moved(program, read_again(_shifted(setup, i))) for i in range(3)], axis=-1)
+    weight = np.stack([_zero_sensitivity(program, again) for again in further], axis=-1)
+    shifts = np.stack(
+        [_zero_sensitivity(program, read_again(_shift_zeros(setup, i))) for i in range(3)], axis=-1
+    )
     arcs = _growing(program, further)
     follows = np.asarray((np.abs(weight) > ROUNDING).any(axis=(1, 3)))
-    held = _held(program, shifts[:, 1], follows, str(scenario.program))
+    held = _follows_hand_zero(program, shifts[:, 1], follows, str(scenario.program))
     radius = [_ball(setup, t) for t in program.touches]
     centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
         [0.0, 0.0, 1.0]
@@ -129,7 +131,7 @@ def _ball(setup: Setup, touch: ProbeContact) -> float:
     return 0.0 if tool is None else (tool.diameter or 0.0) / 2.0
 
 
-def _shifted(setup: Setup, axis: int) -> Setup:
+def _shift_zeros(setup: Setup, axis: int) -> Setup:
     """All zeros of the set-up STEP further along an axis; what is touched stays where it is."""
     by = tuple(STEP * (i == axis) for i in range(3))
     names = {"G54", *setup.offsets}
@@ -146,7 +148,7 @@ def _same_way(program: Program, again: Program, name: str) -> None:
         )
 
 
-def _moved(program: Program, again: Program) -> Array:
+def _zero_sensitivity(program: Program, again: Program) -> Array:
     """(m, 2, 3) start and end of every move of `again` less those of `program`, per STEP; arcs go with their centres."""
     one, two = (np.array([_ends(m) for m in p.moves]) for p in (program, again))
     out = (two - one) / STEP
@@ -181,7 +183,7 @@ def _ends(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, f
     return (move.start, move.end) if move.centre is None else (move.centre, move.centre)
 
 
-def _held(program: Program, shift: Array, follows: Bools, name: str) -> Bools:
+def _follows_hand_zero(program: Program, shift: Array, follows: Bools, name: str) -> Bools:
     """Whether each axis of each move rests on a zero that was set by hand (m, 3): it goes with the zero of the set-up, shift (m, 3, 3) =
     d end / d zero, or follows (m, 3) nothing that was probed, as where the program types its zero.
     """
@@ -232,7 +234,9 @@ def with_scatter(scenario: CutScenario, touched: TouchedZero | None) -> CutScena
                     ProbeTouch.name, str(k), "shift", law, "setup", f"scatter of the touch in line {t.line}"
                 )
             )
-    return replace(scenario, machine=informed(scenario.machine, effects), inputs=(*scenario.inputs, *inputs))
+    return replace(
+        scenario, machine=add_knowledge(scenario.machine, effects), inputs=(*scenario.inputs, *inputs)
+    )
 
 
 def _check(scenario: CutScenario, program: Program) -> None:

@@ -28,7 +28,7 @@ from vcmm.shop.machining.states import seconds_at
 from vcmm.shop.motion.toolpath import Toolpath
 
 SEEDS, EACH = 4, 2  # moves that are asked for passes, passes before and after the place of contact
-KEPT = 6  # passes that may cut a point
+MOST_PASSES = 6  # passes that may cut a point
 BAND = 0.05  # mm: a pass that leaves more above the deepest is no candidate
 FLAT = 1e-6  # mm, of the tip from the plane of the spindle
 CRASH = 0.01  # mm: a rapid that runs deeper through the part is seen on all sides of it
@@ -235,8 +235,8 @@ def turned_surface(
             getattr(seeds, name)[deep] = getattr(again, name)
     times, swept_normal = _passes(turning, seeds, phi, EACH)
     passes = passes_at(turning, times, flat, out)
-    order = passes.order()[:, :KEPT]
-    passes = passes.taken(order)
+    order = passes.order()[:, :MOST_PASSES]
+    passes = passes.take(order)
     time, row, t = passes.time, passes.row, passes.t
     s = np.where(passes.height > height, np.inf, passes.height)
     good = np.isfinite(s) & (s <= s[:, :1] + BAND)
@@ -299,7 +299,7 @@ class Passes:
         """The deepest first (n, Q)."""
         return np.argsort(self.height, axis=1)
 
-    def taken(self, order: Ints) -> Passes:
+    def take(self, order: Ints) -> Passes:
         return Passes(
             np.take_along_axis(self.time, order, 1),
             np.take_along_axis(self.row, order, 1),

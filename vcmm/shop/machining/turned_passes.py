@@ -16,7 +16,7 @@ from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.machining.turned import TurnedSurface, Turning, passes_at
 
 TURNS = 12  # before and after each contact
-ROLLED = 20
+BALL_PASSES = 20
 RELIEF = 0.05  # mm: crests are no higher than this over the valleys
 GRID, ZOOMS = 121, 4
 AT_ONCE = 50  # points
@@ -26,7 +26,7 @@ def with_all_passes(turning: Turning, surface: TurnedSurface) -> TurnedSurface:
     """The surface with every pass of TURNS turns before and after its contacts as a candidate."""
     times = _around(turning, surface, TURNS)
     every = passes_at(turning, times, surface.flat, surface.flat_normals)
-    passes = every.taken(every.order())
+    passes = every.take(every.order())
     good = np.isfinite(passes.height)
     toward = np.broadcast_to(surface.normal[:, :1], (*good.shape, 3)).copy()
     return replace(
@@ -45,15 +45,15 @@ def _around(turning: Turning, surface: TurnedSurface, turns: int) -> Array:
     return times
 
 
-def lifted(turning: Turning, surface: TurnedSurface, mine: Ints, radius: float) -> Array:
+def crest_lift(turning: Turning, surface: TurnedSurface, mine: Ints, radius: float) -> Array:
     """How much higher (m,) mm than the surface in the points `mine` a ball of `radius` rests on the crests beside them."""
     parts = [surface.take(mine[i : i + AT_ONCE]) for i in range(0, len(mine), AT_ONCE)]
-    return np.concatenate([_lifted(turning, part, radius) for part in parts])
+    return np.concatenate([_crest_lift(turning, part, radius) for part in parts])
 
 
-def _lifted(turning: Turning, surface: TurnedSurface, radius: float) -> Array:
+def _crest_lift(turning: Turning, surface: TurnedSurface, radius: float) -> Array:
     one = replace(surface, time=surface.time[:, :1])
-    times = _around(turning, one, ROLLED)
+    times = _around(turning, one, BALL_PASSES)
     passes = passes_at(turning, times, surface.flat, surface.flat_normals)
     row, t = passes.row, passes.t
     p, n = surface.flat[:, [0, 2]], surface.flat_normals[:, [0, 2]]

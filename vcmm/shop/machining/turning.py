@@ -41,7 +41,7 @@ from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.shop.machining.turned import TurnedSurface, Turning, backs, turned_surface
 from vcmm.shop.machining.turned_blank import TurnedBlank, turned_blank
 from vcmm.shop.machining.turned_faces import turned_net
-from vcmm.shop.machining.turned_passes import lifted
+from vcmm.shop.machining.turned_passes import crest_lift
 from vcmm.shop.motion.toolpath import CUTS, Toolpath
 from vcmm.task.measuring.settings import Settings
 
@@ -81,8 +81,8 @@ class TurningProcess(Process):
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> TurnedSurface:
         return turned_surface(self.turning, points, normals, DEPTH, DEEPEST, HEIGHT)
 
-    def seen(self, surface: CutSurface) -> tuple[Array, Array]:
-        surface = _turned(surface)
+    def contacts_seen(self, surface: CutSurface) -> tuple[Array, Array]:
+        surface = _as_turned(surface)
         return surface.flat + np.array([*self.turning.centre, 0.0]), surface.flat_normals
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
@@ -98,22 +98,22 @@ class TurningProcess(Process):
         return CutCandidates(height, surface.normal, tip, surface.row, surface.t)
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> NoseCircles:
-        flat, known = _turned(surface).flat, candidates.row >= 0
+        flat, known = _as_turned(surface).flat, candidates.row >= 0
         row, point = candidates.row[known], np.nonzero(known)[0]
         arm, r = np.zeros((*known.shape, 2)), np.ones(known.shape)
         arm[known] = flat[point][:, [0, 2]] - nose.noses(self.sweep, row, candidates.share[known])
         r[known] = nose.nose_radius(self.sweep)[row]
         return NoseCircles(arm, r, flat[:, 0])
 
-    def lifted(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
-        return lifted(self.turning, _turned(surface), some, radius)
+    def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
+        return crest_lift(self.turning, _as_turned(surface), some, radius)
 
     def net(self, job: PreparedCut, feature: Feature, across: int) -> Net | None:
         return turned_net(feature, across, job.pose, self.turning)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         """Axis C stands where the tool passes the section of the point."""
-        time = _turned(rows.surface).time[rows.point, rows.candidate]
+        time = _as_turned(rows.surface).time[rows.point, rows.candidate]
         states, known = states_when(job.path, self.sweep.move[rows.row], time, rows.tip)
         cut = np.interp(time, job.path.time, chip_length(job.path, self.turning.centre))
         turned = {"C": self.turning.position_c(self._phi(rows))} if self.turning.rotary else {}
@@ -124,7 +124,7 @@ class TurningProcess(Process):
 
     def _phi(self, rows: ContactRows) -> Array:
         """Angle (rows,) by which workpiece axes are turned from the section: none where the spindle is no axis."""
-        return _turned(rows.surface).phi[rows.point] if self.turning.rotary else np.zeros(len(rows.point))
+        return _as_turned(rows.surface).phi[rows.point] if self.turning.rotary else np.zeros(len(rows.point))
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
         """In axes of the workpiece: normal, place in the part, way from the tip to the centre of the nose."""
@@ -132,7 +132,7 @@ class TurningProcess(Process):
         centre = np.array([*self.turning.centre, 0.0])
         place = turned_by(rows.at - centre, phi) + centre - job.pose.shift
         inward = np.stack([-to_tip[:, 0], np.zeros(len(phi)), -to_tip[:, 1]], axis=1)
-        normal = turned_by(_turned(rows.surface).flat_normals[rows.point], phi)
+        normal = turned_by(_as_turned(rows.surface).flat_normals[rows.point], phi)
         return (
             by_axis("n{}", normal) | by_axis("part_{}_mm", place) | by_axis("nose_{}", turned_by(inward, phi))
         )
@@ -183,10 +183,10 @@ class TurningProcess(Process):
         return self.turning.notes
 
     def remarks_on(self, surface: CutSurface, features: Words) -> Sequence[str]:
-        return backs(self.turning, _turned(surface), features)
+        return backs(self.turning, _as_turned(surface), features)
 
 
-def _turned(surface: CutSurface) -> TurnedSurface:
+def _as_turned(surface: CutSurface) -> TurnedSurface:
     assert isinstance(surface, TurnedSurface)
     return surface
 

@@ -15,7 +15,7 @@ from vcmm.core.run import Array, Run
 from vcmm.program.setup import TemperatureLog
 
 
-def warmed(run: Run, log: TemperatureLog | None) -> Run:
+def add_temperatures(run: Run, log: TemperatureLog | None) -> Run:
     """The run (its column time_s counts from the start of the program) with what the sensors log. ModelLimit: the log ends more than one of its
     intervals before the cut."""
     if log is None:

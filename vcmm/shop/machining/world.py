@@ -21,7 +21,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.shop.cutting.contactmap import Contacts, Ints
-from vcmm.shop.machining.probing import ProbedHere, Unprobed
+from vcmm.shop.machining.probing import NotMeasured, ProbedHere
 from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.task.response.influence import Influence, Product
 from vcmm.task.response.trials import Draws
@@ -34,7 +34,7 @@ class Cutting:
     measuring: the measuring machine's own world. An Input of both with one id is one quantity (the same machine).
     """
 
-    measuring: Measuring | ProbedHere | Unprobed
+    measuring: Measuring | ProbedHere | NotMeasured
     tool: ToolSide
     contacts: Contacts
     predicts: bool = True
@@ -45,7 +45,7 @@ class Cutting:
         return self.contacts.surface(self.tool.known)
 
     @cached_property
-    def moved(self) -> Array:
+    def tool_errors(self) -> Array:
         """Errors of the tool at the estimates (rows, 3)."""
         return self.tool.errors()
 
@@ -71,17 +71,17 @@ class Cutting:
 
     def of_part(self) -> Cutting:
         """The part itself, whatever measures it."""
-        return replace(self, measuring=Unprobed(self.measuring.task))
+        return replace(self, measuring=NotMeasured(self.measuring.task))
 
     def errors(self) -> Array:
-        return self.measuring.errors() + self._outward(self.contacts.surface(self.moved) - self.level)
+        return self.measuring.errors() + self._outward(self.contacts.surface(self.tool_errors) - self.level)
 
     def _outward(self, height: Array) -> Array:
         """Heights (..., P) as vectors along the normals of the touches, workpiece axes of the measuring machine."""
         return np.asarray(height[..., None] * self.measuring.task.touches.run.normal)
 
     def influences(self) -> tuple[Influence, ...]:
-        row, gain = self.contacts.deepest(self.moved)
+        row, gain = self.contacts.deepest(self.tool_errors)
         out = [self._at_touches(self.tool.relative(f), row, gain) for f in self._cut]
         for number, one in zip(self._place, self._probing):
             if number < len(self._cut):
@@ -96,7 +96,7 @@ class Cutting:
         return replace(one, response=response, codes=one.codes[row])
 
     def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
-        row, gain = self.contacts.deepest(self.moved)
+        row, gain = self.contacts.deepest(self.tool_errors)
         n = self.measuring.task.touches.run.normal
         out = [
             Product(p.first, p.second, np.einsum("pi,pi->p", gain, p.response[row])[:, None] * n)

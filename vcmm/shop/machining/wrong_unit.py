@@ -31,7 +31,7 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
     """What to add to the message about a program that misses the part; empty where the other unit does not hit it either."""
     text = read_bytes(scenario.program)
     dialect = scenario.dialect or scenario.setup.dialect or guess(text, scenario.program)[0]
-    other, said, line = exchanged(text, dialect)
+    other, said, line = exchange_unit(text, dialect)
     if not other:
         return ""
     try:
@@ -50,14 +50,14 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
     )
 
 
-def exchanged(text: str, dialect: str) -> tuple[str, str, int]:
+def exchange_unit(text: str, dialect: str) -> tuple[str, str, int]:
     """(text with the unit exchanged, code that was in force, its line or 0 where none is stated); "" where it cannot be."""
     numbers = NUMBERS.get(dialect, "20|21")
     code = re.compile(rf"(?<![A-Z0-9_])G(?:{numbers})(?![0-9.])", re.IGNORECASE)
     pattern = _HEADER if dialect == "heidenhain" else code
     first = pattern.search(text)
     if first is None:
-        return ("", "", 0) if dialect == "heidenhain" else _stated(text, dialect)
+        return ("", "", 0) if dialect == "heidenhain" else _state_unit(text, dialect)
     if pattern is _HEADER:
         swap = {"MM": "INCH", "INCH": "MM"}
         new = _HEADER.sub(lambda m: m[1] + swap[m[2].upper()], text)
@@ -66,7 +66,7 @@ def exchanged(text: str, dialect: str) -> tuple[str, str, int]:
     return new, first[0].upper(), text.count("\n", 0, first.start()) + 1
 
 
-def _stated(text: str, dialect: str) -> tuple[str, str, int]:
+def _state_unit(text: str, dialect: str) -> tuple[str, str, int]:
     """A program without a code of the unit is in millimetres; the other unit is stated in front of its first motion."""
     found = re.search(r"^(?!\s*(?:%|[O:]\s*\d|\())(?=.*[A-Z])", text, re.IGNORECASE | re.MULTILINE)
     if found is None:

@@ -137,7 +137,7 @@ def _at_rest(name: str, values: Array, count: int) -> Array:
     return np.zeros(count)
 
 
-def joined(first: Run, second: Run) -> Run:
+def join_runs(first: Run, second: Run) -> Run:
     """The rows of both, which have the same columns and labels."""
     return Run(
         {k: np.concatenate([v, second.position[k]]) for k, v in first.position.items()},

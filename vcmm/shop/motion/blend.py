@@ -22,7 +22,7 @@ from vcmm.program.limits import Limits
 from vcmm.shop.motion.curves import Curves, Ints
 
 ROTARY_ARM = 100.0  # mm: a rotary axis may deviate by the tolerance at this radius
-CHECKED = np.array(
+CHECK_SHARES = np.array(
     [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]
 )  # places of a rounding at which it is compared
 STRAIGHT = 1e-9  # directions and curvatures that differ by less go on as one
@@ -58,7 +58,7 @@ def reach_of_blends(curves: Curves, first: Ints, second: Ints, tolerance: Array)
     lines = (curves.arc[first] < 0) & (curves.arc[second] < 0)
     reach = np.minimum(room, 16.0 * tolerance / (3.0 * np.maximum(angle, 1e-300)))
     curved = np.flatnonzero(~lines & ~straight & (tolerance > 0))
-    reach[curved] = _fitted(curves, first[curved], second[curved], room[curved], tolerance[curved])
+    reach[curved] = _fit_reach(curves, first[curved], second[curved], room[curved], tolerance[curved])
     return np.where(straight | (tolerance <= 0), 0.0, reach)
 
 
@@ -83,7 +83,7 @@ def _room(curves: Curves, which: Ints) -> Array:
     return curves.length[which] * np.minimum(1.0, 0.5 * np.pi / sweep)
 
 
-def _fitted(curves: Curves, first: Ints, second: Ints, room: Array, tolerance: Array) -> Array:
+def _fit_reach(curves: Curves, first: Ints, second: Ints, room: Array, tolerance: Array) -> Array:
     """The reach at which the deviation meets the tolerance, from above; it grows with d (corner) or d^2 (tangent)."""
     reach, left = room.copy(), np.arange(len(room))
     for _ in range(60):
@@ -111,7 +111,7 @@ def deviations(
         curves.sine,
     )
     which, worst = np.arange(len(length)), np.zeros(len(length))
-    for s in (before, *(length * place for place in (CHECKED if bends is None else CHECKED[1::3]))):
+    for s in (before, *(length * place for place in (CHECK_SHARES if bends is None else CHECK_SHARES[1::3]))):
         early = (s < before)[:, None]
         on_first = curves.at(first, curves.length[first] - np.maximum(before - s, 0.0))
         programmed = np.where(early, on_first, curves.at(second, np.maximum(s - before, 0.0)))
@@ -146,7 +146,7 @@ def blend_coefficients(
     )
 
 
-def chained(curves: Curves, reach: Array, tolerance: Array) -> tuple[Array, Array, Bends]:
+def chain_joints(curves: Curves, reach: Array, tolerance: Array) -> tuple[Array, Array, Bends]:
     """(before, after, bends) of all joints (n-1,) between neighbours: rows of short lines are taken as one curve.
 
     Where the roundings at both ends of a line take half of it, they meet in its middle with the mean of the curvatures

@@ -17,7 +17,7 @@ from vcmm.program.limits import LEAST_PAUSE, Control, Limits
 from vcmm.program.moves import Move
 from vcmm.shop.motion.blend import (
     STRAIGHT,
-    chained,
+    chain_joints,
     direction_jump,
     needed_reach,
     reach_of_blends,
@@ -68,7 +68,7 @@ def joints_of(
         reach = np.minimum(reach, needed_reach(turn, bend, _feed(kept), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
     stop |= ~straight & (reach < TINY)
-    before, after, bends = chained(curves, np.where(stop, 0.0, reach), tolerance)
+    before, after, bends = chain_joints(curves, np.where(stop, 0.0, reach), tolerance)
     return Joints(before, after, bends, stop, pause, changes)
 
 

@@ -20,7 +20,7 @@ from vcmm.shop.motion.led_path import led_path
 
 CHORD = 1e-5  # mm by which the axes may leave the path between two points
 LOOKS = 64  # pieces at which it is first looked
-TURNED = 1.0  # rad of C in one piece at most
+MOST_TURN = 1.0  # rad of C in one piece at most
 NEAREST = 0.01  # mm from the axis of C
 
 
@@ -43,7 +43,7 @@ def polar_samples(m: Move, centre: Array, tip: Array, c: float) -> tuple[Array, 
         centre[1] + middle[0] * np.sin(middle[1]) - fine[1::2, 1],
     )
     followed = (
-        float(np.abs(np.diff(angle)).sum()) / TURNED
+        float(np.abs(np.diff(angle)).sum()) / MOST_TURN
     )  # so that no turn of C is lost from piece to piece
     count = max(1, math.ceil(followed), math.ceil(LOOKS * math.sqrt(float(off.max()) / CHORD)))
     at = led_path(m, np.array(m.start), np.linspace(0.0, 1.0, count + 1))

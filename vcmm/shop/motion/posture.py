@@ -27,13 +27,13 @@ from vcmm.core.run import Array
 from vcmm.program.moves import Posture
 from vcmm.shop.motion.tool_pose import by_letter, ends_of, rotary_of, tip_and_axis
 
-AIMED = 1e-12  # of the tool axis, rad
+LEAST_TILT = 1e-12  # of the tool axis, rad
 STEPS, SMALL = 60, 1e-6
 STARTS = (0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi)
 TURN = 2.0 * np.pi
 SLACK = 1e-9  # rad beyond a travel
 JUMP = 0.2  # rad from one point of a path to the next, beyond an even turn: an axis jumps
-ALIKE = 1e-6  # rad between two positions that are the same
+SAME_ANGLE = 1e-6  # rad between two positions that are the same
 
 
 def primary_axis(machine: Machine) -> int:
@@ -53,7 +53,9 @@ def reference_axis(machine: Machine, posture: Posture) -> int:
     return primary_axis(machine) if posture.axis == "primary" else first_axis(machine)
 
 
-def pointed(machine: Machine, axis: Array, near: Array, posture: Posture | None = None) -> Array | None:
+def rotary_position(
+    machine: Machine, axis: Array, near: Array, posture: Posture | None = None
+) -> Array | None:
     """Angles A, B, C (3,) rad that turn the tool into a direction (3,) of the workpiece: the nearest to `near` (3,), or as asked for.
 
     None where no position of the rotary axes within their travels does.
@@ -72,7 +74,7 @@ def pointed(machine: Machine, axis: Array, near: Array, posture: Posture | None 
         return None
     main = primary_axis(machine)
     least = min(float(np.abs(q - near).max()) for q in reached)
-    nearest = [q for q in reached if np.abs(q - near).max() < least + ALIKE]
+    nearest = [q for q in reached if np.abs(q - near).max() < least + SAME_ANGLE]
     best = max(nearest, key=lambda q: q[main])
     along = None if posture is None else posture.along
     return best if along is None else _laid_along(machine, best, np.array(along))
@@ -92,7 +94,7 @@ def swept(machine: Machine, start: Array, end: Array, share: Array) -> Array | N
     out, now = np.empty((len(share), 3)), start
     for k, s in enumerate(share.tolist()):
         axis = (np.sin((1.0 - s) * between) * first + np.sin(s * between) * last) / np.sin(between)
-        found = pointed(machine, axis / np.linalg.norm(axis), now)
+        found = rotary_position(machine, axis / np.linalg.norm(axis), now)
         if found is None or np.abs(found - now).max() > JUMP + np.abs(end - start).max() / max(
             len(share) - 1, 1
         ):
@@ -117,12 +119,12 @@ def positions(machine: Machine, axis: Array, near: Array) -> list[Array]:
             if has_free:
                 continue
             has_free = True
-        if all(np.abs(_wrapped(found - one)).max() > ALIKE for one in out):
+        if all(np.abs(_wrap_angle(found - one)).max() > SAME_ANGLE for one in out):
             out.append(found)
     return out
 
 
-def _wrapped(angle: Array) -> Array:
+def _wrap_angle(angle: Array) -> Array:
     """Within half a turn of zero."""
     return np.asarray(np.pi - np.remainder(np.pi - angle, TURN))
 
@@ -140,7 +142,7 @@ def _starts(near: Array, letters: list[int]) -> Iterator[Array]:
 def _value(machine: Machine, angle: float, letter: int) -> float | None:
     """The angle plus whole turns, within the travel and as near to zero as can be; None where it cannot be reached."""
     low, high = machine.axes[ROTARY[letter]].limits
-    first = float(_wrapped(np.array(angle)))
+    first = float(_wrap_angle(np.array(angle)))
     allowed = [v for v in (first, first - TURN, first + TURN) if low - SLACK <= v <= high + SLACK]
     return min(allowed, key=abs, default=None)
 
@@ -152,8 +154,8 @@ def _asked_for(machine: Machine, every: Sequence[Array], near: Array, posture: P
         kept = []
         for one in every:
             value = _value(machine, float(one[axis]), axis)
-            value = float(_wrapped(one[axis])) if value is None else value
-            if value * posture.sign > -ALIKE:
+            value = float(_wrap_angle(one[axis])) if value is None else value
+            if value * posture.sign > -SAME_ANGLE:
                 kept.append(one)
         return kept
     if not posture.larger:
@@ -165,10 +167,10 @@ def _asked_for(machine: Machine, every: Sequence[Array], near: Array, posture: P
 
     def size(one: Array) -> float:
         value = _value(machine, float(one[axis]), axis)
-        return posture.larger * (float(_wrapped(one[axis])) if value is None else value)
+        return posture.larger * (float(_wrap_angle(one[axis])) if value is None else value)
 
     most = max(size(one) for one in chosen)
-    return [one for one in chosen if size(one) > most - ALIKE]
+    return [one for one in chosen if size(one) > most - SAME_ANGLE]
 
 
 def _is_free(machine: Machine, angle: Array, letters: list[int]) -> bool:
@@ -214,7 +216,7 @@ def _newton(machine: Machine, axis: Array, start: Array, letters: list[int]) -> 
             moved[row, letter] += SMALL
         found = _direction(machine, moved)
         miss = axis - found[0]
-        if np.linalg.norm(miss) < AIMED * 10:
+        if np.linalg.norm(miss) < LEAST_TILT * 10:
             return angle
         slope = (found[1:] - found[0]).T / SMALL
         step = np.linalg.pinv(slope, rcond=1e-5) @ miss

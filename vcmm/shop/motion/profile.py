@@ -115,11 +115,11 @@ def plan_stretch(edge: Array, speed: Array, needs: Array, first: int, last: int)
         if whole or both_lengths(v0, top, v1, need) >= s1 - s0:
             out += arch(s0, v0, s1, v1, top, need)
             continue
-        waiting += _divided(edge, (s0, v0, e0, s1, v1, e1), low, top, need)
+        waiting += _divide(edge, (s0, v0, e0, s1, v1, e1), low, top, need)
     return out
 
 
-def _divided(
+def _divide(
     edge: Array, span: tuple[float, float, int, float, float, int], low: int, top: float, need: Need
 ) -> list[tuple[int, float, float, int, float, float, int, float, float]]:
     """A stretch parted at its slowest element, last part first: 0 to be planned, 1 an S-curve, 2 steady."""

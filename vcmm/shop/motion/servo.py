@@ -20,7 +20,7 @@ from vcmm.shop.motion.timing import Timing
 
 STEPS = 12  # of Newton, to find when the axes are abreast of a point; a handful on a smooth path
 WINDOW, THIRDS = 12, 30  # time constants that are scanned, narrowings: exp(-12) of a lag of 1 mm is 6 nm
-SETTLED = 1e-10  # s
+LEAST_TIME = 1e-10  # s
 FINE = 0.25  # time constants between the knots at which the lag is written down
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -178,7 +178,7 @@ class _Places:
 
     def gap(self, t: Array) -> tuple[Array, Array]:
         """(followed position at t less the point, its speed), (k, 3) each."""
-        y, rate = _followed(self.timing, self.f, t, self.begin, self.end, self.share)
+        y, rate = _follow(self.timing, self.f, t, self.begin, self.end, self.share)
         return y - self.point, rate
 
 
@@ -194,7 +194,7 @@ def _abreast(places: _Places, tangent: Array, start: Array) -> tuple[Array, np.t
         step = -np.einsum("ka,ka->k", gap[left], tangent[left]) / np.where(along > 0, along, np.inf)
         t[left] += np.clip(step, -widest, widest)
         near = (np.abs(t[left] - start[left]) < 2 * widest) & (along > 0)
-        left = left[near & (np.abs(step) > SETTLED)]
+        left = left[near & (np.abs(step) > LEAST_TIME)]
         if not len(left):
             break
     along = np.einsum("ka,ka->k", gap, tangent)
@@ -225,7 +225,7 @@ def _unit(vectors: Array) -> Array:
     return out
 
 
-def _followed(
+def _follow(
     timing: Timing, f: Following, t: Array, begin: Ints, end: Ints, share: Array
 ) -> tuple[Array, Array]:
     """Position and speed (k, 3) of the axes that follow, at times t within or after their stretch."""

@@ -77,7 +77,7 @@ class Timing:
         return self.start[np.searchsorted(self.stretch, np.arange(len(self.first)))]
 
     @property
-    def ended(self) -> Array:
+    def stretch_ends(self) -> Array:
         """End of each stretch, s."""
         final = np.searchsorted(self.stretch, np.arange(len(self.first)), side="right") - 1
         return self.start[final] + self.phase[final, 4]
@@ -86,7 +86,7 @@ class Timing:
     def seconds(self) -> float:
         """Cycle time, pauses included."""
         return (
-            float(self.ended[-1] + self.joints.pause[-1])
+            float(self.stretch_ends[-1] + self.joints.pause[-1])
             if len(self.first)
             else float(self.joints.pause.sum())
         )
@@ -138,7 +138,7 @@ def plan_motion(
     own = _only(curves, moving)
     joints = joints_of(moves, moving, own, control, limits)
     elements, all_curves, first, last = _elements([moves[i] for i in moving], own, joints, limits)
-    phase, stretch = planned(elements, first, last, kernel)
+    phase, stretch = plan_stretches(elements, first, last, kernel)
     start = np.cumsum(phase[:, 4]) - phase[:, 4]
     held = np.concatenate([joints.pause[:1], joints.pause[1:-1][joints.stop]]) if len(first) else np.zeros(0)
     start += np.cumsum(held)[stretch]
@@ -225,7 +225,7 @@ def _ability(curves: Curves, curve: Ints, feed: Array, limits: Limits) -> tuple[
     return np.minimum(speed, feed), needs
 
 
-def planned(elements: Elements, first: Ints, last: Ints, kernel: bool) -> tuple[Array, Ints]:
+def plan_stretches(elements: Elements, first: Ints, last: Ints, kernel: bool) -> tuple[Array, Ints]:
     """(phases (k, 5), stretch of each phase) of stretches first..last of elements."""
     if not len(first):
         return np.zeros((0, 5)), np.zeros(0, dtype=np.intp)

@@ -28,7 +28,7 @@ from vcmm.program.moves import Move, Point, Posture, Remark
 from vcmm.shop.motion.lacking import check_axes
 from vcmm.shop.motion.led_path import led_path, swept_angle
 from vcmm.shop.motion.polar import polar_samples
-from vcmm.shop.motion.posture import pointed, swept
+from vcmm.shop.motion.posture import rotary_position, swept
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
 
 CHORD = 1e-5  # mm by which the axes may leave the led path between two points
@@ -79,7 +79,7 @@ def in_machine_axes(
         return tuple(moves), ()
     state = _beginning(moves, machine, name)
     for m in moves:
-        _taken(state, m)
+        _take_move(state, m)
         if len(state.moves) > MOST:
             raise ModelLimit(
                 f"{name}:{m.source.line}: more than {MOST:.0e} motions of the axes; simulate the program in parts"
@@ -87,7 +87,7 @@ def in_machine_axes(
     return tuple(state.moves), tuple(state.remarks)
 
 
-def oriented(
+def orient_moves(
     moves: Sequence[Move], machine: Machine, name: str = "the program"
 ) -> tuple[tuple[Move, ...], tuple[Remark, ...]]:
     """The same moves with the angles of their rotary axes and the tool axes at both ends, and remarks; raises as `in_machine_axes`."""
@@ -98,7 +98,7 @@ def oriented(
     ends = np.empty((len(moves), 2, 3))
     for i, m in enumerate(moves):
         before = len(state.moves)
-        _taken(state, m)
+        _take_move(state, m)
         ends[i] = state.moves[before].rotary_start, state.moves[-1].rotary_end
     none = np.zeros((2 * len(moves), 3))
     axes = tip_and_axis(machine, none, ends.reshape(-1, 3), none)[1].reshape(-1, 2, 3)
@@ -149,7 +149,7 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
     return state
 
 
-def _taken(state: Leading, m: Move) -> None:
+def _take_move(state: Leading, m: Move) -> None:
     """One move of the program."""
     changed = np.array(m.tool_offset)
     state.tip, state.offset = state.tip + state.offset - changed, changed
@@ -167,8 +167,12 @@ def _taken(state: Leading, m: Move) -> None:
         return
     offset = np.array(m.tool_offset)
     if m.tool_axis_start is not None and m.tool_axis_start == m.tool_axis_end:
-        _brought(state, m, _angle(state, m, np.array(m.tool_axis_end)))
-    target = _spoken(state, m) if m.tool_axis_end is None else _angle(state, m, np.array(m.tool_axis_end))
+        _bring_tool(state, m, _angle(state, m, np.array(m.tool_axis_end)))
+    target = (
+        _programmed_angles(state, m)
+        if m.tool_axis_end is None
+        else _angle(state, m, np.array(m.tool_axis_end))
+    )
     _check_swing(state, m, target)
     share, at, angle = _samples(state, m, target, offset)
     pieces = _pieces(state, m, share, at, angle)
@@ -179,9 +183,9 @@ def _taken(state: Leading, m: Move) -> None:
 def _plain(state: Leading, m: Move) -> None:
     """A move of the axes themselves: it begins where they really stand; arcs begin where they are programmed."""
     if m.tool_axis_end is not None:  # a tilted plane is in force, and this block runs in machine coordinates
-        _brought(state, m, _angle(state, m, np.array(m.tool_axis_end)))
+        _bring_tool(state, m, _angle(state, m, np.array(m.tool_axis_end)))
         m = m._replace(rotary_end=_point(state.angle), tool_axis_start=None, tool_axis_end=None)
-    start, angle = m.start if m.centre is not None else _point(state.tip), _spoken(state, m)
+    start, angle = m.start if m.centre is not None else _point(state.tip), _programmed_angles(state, m)
     if np.abs(angle - state.angle).max() > STILL:
         state.chosen = None
     end = np.array(m.end)
@@ -193,7 +197,7 @@ def _plain(state: Leading, m: Move) -> None:
     state.tip, state.angle = end, angle
 
 
-def _spoken(state: Leading, m: Move) -> Array:
+def _programmed_angles(state: Leading, m: Move) -> Array:
     """Angles (3,) that the words of the program say; of axes that the control has turned those at which they stand."""
     angle = np.array(m.rotary_end)
     stays = [i for i, a in enumerate(ROTARY) if a in m.held]
@@ -214,7 +218,7 @@ def _over_face(state: Leading, m: Move) -> None:
     both[:, 2] = angle
     state.moves += [
         p._replace(tool_axis_start=None, tool_axis_end=None, over_face=False)
-        for p in _moved(m, at, tip, both)
+        for p in _moves_between(m, at, tip, both)
     ]
     state.tip, state.angle = tip[-1], both[-1]
 
@@ -227,7 +231,7 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     is_chosen = m.posture is None or state.chosen == (m.posture, aim)
     if np.abs(now - axis).max() < SAME and is_chosen:
         return state.angle
-    found = pointed(state.machine, axis, state.angle, m.posture)
+    found = rotary_position(state.machine, axis, state.angle, m.posture)
     state.chosen = None if m.posture is None else (m.posture, aim)
     if found is None:
         letters = " and ".join(ROTARY[i] for i in rotary_of(state.machine))
@@ -239,7 +243,7 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     return found
 
 
-def _brought(state: Leading, m: Move, angle: Array) -> None:
+def _bring_tool(state: Leading, m: Move, angle: Array) -> None:
     """The rotary axes turn into a tilted plane while X, Y and Z stand, or keep the tip where it is on the workpiece (G53.6, MOVE)."""
     if np.abs(angle - state.angle).max() <= STILL:
         return
@@ -317,11 +321,11 @@ def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> l
     axis = tip_and_axis(state.machine, tip, angle, offset)[1]
     return [
         p._replace(tool_axis_start=_point(axis[i]), tool_axis_end=_point(axis[i + 1]))
-        for i, p in enumerate(_moved(m, at, tip, angle))
+        for i, p in enumerate(_moves_between(m, at, tip, angle))
     ]
 
 
-def _moved(m: Move, at: Array, tip: Array, angle: Array) -> list[Move]:
+def _moves_between(m: Move, at: Array, tip: Array, angle: Array) -> list[Move]:
     """Motions of the axes from point to point: at (k, 3) of the workpiece, tips as with rotary axes at zero (k, 3), angles (k, 3)."""
     way, run = np.linalg.norm(np.diff(at, axis=0), axis=1), np.linalg.norm(np.diff(tip, axis=0), axis=1)
     turn = np.degrees(np.linalg.norm(np.diff(angle, axis=0), axis=1))

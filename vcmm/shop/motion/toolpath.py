@@ -134,8 +134,8 @@ def toolpath(
     move = timing.move_at(s, state.element)
     shared = first & np.append(False, np.diff(time) <= 1e-9)  # a stretch that starts where and when one ends
     rows = np.flatnonzero(~shared)
-    knots = Knots(time[rows], _taken(state, rows), move[rows], deviation[rows], first[rows])
-    return _assembled(timing, machine, plays, knots)
+    knots = Knots(time[rows], _take_rows(state, rows), move[rows], deviation[rows], first[rows])
+    return _assemble(timing, machine, plays, knots)
 
 
 def _state_at_knots(
@@ -150,7 +150,7 @@ def _state_at_knots(
     return timing.state_on_path(s, v, a, np.where(rest, 0.0, jerk), stretch)
 
 
-def _taken(state: AxisState, rows: Ints) -> AxisState:
+def _take_rows(state: AxisState, rows: Ints) -> AxisState:
     return AxisState(**{f.name: getattr(state, f.name)[rows] for f in fields(state)})
 
 
@@ -165,7 +165,7 @@ class Knots:
     begins: np.typing.NDArray[np.bool_]
 
 
-def _assembled(timing: Timing, machine: Machine, plays: Sequence[float], knots: Knots) -> Toolpath:
+def _assemble(timing: Timing, machine: Machine, plays: Sequence[float], knots: Knots) -> Toolpath:
     time, state, move = knots.time, knots.state, knots.move
     axes = {letter: state.position[:, AXES.index(letter)] for letter in machine.axes}
     moves = timing.moves

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, named, plain
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain, plain_label
 from vcmm.show.charts.inline import HINT
 from vcmm.show.report.palette import LIGHT
-from vcmm.show.report.text import DASH, aligned, number, shorten, text_width
+from vcmm.show.report.text import DASH, align_decimals, number, shorten, text_width
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Share = Literal["square", "linear", "none"]
-SHOWN = 12
+MOST_BARS = 12
 ROUNDING = 5e-4  # of u^2: printed as 0.0 %
 NAME, ROW = 200.0, 30  # px: of a name at most, of a bar
 FREE, BEFORE = 0.36, 0.16  # of the width, for figures behind the longest bar, and before the lowest
@@ -40,9 +40,9 @@ def contributions(
     """
     ranked = sorted((line for line in lines if line.share >= ROUNDING), key=lambda line: -line.share)
     items = [(line.what, 100.0 * line.share) for line in ranked]
-    if len(ranked) > SHOWN:
-        rest = items[SHOWN - 1 :]
-        items = [*items[: SHOWN - 1], (f"{len(rest)} others", sum(share for _, share in rest))]
+    if len(ranked) > MOST_BARS:
+        rest = items[MOST_BARS - 1 :]
+        items = [*items[: MOST_BARS - 1], (f"{len(rest)} others", sum(share for _, share in rest))]
     return bars(items, unit="%", title=title, share="none", label="share of u² / %", ax=ax)
 
 
@@ -95,7 +95,7 @@ def bars(
     longest: a value that must fit too, so that charts side by side have one scale.
     """
     names, values = [name for name, _ in items], [float(v) for _, v in items]
-    parts, figures = shares(values, total, share), aligned(values)
+    parts, figures = shares(values, total, share), align_decimals(values)
     drawn = canvas(ax, 46 + ROW * max(len(items), 1))
     wide = [v if math.isfinite(v) else 0.0 for v in values]
     colours = [LIGHT["accent"] if v >= 0 else LIGHT["c2"] for v in wide]
@@ -104,7 +104,7 @@ def bars(
     drawn.bar_label(made, labels=words, padding=4, fontsize=TICK, color=MUTED)
     for bar, name, value in zip(made, names, values):
         bar.set_gid(f"{HINT}{name}: {number(value, 3)}")
-    drawn.set_yticks(range(len(items)), [named(_label(name)) for name in names])
+    drawn.set_yticks(range(len(items)), [plain_label(_label(name)) for name in names])
     drawn.set_ylim(len(items) - 0.4, -0.6)
     low, high = min([0.0, *wide]), max([0.0, longest, *wide])
     before = BEFORE if low < 0 else 0.0

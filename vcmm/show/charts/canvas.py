@@ -59,24 +59,24 @@ def panels(count: int, width: float = 6.4, height: float = 2.2, rows: Sequence[i
     return list(made[:, 0])
 
 
-def named(words: str) -> str:
+def plain_label(words: str) -> str:
     """Words as they are: no mathematics between dollars, and never hidden from a legend by a leading underscore."""
     words = words.replace("$", r"\$")
     return f"\u200a{words}" if words.startswith("_") else words
 
 
-def titled(ax: Any, title: str) -> Any:
+def add_title(ax: Any, title: str) -> Any:
     """The title on the left, above the keys of `keyed`; a second line stands smaller on a page."""
     key = ax.get_legend()
     rows = 0 if key is None else math.ceil(len(key.get_texts()) / key._ncols)
-    ax.set_title(named(title), fontsize=10, color=INK, loc="left", pad=6.0 + 1.65 * TICK * rows)
+    ax.set_title(plain_label(title), fontsize=10, color=INK, loc="left", pad=6.0 + 1.65 * TICK * rows)
     return ax
 
 
 def plain(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
     """Title, labels with units, and a quiet frame; returns ax."""
-    ax.set_xlabel(named(x), fontsize=WORD, color=MUTED)
-    ax.set_ylabel(named(y), fontsize=WORD, color=MUTED)
+    ax.set_xlabel(plain_label(x), fontsize=WORD, color=MUTED)
+    ax.set_ylabel(plain_label(y), fontsize=WORD, color=MUTED)
     ax.tick_params(labelsize=TICK, colors=RULE, labelcolor=MUTED, length=3)
     if grid:
         ax.grid(True, axis=grid, color=GRID, linewidth=0.8)
@@ -84,10 +84,10 @@ def plain(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
     for side, spine in ax.spines.items():
         spine.set_visible(side not in ("top", "right"))
         spine.set_edgecolor(RULE)
-    return titled(ax, title)
+    return add_title(ax, title)
 
 
-def keyed(ax: Any) -> Any:
+def add_legend(ax: Any) -> Any:
     """The legend above the picture, as many keys in a row as fit; none where nothing has a name."""
     handles, names = ax.get_legend_handles_labels()
     if names:

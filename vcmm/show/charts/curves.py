@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import ChartSheet, canvas, keyed, named, plain
+from vcmm.show.charts.canvas import ChartSheet, add_legend, canvas, plain, plain_label
 from vcmm.show.report.palette import LIGHT, SERIES
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def curve(
     """Curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
     drawn = canvas(ax)
     for k, one in enumerate(series):
-        _draw(drawn, _checked(one), one, LIGHT[SERIES[k % len(SERIES)]])
+        _draw(drawn, _check_series(one), one, LIGHT[SERIES[k % len(SERIES)]])
     for band_ in bands:
         x = np.asarray(drawn.get_xlim() if band_.x is None else band_.x, dtype=np.float64)
         low, high = (
@@ -69,17 +69,17 @@ def curve(
         )
         drawn.fill_between(
             x, low, high, facecolor=LIGHT["grid"], edgecolor=LIGHT["faint"], linestyle=":", alpha=0.7, zorder=0.5,
-            label=named(band_.name) or None,
+            label=plain_label(band_.name) or None,
         )  # fmt: skip
     if zero_line:
         drawn.axhline(0.0, color=LIGHT["rule"], linewidth=0.8, zorder=0.8)
     drawn.margins(x=0.01)
     drawn.ticklabel_format(useOffset=False)
-    return plain(keyed(drawn), title, x_label, y_label)
+    return plain(add_legend(drawn), title, x_label, y_label)
 
 
 def _draw(drawn: Axes, data: tuple[Array, ...], one: PlotSeries, colour: str) -> None:
-    name = named(one.name) or None
+    name = plain_label(one.name) or None
     if len(data) == 4:
         drawn.fill_between(data[0], data[2], data[3], color=colour, alpha=0.18, linewidth=0.0)
     dot = one.marker if isinstance(one.marker, str) else "o" if one.marker or not one.line else ""
@@ -89,7 +89,7 @@ def _draw(drawn: Axes, data: tuple[Array, ...], one: PlotSeries, colour: str) ->
     )
 
 
-def _checked(one: PlotSeries) -> tuple[Array, ...]:
+def _check_series(one: PlotSeries) -> tuple[Array, ...]:
     """(x, y) or (x, y, low, high), all of one length, infinities turned into gaps."""
     given = (one.x, one.y) if one.low is None or one.high is None else (one.x, one.y, one.low, one.high)
     parts = [np.atleast_1d(np.asarray(v, dtype=np.float64)) for v in given]

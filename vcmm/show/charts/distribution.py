@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, keyed, named, plain
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, add_legend, canvas, carrying, plain, plain_label
 from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def distribution(
     A limit or mark that is not finite is none; without counts no bars are drawn, and that is said.
     DataError: shapes that do not fit, edges that do not increase, counts negative or not finite.
     """
-    edge, count = _checked(edges, counts)
+    edge, count = _check_histogram(edges, counts)
     drawn = canvas(ax)
     if count.size:
         _bars(drawn, edge, count / np.diff(edge) / max(float(count.sum()), 1.0), interval)
@@ -56,16 +56,20 @@ def distribution(
     for number, (name, value) in enumerate((marks or {}).items()):
         if np.isfinite(value):
             drawn.axvline(
-                value, color=LIGHT[f"c{2 + number % 5}"], linewidth=1.2, linestyle="--", label=named(name)
+                value,
+                color=LIGHT[f"c{2 + number % 5}"],
+                linewidth=1.2,
+                linestyle="--",
+                label=plain_label(name),
             )
     drawn.ticklabel_format(axis="x", useOffset=False)
-    plain(keyed(drawn), title, label or unit, f"density / (1/{unit})")
+    plain(add_legend(drawn), title, label or unit, f"density / (1/{unit})")
     return carrying(
         drawn, chart="distribution", unit=unit, interval=interval, limits=limits, marks=dict(marks or {})
     )
 
 
-def _checked(edges: npt.ArrayLike, counts: npt.ArrayLike) -> tuple[Array, Array]:
+def _check_histogram(edges: npt.ArrayLike, counts: npt.ArrayLike) -> tuple[Array, Array]:
     edge, count = np.asarray(edges, dtype=np.float64), np.asarray(counts, dtype=np.float64)
     if edge.ndim != 1 or count.shape != (edge.size - 1,):
         raise DataError(f"A histogram needs n + 1 edges for n counts, got {edge.shape} and {count.shape}.")
@@ -91,7 +95,7 @@ def _bars(drawn: Axes, edge: Array, density: Array, interval: tuple[float, float
         drawn.stairs(density[row], inner, fill=True, color=LIGHT["accent"])
 
 
-def filled(edges: Array, counts: Array, bars: int = 80) -> tuple[Array, Array]:
+def coarsen(edges: Array, counts: Array, bars: int = 80) -> tuple[Array, Array]:
     """The filled part of a fine histogram in about 80 bars."""
     total = counts.cumsum()
     inside = np.flatnonzero((total > 5e-4 * total[-1]) & (total < (1 - 5e-4) * total[-1]))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import INK, MUTED, RULE, TICK, WORD, ChartSheet, canvas, named, plain
+from vcmm.show.charts.canvas import INK, MUTED, RULE, TICK, WORD, ChartSheet, canvas, plain, plain_label
 from vcmm.show.report.colormap import Bands, bands
 from vcmm.show.report.palette import LIGHT
 
@@ -36,7 +36,7 @@ def heat_map(
     `symmetric`: blue-white-red about zero, for signed quantities. `marks`: (name, x, y), for example the best pose.
     DataError: shapes that do not fit, x or y not increasing.
     """
-    data, xc, yc = _checked(values, x, y)
+    data, xc, yc = _check_grid(values, x, y)
     drawn, scale = canvas(ax, 340), bands(data, symmetric=symmetric)
     colours, norm = colours_of(scale)
     if not np.isfinite(data).all():
@@ -59,7 +59,7 @@ def heat_map(
     for name, mx, my in marks:
         if np.isfinite([mx, my]).all():
             _mark(drawn, name, mx, my, mx > (xc[0] + xc[-1]) / 2)
-    barred(drawn, made, scale, unit)
+    add_colour_bar(drawn, made, scale, unit)
     return plain(drawn, title, x_label, y_label, grid="")
 
 
@@ -70,12 +70,12 @@ def colours_of(scale: Bands) -> tuple[Any, Any]:
     return ListedColormap(list(scale.colours)), BoundaryNorm(scale.levels, len(scale.colours))
 
 
-def barred(drawn: Any, made: Any, scale: Bands, unit: str) -> None:
+def add_colour_bar(drawn: Any, made: Any, scale: Bands, unit: str) -> None:
     """The bar of colours beside a picture, every boundary that has room labelled."""
     bar = drawn.figure.colorbar(
         made, ax=drawn, aspect=24, pad=0.02, ticks=scale.levels[:: 1 + (len(scale.levels) - 1) // 12]
     )
-    bar.set_label(named(unit), fontsize=WORD, color=MUTED)
+    bar.set_label(plain_label(unit), fontsize=WORD, color=MUTED)
     bar.ax.tick_params(labelsize=TICK, color=RULE, labelcolor=MUTED, length=2)
     bar.outline.set_edgecolor(RULE)
 
@@ -88,7 +88,7 @@ def cell_edges(centres: Array) -> Array:
     return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
 
 
-def _checked(values: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array, Array]:
+def _check_grid(values: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array, Array]:
     data, xc, yc = (np.asarray(a, dtype=np.float64) for a in (values, x, y))
     if xc.ndim != 1 or yc.ndim != 1 or data.shape != (yc.size, xc.size) or data.size == 0:
         raise DataError(
@@ -115,6 +115,6 @@ def _mark(drawn: Any, name: str, x: float, y: float, left: bool) -> None:
     )
     if name:
         drawn.annotate(
-            named(name), (x, y), (-9 if left else 9, 0), textcoords="offset points", ha="right" if left else "left", va="center",
+            plain_label(name), (x, y), (-9 if left else 9, 0), textcoords="offset points", ha="right" if left else "left", va="center",
             fontsize=TICK, color=INK, bbox={"boxstyle": "round,pad=0.2", "facecolor": LIGHT["surface"], "edgecolor": "none", "alpha": 0.88},
         )  # fmt: skip

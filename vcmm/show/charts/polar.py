@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.show.charts.canvas import GRID, MUTED, TICK, ChartSheet, canvas, titled
+from vcmm.show.charts.canvas import GRID, MUTED, TICK, ChartSheet, add_title, canvas
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import number
 
@@ -63,4 +63,4 @@ def polar(
     drawn.spines["polar"].set_edgecolor(GRID)
     drawn.spines["inner"].set_edgecolor(GRID)
     form = number(ends[1] - ends[0], 3)
-    return titled(drawn, f"{title}\nHighest to lowest point about this reference: {form} µm.")
+    return add_title(drawn, f"{title}\nHighest to lowest point about this reference: {form} µm.")

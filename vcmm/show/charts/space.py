@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import ChartSheet, canvas, named, titled
-from vcmm.show.charts.maps import barred, colours_of
+from vcmm.show.charts.canvas import ChartSheet, add_title, canvas, plain_label
+from vcmm.show.charts.maps import add_colour_bar, colours_of
 from vcmm.show.report.colormap import bands
 from vcmm.show.report.palette import LIGHT
 
@@ -48,7 +48,7 @@ def touches(
     reach = 0.08 * _longest(places)
     for number, name in enumerate(dict.fromkeys(str(f) for f in features)):
         mine, colour = features == name, LIGHT[f"c{1 + number % 6}"]
-        drawn.scatter(*places[mine].T, color=colour, s=10, label=named(name))
+        drawn.scatter(*places[mine].T, color=colour, s=10, label=plain_label(name))
         drawn.quiver(*places[mine].T, *(reach * normals[mine]).T, color=colour, linewidth=0.7, alpha=0.6)
     if len(places):
         drawn.legend(fontsize=8, frameon=False)
@@ -62,7 +62,7 @@ def heights(places: Array, height: Array, title: str, ax: Axes | ChartSheet | No
     scale = bands(height[cut], symmetric=True)
     colours, norm = colours_of(scale)
     made = drawn.scatter(*places[cut].T, c=height[cut], cmap=colours, norm=norm, s=5)
-    barred(drawn, made, scale, "material left over (+) / µm")
+    add_colour_bar(drawn, made, scale, "material left over (+) / µm")
     return _space(drawn, title, places)
 
 
@@ -89,4 +89,4 @@ def _space(drawn: Any, title: str, places: Array) -> Any:
         getattr(drawn, f"{axis}axis").set_major_locator(MaxNLocator(max(1, round(TICKS * shown[i]))))
         drawn.tick_params(axis, labelsize=7, pad=NUMBER / across - TO_NUMBER)
     drawn.set_box_aspect(shown, zoom=ROOM)
-    return titled(drawn, title)
+    return add_title(drawn, title)

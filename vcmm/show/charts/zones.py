@@ -8,7 +8,17 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from vcmm.core.errors import UsageError
-from vcmm.show.charts.canvas import INK, MUTED, WORD, ChartSheet, canvas, carrying, keyed, named, plain
+from vcmm.show.charts.canvas import (
+    INK,
+    MUTED,
+    WORD,
+    ChartSheet,
+    add_legend,
+    canvas,
+    carrying,
+    plain,
+    plain_label,
+)
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import plain as as_given
 from vcmm.show.report.text import with_uncertainty
@@ -97,7 +107,7 @@ def zones(
     _ticks(drawn, limits, ends)
     drawn.set_yticks([])
     plain(
-        keyed(drawn),
+        add_legend(drawn),
         f"{title}\n{verdict}",
         f"{'limits' if len(limits) == 2 else 'limit'} / {unit}",
         "",
@@ -158,7 +168,7 @@ def _result(drawn: Any, value: float, bar: tuple[float, float], told: str) -> No
     middle, half = sum(bar) / 2, (bar[1] - bar[0]) / 2
     drawn.plot([value], [0.3], "D", color=INK, markersize=6)
     drawn.errorbar([middle], [0.3], xerr=[half], fmt="none", ecolor=INK, capsize=4, elinewidth=1.3)
-    words = named(told)
+    words = plain_label(told)
     low, high = drawn.get_xlim()
     share = (value - low) / (high - low)
     side = "left" if share < 0.2 else "right" if share > 0.8 else "center"

@@ -35,7 +35,7 @@ def about(file: Path, table: str = "") -> Iterator[None]:
         raise type(error)(f"{where}: {error}") from None
 
 
-def said(problems: Sequence[str]) -> str:
+def list_problems(problems: Sequence[str]) -> str:
     """What is wrong, one line each: at most 20 problems and 3.8 kB, then a count; control characters are spelled out."""
     lines: list[str] = []
     left = ROOM

@@ -29,7 +29,7 @@ def document(
         "schema": schema,
         "version": __version__,
         "seed": seed,
-        "inputs": [_hashed(p) for p in {p.absolute(): p for p in files}.values()],
+        "inputs": [_file_hash(p) for p in {p.absolute(): p for p in files}.values()],
         "warnings": notes,
     }
     return head | clean
@@ -39,14 +39,14 @@ def _finite(value: Any, where: str, notes: list[str]) -> Any:
     if isinstance(value, dict):
         return {k: _finite(v, f"{where}.{k}".lstrip("."), notes) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(v, f"{where}[{_named(v, i)}]", notes) for i, v in enumerate(value)]
+        return [_finite(v, f"{where}[{_entry_name(v, i)}]", notes) for i, v in enumerate(value)]
     if isinstance(value, float) and not math.isfinite(value):
         notes.append(f"{where} is {value}")
         return None
     return value
 
 
-def _named(value: Any, number: int) -> str:
+def _entry_name(value: Any, number: int) -> str:
     """How an entry of a list is told apart: by its name where it has one."""
     name = value.get("name") if isinstance(value, dict) else None
     return name if isinstance(name, str) and name else str(number)
@@ -58,7 +58,7 @@ def fingerprint(content: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
 
-def _hashed(path: Path) -> dict[str, str]:
+def _file_hash(path: Path) -> dict[str, str]:
     return {"file": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
 
 
@@ -73,13 +73,13 @@ def sources(path: Path) -> list[Path]:
 
 def _named_in(path: Path) -> list[Path]:
     """Files beside a TOML file whose names stand in it as texts; none where the file is no valid TOML."""
-    from vcmm.files.toml import file_named
+    from vcmm.files.toml import find_file
 
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError):
         return []
-    beside = (file_named(text, path.parent) for text in sorted(set(_texts(data))))
+    beside = (find_file(text, path.parent) for text in sorted(set(_texts(data))))
     return [p for p in beside if p is not None]
 
 

@@ -30,12 +30,12 @@ from vcmm.core.text import brief
 SCHEMA = "vcmm.evidence/1"
 EVIDENCE, DOCUMENT, FILES = "evidence.json", "document.json", "files"
 LARGEST, MOST = 1 << 30, 2000  # bytes unpacked, files: beyond that it is no evidence pack
-ALIKE = 1e-6  # relative: what other libraries on another computer may change
-BROKEN = (  # what zipfile and its decompressors raise of an archive that was spoilt
+TOLERANCE = 1e-6  # relative: what other libraries on another computer may change
+ARCHIVE_ERRORS = (  # what zipfile and its decompressors raise of an archive that was spoilt
     zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, NotImplementedError, ValueError, OverflowError,
     struct.error,
 )  # fmt: skip
-UNCOMPARED = ("version", "inputs", "warnings")  # they hold paths and the version
+NOT_COMPARED = ("version", "inputs", "warnings")  # they hold paths and the version
 
 
 @dataclass(frozen=True)
@@ -132,13 +132,13 @@ def _sha(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def unpacked(pack: Path, folder: Path) -> dict[str, Any]:
+def unpack_evidence(pack: Path, folder: Path) -> dict[str, Any]:
     """The evidence of a pack, its files laid into `folder`. DataError: no such pack, a file changed, missing or unexpected."""
     try:
         with zipfile.ZipFile(pack) as held:
             _check_members(pack, held)
             data = {i.filename: held.read(i) for i in held.infolist() if not i.is_dir()}
-    except BROKEN as error:
+    except ARCHIVE_ERRORS as error:
         raise DataError(
             f"{pack}: this is no evidence pack ({error}); --evidence pack.zip of a job writes one"
         ) from None
@@ -219,7 +219,7 @@ def differences(was: Any, found: Any, key: str = "") -> Iterator[ComparedNumber]
     """Every value that differs, by its key; paths, versions and warnings are not compared."""
     if isinstance(was, dict) and isinstance(found, dict):
         for name in dict.fromkeys((*was, *found)):
-            if key or name not in UNCOMPARED:
+            if key or name not in NOT_COMPARED:
                 yield from differences(was.get(name), found.get(name), f"{key}.{name}".lstrip("."))
     elif isinstance(was, list) and isinstance(found, list) and len(was) == len(found):
         for i, (a, b) in enumerate(zip(was, found)):

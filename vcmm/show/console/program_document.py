@@ -64,7 +64,7 @@ class MoveFile(MoveFlow):
         self.builder = SummaryBuilder(self.setup)
 
 
-def print_streamed(head: dict[str, Any], moves: MoveFile) -> None:
+def print_stream(head: dict[str, Any], moves: MoveFile) -> None:
     """The document on stdout: `head` with the moves behind its other keys."""
     text = json.dumps(head, indent=1, ensure_ascii=False, allow_nan=False)
     sys.stdout.write(text.rstrip()[:-1].rstrip() + ',\n "moves": [\n')
@@ -88,7 +88,7 @@ def print_read(read: Any, moves: MoveFile, files: Sequence[Path], more: dict[str
     from vcmm.show.console.documents import document
 
     body = nc_json(read, moves.builder.total()) | more
-    print_streamed(document("vcmm.nc/1", {}, files=files) | body, moves)
+    print_stream(document("vcmm.nc/1", {}, files=files) | body, moves)
 
 
 def nc_json(read: Any, total: Any) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vcmm.show.console.widths import Laid
+    from vcmm.show.console.widths import FittedTable
     from vcmm.show.tables.table import ResultTable
 
 
@@ -55,10 +55,10 @@ def show_table(table: ResultTable[Any]) -> None:
     parts = laid_out(in_terminal(table), console.width)
     for i, part in enumerate(parts):
         title = table.title if i == 0 else "(continued)"
-        console.print(_drawn(part, title, table.caption if part is parts[-1] else ""))
+        console.print(_rich_table(part, title, table.caption if part is parts[-1] else ""))
 
 
-def _drawn(part: Laid, title: str, caption: str) -> Table:
+def _rich_table(part: FittedTable, title: str, caption: str) -> Table:
     from rich import box
     from rich.table import Table
 

@@ -21,25 +21,25 @@ NUMBER = (
 
 
 @dataclass(frozen=True)
-class Laid:
+class FittedTable:
     """A table as it fits. widths: characters of each column; None for one that takes what is left and wraps its words."""
 
     cells: Cells
     widths: tuple[int | None, ...]
 
 
-def laid_out(cells: Cells, width: int) -> list[Laid]:
+def laid_out(cells: Cells, width: int) -> list[FittedTable]:
     """The table where all fits into `width` characters. Else names are shortened in the middle, words wrap, and columns for which
     there is no room even so follow in a further table behind the same names.
     """
     if AROUND + sum(_longest(cells, i) + BETWEEN for i in range(len(cells.heads))) <= width:
-        return [Laid(cells, (None,) * len(cells.heads))]
+        return [FittedTable(cells, (None,) * len(cells.heads))]
     least = [_least(cells, i) for i in range(len(cells.heads))]
     named = 0 in cells.words and len(cells.heads) > 1
-    return [_fitted(cells, columns, least, width, named) for columns in _blocks(least, width, named)]
+    return [_fit(cells, columns, least, width, named) for columns in _blocks(least, width, named)]
 
 
-def _fitted(cells: Cells, columns: Sequence[int], least: Sequence[int], width: int, named: bool) -> Laid:
+def _fit(cells: Cells, columns: Sequence[int], least: Sequence[int], width: int, named: bool) -> FittedTable:
     part = Cells(
         [cells.heads[i] for i in columns],
         [[row[i] for i in columns] for row in cells.rows],
@@ -47,13 +47,13 @@ def _fitted(cells: Cells, columns: Sequence[int], least: Sequence[int], width: i
     )
     widths = [None if _wraps(cells, i) else least[i] for i in columns]
     if not named:
-        return Laid(part, tuple(widths))
+        return FittedTable(part, tuple(widths))
     room = max(width - AROUND - BETWEEN * len(columns) - sum(least[i] for i in columns[1:]), least[0])
-    part = _shortened(part, room)
-    return Laid(part, (min(room, _longest(part, 0)), *widths[1:]))
+    part = _shorten(part, room)
+    return FittedTable(part, (min(room, _longest(part, 0)), *widths[1:]))
 
 
-def _shortened(cells: Cells, most: int) -> Cells:
+def _shorten(cells: Cells, most: int) -> Cells:
     """Names of at most `most` characters; whole, to be wrapped, where two would look alike."""
     names = [str(row[0]) for row in cells.rows]
     short = [brief(name, most) for name in names]

@@ -14,7 +14,7 @@ from vcmm.show import report as r
 from vcmm.show.pages.followed import cut_path
 from vcmm.show.pages.uncertainty import characteristic_blocks
 from vcmm.show.tables.cut import finished_part, owners, surface
-from vcmm.show.tables.evaluated import computed
+from vcmm.show.tables.evaluated import computation_table
 from vcmm.show.tables.table import html
 
 
@@ -33,7 +33,7 @@ def cut_page(scenario: CutScenario, result: CutResult) -> str:
     ]
     for c in result.characteristics:
         blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
-    blocks += [r.heading("How it was computed"), html(computed(result.uncertainty))]
+    blocks += [r.heading("How it was computed"), html(computation_table(result.uncertainty))]
     footer = (
         f"vcmm {__version__}, seed {result.uncertainty.seed}. Machining error = actual - commanded; departure of the "
         "surface along the outward normal, plus is material left."

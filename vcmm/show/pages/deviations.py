@@ -18,7 +18,7 @@ def deviations_block(task: Task) -> list[str]:
     """The scene, or nothing where no touch has a deviation (n,) mm along its outward normal (`task.form`)."""
     if not task.form.any():
         return []
-    factor = enlarged(task.touches.points, task.form)
+    factor = magnification(task.touches.points, task.form)
     return [
         r.scene(
             deviation_items(task, factor),
@@ -29,7 +29,7 @@ def deviations_block(task: Task) -> list[str]:
     ]
 
 
-def enlarged(points: Array, deviations: Array) -> float:
+def magnification(points: Array, deviations: Array) -> float:
     """A round factor by which the longest needle is about a twelfth of the part, or less."""
     return rounded_down(float(np.ptp(points, axis=0).max()) / SHARE / float(np.abs(deviations).max()))
 

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm import __version__
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.accepted import answers_to_write
 from vcmm.learn.diagnosis.comparison import left_by
 from vcmm.learn.diagnosis.constants import LEAST_TOLD
 from vcmm.learn.diagnosis.log_mistakes import LOG
@@ -24,12 +24,12 @@ from vcmm.show import report as r
 from vcmm.show.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.show.tables.diagnosed import (
     answers,
+    detectable_table,
     folds,
     micro_text,
     next_steps,
     places,
     probability_text,
-    seen,
     values_text,
 )
 from vcmm.show.tables.several import by_itself, sizes
@@ -44,14 +44,14 @@ VERDICT = {
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
 CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word
-DRAWN = 10_000  # observations in pictures: some MB of a page
-NOT_SHOWN = "Something does not fit, and neither a name nor a place for it is found."
+MOST_DRAWN = 10_000  # observations in pictures: some MB of a page
+NOTHING_FOUND = "Something does not fit, and neither a name nor a place for it is found."
 
 
 def sentences(d: Diagnosis) -> list[str]:
     """The verdict in plain words."""
     out = [
-        NOT_SHOWN if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
+        NOTHING_FOUND if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
         *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
     ]
     if d.mistake is not None and d.mistake.effect == LOG:
@@ -61,13 +61,13 @@ def sentences(d: Diagnosis) -> list[str]:
         )
     elif d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
-    out += [_said(d, a) for a in d.found] + _of_unknown(d)
-    out += [_said(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
+    out += [_answer_text(d, a) for a in d.found] + _of_unknown(d)
+    out += [_answer_text(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
     out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
     return out
 
 
-def _said(d: Diagnosis, a: Answer) -> str:
+def _answer_text(d: Diagnosis, a: Answer) -> str:
     """One answer: what the machine does, its numbers, what it may be instead."""
     rivals = (
         f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them {a.with_rivals:.3f}."
@@ -132,7 +132,7 @@ def diagnosis_page(
         blocks += [r.heading("Each recording by itself"), html(by_itself(several))]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
-    drawn = few_enough(recording, DRAWN)
+    drawn = few_enough(recording, MOST_DRAWN)
     blocks += [r.heading("Residual before and after")]
     if drawn is not recording:
         blocks += [r.paragraph(f"Drawn are {drawn.m} of {recording.m} observations, evenly over the rows.")]
@@ -182,7 +182,7 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
     """
     before = left_by(recording, machine).residual
     after = left_by(recording, handed_over(d, machine)).residual
-    explained = bool(written(d.answer)) or d.mistake is not None
+    explained = bool(answers_to_write(d.answer)) or d.mistake is not None
     scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
     charts = [
         _scatter(
@@ -269,7 +269,7 @@ def _power(d: Diagnosis) -> list[str]:
     out = [
         r.details(
             "Smallest amplitude seen per effect, at the place where it shows best (rms over the recording)",
-            html(seen(d)),
+            html(detectable_table(d)),
         )
     ]
     if d.invisible:

@@ -37,7 +37,7 @@ def picture(machine: Machine, error_map: ErrorField) -> str:
     n = round(error_map.run.n ** (1 / max(1, len(axes))))
     if not _is_grid(error_map, axes, n):
         return _arrows(error_map)
-    items, factor = _deformed(error_map, axes, n)
+    items, factor = _deformed_lines(error_map, axes, n)
     return r.scene(
         items,
         title="Deformed volume",
@@ -50,10 +50,10 @@ def volume_scene(machine: Machine) -> list[r.Lines]:
     error_map, axes = field(machine), linear_axes(machine)
     if not _is_grid(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes))))):
         return []
-    return _deformed(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes)))))[0]
+    return _deformed_lines(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes)))))[0]
 
 
-def _deformed(error_map: ErrorField, axes: list[str], n: int) -> tuple[list[r.Lines], float]:
+def _deformed_lines(error_map: ErrorField, axes: list[str], n: int) -> tuple[list[r.Lines], float]:
     """The lines of both grids, and by how much the errors are magnified."""
     nominal = _points(error_map)
     factor = _magnification(nominal, error_map.tip_error)

@@ -10,7 +10,7 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm.compensation.field import field_of, known_errors_of
-from vcmm.compensation.followed import FollowedPath, followed
+from vcmm.compensation.followed import FollowedPath, follow_path
 from vcmm.compensation.proof import errors_on, walk
 from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.errors import ModelLimit
@@ -68,7 +68,7 @@ def _of_cut(scenario: CutScenario) -> FollowedPath:
     )  # fmt: skip
     field = replace(field, by_axes=True)
     w = walk(program.moves)
-    return followed(program.moves, w.move, w.tip, np.linalg.norm(errors_on(field, w), axis=1))
+    return follow_path(program.moves, w.move, w.tip, np.linalg.norm(errors_on(field, w), axis=1))
 
 
 def _rest(paths: Sequence[FollowedPath]) -> str:

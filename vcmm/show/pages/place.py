@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm.answer.placing.advice import advice
-from vcmm.answer.placing.result import Placed
+from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
 from vcmm.show import charts as draw
 from vcmm.show import report as r
@@ -20,7 +20,7 @@ from vcmm.task.measuring.fixture import DOFS, pose_of
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
 
-def place_page(placed: Placed) -> str:
+def place_page(placed: PlacementResult) -> str:
     """One self-contained HTML file."""
     scenario = placed.objective.scenario
     blocks = [
@@ -42,13 +42,14 @@ def place_page(placed: Placed) -> str:
     return r.page(f"Placement: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
 
 
-def sure_table(placed: Placed) -> str:
+def sure_table(placed: PlacementResult) -> str:
     """Certificate, confirmation, flatness, effort."""
     rows: list[list[object]] = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     sure = placed.confirmation
     if sure is not None:
         verdict = r.Cell(
-            "confirmed" if sure.confirmed else "not confirmed", kind="good" if sure.confirmed else "warning"
+            "confirmed" if sure.is_confirmed else "not confirmed",
+            kind="good" if sure.is_confirmed else "warning",
         )
         text = (
             f"{change(sure.gain, sure.present)} of the present value, standard error {sure.u_gain / sure.present:.2%}, {sure.trials:,} "
@@ -67,7 +68,7 @@ def sure_table(placed: Placed) -> str:
     return r.table(["", ""], rows)
 
 
-def maps(placed: Placed) -> list[str]:
+def maps(placed: PlacementResult) -> list[str]:
     """The objective over two degrees of freedom, and where it lies within 2 % of the value found."""
     chart = placed.map
     if len(chart.names) < 2:
@@ -77,7 +78,7 @@ def maps(placed: Placed) -> list[str]:
             else [r.paragraph("Nothing is free to move continuously: there is no map.")]
         )
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
-    x, y = chart.shown(0)[1], chart.shown(1)[1]
+    x, y = chart.axis_values(0)[1], chart.axis_values(1)[1]
     marks = [("found", *_at(placed, placed.best.pose))]
     if placed.present is not None and _in_the_map(placed, placed.present.pose):
         marks.append(("present", *_at(placed, placed.present.pose)))
@@ -90,13 +91,13 @@ def maps(placed: Placed) -> list[str]:
     return [r.columns(whole, flat)]
 
 
-def _in_the_map(placed: Placed, six: np.ndarray) -> bool:
+def _in_the_map(placed: PlacementResult, six: np.ndarray) -> bool:
     """Whether a pose agrees with the pose found in all freedoms but the two of the map, so that its colour there is true."""
     others = [i for i, name in enumerate(DOFS) if name not in placed.map.names[:2]]
     return bool(np.allclose(six[others], placed.best.pose[others], rtol=0, atol=1e-6))
 
 
-def _at(placed: Placed, six: np.ndarray) -> tuple[float, float]:
+def _at(placed: PlacementResult, six: np.ndarray) -> tuple[float, float]:
     """The place of a pose in the map; NaN where it lies outside of it."""
     out = []
     for k, name in enumerate(placed.map.names[:2]):
@@ -107,12 +108,14 @@ def _at(placed: Placed, six: np.ndarray) -> tuple[float, float]:
     return float(out[0]), float(out[1])
 
 
-def _line(placed: Placed) -> str:
+def _line(placed: PlacementResult) -> str:
     """The objective over the one degree of freedom that is free."""
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     name = placed.map.names[0]
     good = np.isfinite(placed.map.values[0])
-    series = [draw.PlotSeries(placed.map.shown(0)[1][good], placed.map.values[0][good] * scale, "objective")]
+    series = [
+        draw.PlotSeries(placed.map.axis_values(0)[1][good], placed.map.values[0][good] * scale, "objective")
+    ]
     return draw.on_page(
         draw.curve,
         series,
@@ -122,7 +125,7 @@ def _line(placed: Placed) -> str:
     )
 
 
-def budgets(placed: Placed) -> list[str]:
+def budgets(placed: PlacementResult) -> list[str]:
     """Contributions of the influences at both poses, side by side, for every characteristic that counts."""
     out = []
     assert placed.before is not None
@@ -151,7 +154,7 @@ def budgets(placed: Placed) -> list[str]:
     return out
 
 
-def scene(placed: Placed) -> str:
+def scene(placed: PlacementResult) -> str:
     """The machine with the part at the pose found, and a ghost where it lies now."""
     task = placed.after.model.task
     t = task.touches

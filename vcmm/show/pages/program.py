@@ -30,7 +30,7 @@ def program_page(
     if machine is not None:
         blocks += [r.heading("Travels"), html(tables.travels(program, machine))]
     if program.assumed:
-        blocks += [r.heading("Assumed"), html(tables.assumed(name, program))]
+        blocks += [r.heading("Assumed"), html(tables.assumption_table(name, program))]
     if program.warnings:
         blocks += [r.heading("Remarks"), html(tables.remarks(name, program))]
     why = f": {program.dialect_reason}" if program.dialect_reason else ""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from vcmm import __version__
-from vcmm.answer.routes.job import Routed
+from vcmm.answer.routes.job import RoutesResult
 from vcmm.show import report as r
 from vcmm.show.tables.routed import agreements_table, contributions_table, routes_table
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.scenario import Scenario
 
 
-def routes_page(scenario: Scenario, found: Routed) -> str:
+def routes_page(scenario: Scenario, found: RoutesResult) -> str:
     """One self-contained HTML file."""
     verdict = "All routes agree." if found.agree else "Not all routes agree: at least one |E_n| is above 1."
     notes = [

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from vcmm import __version__
 from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult
-from vcmm.answer.inference.job import Evaluated, EvaluatedPart
+from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.core.run import T0_DEG_C
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.show import report as r
@@ -47,12 +47,12 @@ def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
     return math.inf if rest == 0 or not math.isfinite(u) else u**4 / rest
 
 
-CENTRED = (
+LEAST_SHIFT = (
     0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
 )
 
 
-def rounded(value: float, expanded: float) -> tuple[str, str]:
+def round_to_uncertainty(value: float, expanded: float) -> tuple[str, str]:
     """Value and U in mm or rad, U with two significant digits, the value to the same place (JCGM 100, 7.2.6; EA-4/02, 6.3)."""
     if not math.isfinite(expanded) or expanded <= 0:
         return f"{value:.6f}", f"{expanded:.2g}"
@@ -60,7 +60,7 @@ def rounded(value: float, expanded: float) -> tuple[str, str]:
     return f"{value:.{places}f}", f"{expanded:.{places}f}"
 
 
-def in_words(e: Evaluated) -> str:
+def in_words(e: EvaluatedCharacteristic) -> str:
     """The result as it stands in a certificate."""
     c, unit = e.result, e.unit
     half = (c.interval[1] - c.interval[0]) / 2
@@ -80,7 +80,9 @@ def in_words(e: Evaluated) -> str:
             f"probability of {c.p:.0%}.{claim}{stated}"
         )
     middle = sum(c.interval) / 2
-    value, expanded = rounded(c.value if abs(middle - c.value) < CENTRED * half else middle, half)
+    value, expanded = round_to_uncertainty(
+        c.value if abs(middle - c.value) < LEAST_SHIFT * half else middle, half
+    )
     k = "" if not math.isfinite(c.k) else f", k = {c.k:.2f}"
     shown = "" if c.coverage_shown else f" The coverage is not shown: {c.why_not_shown}."
     bias = " and holds the known bias, which is not corrected (U + |bias|)" if c.bias_in_U else ""
@@ -90,7 +92,7 @@ def in_words(e: Evaluated) -> str:
     )
 
 
-def _decided(c: CharacteristicResult) -> str:
+def _decision_text(c: CharacteristicResult) -> str:
     if c.decision is None or c.tolerance is None:
         return "no requirement stated"
     p = "" if c.decision.p_conform is None else f", probability of conformance {c.decision.p_conform:.1%}"
@@ -124,23 +126,23 @@ def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -
     )
 
 
-def _section(scenario: Scenario, part: EvaluatedPart, e: Evaluated, number: int) -> str:
+def _section(scenario: Scenario, part: EvaluatedPart, e: EvaluatedCharacteristic, number: int) -> str:
     c = e.result
     rows: list[list[object]] = [
-        ["requirement", _decided(c)],
+        ["requirement", _decision_text(c)],
         ["not covered", "; ".join(c.not_covered) or "nothing named"],
-        ["indicated value", _indicated(e)],
+        ["indicated value", _indication_text(e)],
         ["evaluated as", c.tier],
         ["temperatures", _temperatures(scenario)],
-        ["compensation", _compensated(scenario)],
+        ["compensation", _compensation_text(scenario)],
         ["machine", f"{scenario.machine.name}; errors {scenario.machine.state}, active: {', '.join(scenario.machine.compensation) or 'not stated'}"],
     ]  # fmt: skip
     heading = r.heading(f"{number} of {len(part.characteristics)}: {c.name} ({c.type})")
-    facts = r.columns(r.table(["", ""], rows), r.table(["", ""], _stated(scenario.record)))
+    facts = r.columns(r.table(["", ""], rows), r.table(["", ""], _record_rows(scenario.record)))
     return "\n".join([heading, r.note(in_words(e)), facts, _budget(c), *_without_evidence(c)])
 
 
-def _indicated(e: Evaluated) -> str:
+def _indication_text(e: EvaluatedCharacteristic) -> str:
     c = e.result
     if c.true_value is not None:
         off = "not known" if math.isnan(c.bias) else f"{c.bias * 1e3:.3f} µm, which the interval takes off"
@@ -172,7 +174,7 @@ def _without_evidence(c: CharacteristicResult) -> list[str]:
     return [r.paragraph(f"No evidence is stated for: {', '.join(names)}.")] if names else []
 
 
-def _stated(record: Mapping[str, str]) -> list[list[object]]:
+def _record_rows(record: Mapping[str, str]) -> list[list[object]]:
     return [[words, record.get(key, BLANK)] for key, words in WORDS.items() if key in record or key in ALWAYS]
 
 
@@ -183,7 +185,7 @@ def _temperatures(scenario: Scenario) -> str:
     return ", ".join(f"{k[5:-2].replace('_', ' ')} {v:g} °C" for k, v in shown.items()) or "20 °C throughout"
 
 
-def _compensated(scenario: Scenario) -> str:
+def _compensation_text(scenario: Scenario) -> str:
     """Which expansions are taken off, with which coefficient."""
     out = []
     kinds: tuple[tuple[type[PartExpansion | ScaleExpansion], str], ...] = (

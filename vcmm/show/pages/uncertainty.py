@@ -11,16 +11,16 @@ from vcmm.answer.evaluation.result import (
     budget_interaction,
     common_causes,
 )
-from vcmm.answer.evaluation.truth import Predicted
+from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.charts.distribution import filled
+from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
 from vcmm.show.tables.evaluated import (
     BUDGET,
     budget_rows,
-    computed,
+    computation_table,
     more_than_rounding,
     results,
     stated_with,
@@ -48,7 +48,7 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
             *pictures(result),
             *deviations_block(result.model.task),
             r.heading("How it was computed"),
-            html(computed(result)),
+            html(computation_table(result)),
         ],
     ]
     part = "a part with this form" if result.model.task.form.any() else "the nominal part"
@@ -87,13 +87,13 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
         ["temperatures", ", ".join(warm) or "20 °C throughout"],
         [
             "decision",
-            f"{rule}, ISO 14253-1:2017; limits are compared with {_compared(scenario, result)}",
+            f"{rule}, ISO 14253-1:2017; limits are compared with {_comparison_text(scenario, result)}",
         ],
     ]
     return r.table(["", ""], rows)
 
 
-def _compared(scenario: Scenario, result: UncertaintyResult) -> str:
+def _comparison_text(scenario: Scenario, result: UncertaintyResult) -> str:
     """What a limit is compared with: extreme values are read by the interval of the true value, whatever is done about a bias."""
     by_belts = [c.true_value is not None and c.true_value.counted is not None for c in result.characteristics]
     other = f"the {'corrected' if scenario.settings.known_bias == 'corrected' else 'indicated'} value"
@@ -177,7 +177,7 @@ def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
         title=title,
         decision=c.decision.text,
         span=span,
-        of="finished part" if isinstance(c.truth, Predicted) else "true value",
+        of="finished part" if isinstance(c.truth, PredictedPart) else "true value",
     )
 
 
@@ -191,13 +191,13 @@ def _histogram(c: CharacteristicResult, part: str) -> str:
         return ""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     edges, counts = c.summary.histogram
-    edges, counts = filled((edges - c.nominal) * scale, counts)
+    edges, counts = coarsen((edges - c.nominal) * scale, counts)
     interval: tuple[float, float] | None = (
         (c.interval[0] - c.nominal) * scale,
         (c.interval[1] - c.nominal) * scale,
     )
     marks = {"y": (c.value - c.nominal) * scale, "mean": (c.summary.mean - c.nominal) * scale}
-    title = f"Distribution of the {_what(c, part)}, {c.trials:,} trials"
+    title = f"Distribution of the {_quantity_text(c, part)}, {c.trials:,} trials"
     if c.true_value is not None:
         interval = None
     return draw.on_page(
@@ -205,8 +205,8 @@ def _histogram(c: CharacteristicResult, part: str) -> str:
         marks=marks)  # fmt: skip
 
 
-def _what(c: CharacteristicResult, part: str) -> str:
-    if isinstance(c.truth, Predicted):
+def _quantity_text(c: CharacteristicResult, part: str) -> str:
+    if isinstance(c.truth, PredictedPart):
         return "finished part"
     return "true value when y is indicated" if c.true_value is None else f"indicated value of {part}"
 

@@ -121,7 +121,7 @@ def _through(nominal: NominalPoints) -> SceneMesh | None:
     from scipy.spatial import Delaunay, QhullError
 
     middle = nominal.normals.mean(axis=0)
-    if float((nominal.normals @ middle).min()) <= SEEN * float(np.linalg.norm(middle)):
+    if float((nominal.normals @ middle).min()) <= LEAST_COSINE * float(np.linalg.norm(middle)):
         return None
     across = np.linalg.svd(middle[None])[2][1:]
     try:
@@ -131,7 +131,7 @@ def _through(nominal: NominalPoints) -> SceneMesh | None:
     return SceneMesh(nominal.points, faces, STEEL, 0.85, edges=False, cull=False)
 
 
-SEEN = 0.2  # cosine between a normal and the mean one from which on a surface is drawn: steeper triangles would be slivers
+LEAST_COSINE = 0.2  # cosine between a normal and the mean one from which on a surface is drawn: steeper triangles would be slivers
 SOURCES = 4  # Inputs that a touch names
 MOST_FACES = 20_000  # a larger mesh makes the picture slow; its features are drawn instead
 

@@ -54,7 +54,7 @@ def _without_slivers(vertices: Array, faces: Faces) -> Faces:
     return faces[area > 1e-12 * max(float(area.max()), 1e-300)]
 
 
-def _placed(solid: Solid, point: npt.ArrayLike, axis: npt.ArrayLike) -> Solid:
+def _place_solid(solid: Solid, point: npt.ArrayLike, axis: npt.ArrayLike) -> Solid:
     vertices, faces = solid
     return np.asarray(point, dtype=np.float64) + vertices @ frame(axis), faces
 
@@ -66,8 +66,8 @@ def cylinder_mesh(
     h = length / 2
     if inside:
         vertices, faces = _sweep(np.array([[radius, -h], [radius, h]]), n)
-        return _placed((vertices, faces[:, ::-1]), point, axis)
-    return _placed(_sweep(np.array([[0, -h], [radius, -h], [radius, h], [0, h]]), n), point, axis)
+        return _place_solid((vertices, faces[:, ::-1]), point, axis)
+    return _place_solid(_sweep(np.array([[0, -h], [radius, -h], [radius, h], [0, h]]), n), point, axis)
 
 
 def tube_mesh(
@@ -78,12 +78,12 @@ def tube_mesh(
         raise UsageError(f"A tube needs 0 < inner < outer, got inner {inner:g} and outer {outer:g}.")
     h = length / 2
     profile = np.array([[inner, -h], [outer, -h], [outer, h], [inner, h]])
-    return _placed(_sweep(profile, n, wrap=True), point, axis)
+    return _place_solid(_sweep(profile, n, wrap=True), point, axis)
 
 
 def disc_mesh(point: npt.ArrayLike, normal: npt.ArrayLike, radius: float, n: int = 48) -> Solid:
     """Flat disc, facing along `normal`."""
-    return _placed(_sweep(np.array([[radius, 0.0], [0.0, 0.0]]), n), point, normal)
+    return _place_solid(_sweep(np.array([[radius, 0.0], [0.0, 0.0]]), n), point, normal)
 
 
 def cone_mesh(
@@ -91,7 +91,7 @@ def cone_mesh(
 ) -> Solid:
     """Cone or frustum: base disc of `radius` at `point`, `length` along the axis to radius `top`."""
     profile = np.array([[0, 0], [radius, 0], [top, length], [0, length]], dtype=np.float64)
-    return _placed(_sweep(profile[: 4 if top > 0 else 3], n), point, axis)
+    return _place_solid(_sweep(profile[: 4 if top > 0 else 3], n), point, axis)
 
 
 def sphere_mesh(point: npt.ArrayLike, radius: float, n: int = 32) -> Solid:
@@ -99,14 +99,14 @@ def sphere_mesh(point: npt.ArrayLike, radius: float, n: int = 32) -> Solid:
     angle = np.linspace(-np.pi / 2, np.pi / 2, n // 2 + 1)
     profile = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     profile[[0, -1], 0] = 0.0
-    return _placed(_sweep(profile, n), point, (0, 0, 1))
+    return _place_solid(_sweep(profile, n), point, (0, 0, 1))
 
 
 def torus_mesh(point: npt.ArrayLike, axis: npt.ArrayLike, radius: float, tube: float, n: int = 48) -> Solid:
     """Torus: circle of `radius` about the axis, tube radius `tube`."""
     angle = 2 * np.pi * np.arange(n // 2) / (n // 2)
     profile = np.stack([radius + tube * np.cos(angle), tube * np.sin(angle)], axis=1)
-    return _placed(_sweep(profile, n, wrap=True), point, axis)
+    return _place_solid(_sweep(profile, n, wrap=True), point, axis)
 
 
 def plane_mesh(point: npt.ArrayLike, normal: npt.ArrayLike, u: float, v: float) -> Solid:

@@ -52,7 +52,7 @@ def poster(
 
         axes.add_collection3d(Poly3DCollection(faces, facecolors=colours, edgecolors="none", zorder=1))
     for item in items:
-        _drawn(axes, item)
+        _draw_item(axes, item)
     low, high = reach(items)
     middle, half = (low + high) / 2, 0.5 * (float((high - low).max()) or 1.0)
     for set_limits, m, d in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, (high - low) / 2):
@@ -101,7 +101,7 @@ def _own_colours(item: SceneMesh, count: int, scale: Bands | None) -> Array:
     return palette[scale.index(values)]
 
 
-def _drawn(axes: Any, item: Item) -> None:
+def _draw_item(axes: Any, item: Item) -> None:
     """Lines, dots, arrows, outlines of ellipsoids and words, in front of the solids."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 

@@ -163,7 +163,7 @@ def _solid(vertices: Array, faces: Any, colour: str, opacity: float, name: str) 
     i, j, k = (faces[:, n].tolist() for n in range(3))
     return {
         "type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "color": _role(colour), "opacity": opacity,
-        "flatshading": True, "lighting": SOFT, "hoverinfo": "skip", **_named(name),
+        "flatshading": True, "lighting": SOFT, "hoverinfo": "skip", **_legend_entry(name),
     }  # fmt: skip
 
 
@@ -179,13 +179,13 @@ def _lines(segments: Array, colour: str, width: float, name: str, dashed: bool =
     gaps[:, :2] = segments
     x, y, z = _xyz(gaps.reshape(-1, 3))
     line = {"color": _role(colour), "width": 1.6 * width, "dash": "dash" if dashed else "solid"}
-    return {"type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "line": line, "hoverinfo": "skip", **_named(name)}  # fmt: skip
+    return {"type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "line": line, "hoverinfo": "skip", **_legend_entry(name)}  # fmt: skip
 
 
 def _points(item: Points) -> Trace:
     xyz = array(item.xyz, (None, 3), "Points")
     x, y, z = _xyz(xyz)
-    said = _said(item.hover or item.labels, len(xyz), "points")
+    said = _hover_texts(item.hover or item.labels, len(xyz), "points")
     marker = {"size": 1.7 * item.size, "color": _role(item.colour), "line": {"width": 0}}
     out = {
         "type": "scatter3d",
@@ -194,7 +194,7 @@ def _points(item: Points) -> Trace:
         "y": y,
         "z": z,
         "marker": marker,
-        **_named(item.name),
+        **_legend_entry(item.name),
     }
     if item.labels:
         out |= {
@@ -215,7 +215,7 @@ def _arrows(item: Arrows, size: float) -> list[Trace]:
     way = (b - a)[drawn] / long[drawn, None]
     u, v, w = _xyz(way)
     x, y, z = _xyz(b[drawn])
-    said = _said(item.hover, len(a), "arrows")
+    said = _hover_texts(item.hover, len(a), "arrows")
     texts = [t for t, keep in zip(said, drawn) if keep] if said else _lengths(item, a[drawn], long[drawn])
     head = {
         "type": "cone", "x": x, "y": y, "z": z, "u": u, "v": v, "w": w, "anchor": "tip", "sizemode": "absolute",
@@ -242,7 +242,7 @@ def _ellipsoids(item: Ellipsoids) -> list[Trace]:
     ball, faces = sphere_mesh(np.zeros(3), 1.0, n=FINE if len(centres) <= MANY else COARSE)
     value, vector = np.linalg.eigh(covariances)
     roots = item.scale * vector * np.sqrt(value.clip(0))[:, None, :]
-    said = _said(item.hover, len(centres), "ellipsoids") or [_axes(v) for v in np.sqrt(value.clip(0))]
+    said = _hover_texts(item.hover, len(centres), "ellipsoids") or [_axes(v) for v in np.sqrt(value.clip(0))]
     solid = _solid(ball, faces, item.colour, 0.45, item.name)
     meta = {
         "centres": _short(centres),
@@ -264,7 +264,7 @@ def _label(item: Label) -> Trace:
     }  # fmt: skip
 
 
-def _said(texts: Sequence[str] | None, count: int, what: str) -> list[str]:
+def _hover_texts(texts: Sequence[str] | None, count: int, what: str) -> list[str]:
     """Hover texts, one each; newlines break lines."""
     if texts is None:
         return []
@@ -279,7 +279,7 @@ def _plain(text: str) -> str:
     return escaped.replace("\n", "<br>")
 
 
-def _named(name: str) -> Trace:
+def _legend_entry(name: str) -> Trace:
     return {"name": _plain(name), "showlegend": True} if name else {"showlegend": False}
 
 

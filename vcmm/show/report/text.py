@@ -52,7 +52,7 @@ def number(value: float | None, digits: int = 3) -> str:
     return f"{mantissa} × 10{str(exponent).translate(_SUPERSCRIPT)}".replace("-", MINUS)
 
 
-def aligned(values: Iterable[float | None], digits: int = 3) -> list[str]:
+def align_decimals(values: Iterable[float | None], digits: int = 3) -> list[str]:
     """Numbers of one column with common decimals: the largest shows `digits` significant digits.
 
     What would round to zero keeps its one significant digit.
@@ -99,11 +99,11 @@ def with_uncertainty(value: float | None, u: float | None) -> str:
     if u == 0:
         return f"{value:.10g} ± 0".replace("-", MINUS)
     place = _place(u)
-    rounded, half = (_quantised(Decimal(repr(float(x))), place) for x in (value, u))
+    rounded, half = (_quantise(Decimal(repr(float(x))), place) for x in (value, u))
     return f"{rounded} ± {half}".replace("-", MINUS)
 
 
-def _quantised(value: Decimal, place: Decimal) -> str:
+def _quantise(value: Decimal, place: Decimal) -> str:
     rounded = (value / place).quantize(Decimal(1), rounding=ROUND_HALF_UP) * place
     return f"{abs(rounded) if rounded == 0 else rounded:f}"
 

@@ -68,7 +68,7 @@ def show(items: Sequence[Item], title: str, picture: Path | None = None) -> None
         raise Environment(f"the window of pyvista does not work here ({why}); {NEEDS}")
 
 
-def _drawn(plotter: Any, item: Item) -> None:
+def _draw_item(plotter: Any, item: Item) -> None:
     import pyvista as pv
 
     if isinstance(item, SceneBox):
@@ -127,7 +127,7 @@ def main(words: Sequence[str]) -> None:
     items, title = pickle.loads(Path(words[0]).read_bytes())
     plotter: Any = pv.Plotter(off_screen=len(words) > 1, window_size=list(SIZE), title=title)
     for item in items:
-        _drawn(plotter, item)
+        _draw_item(plotter, item)
     plotter.add_axes()
     plotter.camera.enable_parallel_projection()
     plotter.view_vector((0.46, -0.8, 0.37))

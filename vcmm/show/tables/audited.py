@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
-from vcmm.answer.inference.audit import Audited
+from vcmm.answer.inference.audit import AuditResult
 from vcmm.show.tables.quantities import SIZE, percent
 from vcmm.show.tables.table import COUNT, WORDS, Column, ResultTable, entry, records
 
 
-def verdict(a: Audited) -> str:
+def verdict(a: AuditResult) -> str:
     """Inside its band, outside it by no more than such a count errs, outside, or not claimed."""
     if not a.claimed:
         return "not claimed"
@@ -20,12 +20,12 @@ def verdict(a: Audited) -> str:
     return "inside" if a.p_value == 1.0 else "within counting error"
 
 
-def _in_words(a: Audited) -> str:
+def _in_words(a: AuditResult) -> str:
     """The verdict, with the probability of the exact binomial test where the count lies outside."""
     return verdict(a) if a.p_value == 1.0 or not a.claimed else f"{verdict(a)} (p = {a.p_value:.2g})"
 
 
-AUDIT: tuple[Column[Audited], ...] = (
+AUDIT: tuple[Column[AuditResult], ...] = (
     Column("characteristic", lambda a: a.name, key="name", csv="characteristic"),
     Column("parts drawn from", lambda a: a.kind, WORDS, key="kind", csv="kind"),
     Column("target", lambda a: a.target, percent(0), key="target", csv="target"),
@@ -45,7 +45,7 @@ AUDIT: tuple[Column[Audited], ...] = (
 )
 
 
-def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
+def audit_table(rows: Sequence[AuditResult]) -> ResultTable[AuditResult]:
     caption = (
         "Share of drawn parts whose true value lies in their interval; form is given in units of the machine's noise. Verdicts: "
         "exact binomial test against the nearer end of the band; outside below 2.5 %. An oracle knows the family of forms of every part "
@@ -54,12 +54,12 @@ def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
     return ResultTable("coverage, counted", AUDIT, rows, caption)
 
 
-def not_claimed(rows: Sequence[Audited]) -> list[str]:
+def missing_claims(rows: Sequence[AuditResult]) -> list[str]:
     """A sentence per characteristic that claims nothing."""
     return list(dict.fromkeys(f"{a.name} is not claimed: {a.why}" for a in rows if a.why))
 
 
-def audit_json(rows: Sequence[Audited]) -> dict[str, Any]:
+def audit_json(rows: Sequence[AuditResult]) -> dict[str, Any]:
     """The body of the JSON document."""
     return {"audit": records(AUDIT, rows)}
 
@@ -69,14 +69,14 @@ class OfTask:
     """A row of the audit of one of several tasks."""
 
     file: str
-    audited: Audited
+    audited: AuditResult
 
     @property
     def unit(self) -> str:
         return self.audited.unit
 
 
-def _of_task(column: Column[Audited]) -> Column[OfTask]:
+def _of_task(column: Column[AuditResult]) -> Column[OfTask]:
     cell = column.cell
     return replace(cast(Any, column), cell=lambda row: cell(row.audited))
 

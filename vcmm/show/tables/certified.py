@@ -17,7 +17,7 @@ U_KNOWN: tuple[Column[CertifiedU], ...] = (
     Column("U", lambda r: r.expanded, SIZE, key="U_{unit}", csv="U_{unit}", page_head="U / {small}"),
 )
 
-COVERED: tuple[Column[CoveredMachines], ...] = (
+COVERAGE_COLUMNS: tuple[Column[CoveredMachines], ...] = (
     Column("characteristic", lambda r: r.characteristic, WORDS, key="characteristic", csv="characteristic"),
     Column("machines", lambda r: r.kind, WORDS, key="machines", csv="machines"),
     Column("counted", lambda r: r.machines, COUNT, key="counted", csv="counted"),
@@ -36,7 +36,7 @@ def worth_tables(w: CertificateWorth) -> tuple[ResultTable[Any], ...]:
         ResultTable("U under every prior over machines", U_KNOWN, w.by_prior, f"U: {u}."),
         ResultTable("U with every further fact", U_KNOWN, w.by_fact, "Prior as stated in the file."),
         ResultTable(
-            "machines at the limit, counted", COVERED, w.covered,
+            "machines at the limit, counted", COVERAGE_COLUMNS, w.covered,
             "Share of machines whose measurement lies so that the interval of prior limit about it holds the true value.",
         ),
         figures,
@@ -47,5 +47,5 @@ def worth_json(w: CertificateWorth) -> dict[str, Any]:
     """The body of the JSON document."""
     return {
         "stated": w.stated, "by_prior": records(U_KNOWN, w.by_prior), "by_fact": records(U_KNOWN, w.by_fact),
-        "at_limit": records(COVERED, w.covered), "figures": records(FIGURES, w.figures),
+        "at_limit": records(COVERAGE_COLUMNS, w.covered), "figures": records(FIGURES, w.figures),
     }  # fmt: skip

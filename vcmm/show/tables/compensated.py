@@ -12,10 +12,10 @@ from vcmm.core.run import Array
 from vcmm.show.tables.quantities import fixed, in_file
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, csv_text, entry, records
 
-Named = tuple[str, Departure]
+NamedDeparture = tuple[str, Departure]
 Shift = tuple[str, Array]
 
-DEPARTURES: tuple[Column[Named], ...] = (
+DEPARTURES: tuple[Column[NamedDeparture], ...] = (
     Column("", lambda n: n[0]),
     Column("largest", lambda n: n[1].largest, fixed(2, "um", 1e3)),
     Column("rms", lambda n: n[1].rms, fixed(2, "um", 1e3)),
@@ -24,7 +24,7 @@ DEPARTURES: tuple[Column[Named], ...] = (
     Column("at line", lambda n: n[1].line, NUMBER_TEXT, key="line"),
 )
 
-POINTINGS: tuple[Column[Named], ...] = (
+POINTINGS: tuple[Column[NamedDeparture], ...] = (
     Column("", lambda n: n[0]),
     Column("largest", lambda n: n[1].largest, fixed(1, "urad", 1e6)),
     Column("rms", lambda n: n[1].rms, fixed(1, "urad", 1e6)),
@@ -44,7 +44,7 @@ SHIFTS: tuple[Column[Shift], ...] = (
 )
 
 
-class Compared(Protocol):
+class RewritingSummary(Protocol):
     """What every rewriting says of itself."""
 
     @property
@@ -55,12 +55,12 @@ class Compared(Protocol):
     def shifts(self) -> Mapping[str, Array]: ...
 
 
-def departures(result: Compared, rows: list[Named]) -> ResultTable[Named]:
+def departures(result: RewritingSummary, rows: list[NamedDeparture]) -> ResultTable[NamedDeparture]:
     title = f"{result.name} on {result.machine}: departure of the cut path from the programmed one"
     return ResultTable(title, DEPARTURES, rows)
 
 
-def pointings(proof: OrientationProof) -> ResultTable[Named]:
+def pointings(proof: OrientationProof) -> ResultTable[NamedDeparture]:
     rows = [("as programmed", proof.before), ("compensated program", proof.after)]
     return ResultTable(
         "angle between the tool and where it is programmed to point, over the cuts", POINTINGS, rows
@@ -72,11 +72,11 @@ def pointing_json(departure: Departure) -> dict[str, Any]:
     return records(POINTINGS, [("", departure)])[0]
 
 
-def shifts(result: Compared) -> ResultTable[Shift]:
+def shifts(result: RewritingSummary) -> ResultTable[Shift]:
     return ResultTable("best shift of the work offsets alone", SHIFTS, list(result.shifts.items()))
 
 
-def before_and_after(result: CompensatedProgram) -> list[Named]:
+def before_and_after(result: CompensatedProgram) -> list[NamedDeparture]:
     """The program as it is, with shifted offsets, and rewritten; then with what rewriting does not correct."""
     rows = [
         ("as programmed", result.before),
@@ -93,7 +93,7 @@ def departure_json(departure: Departure) -> dict[str, Any]:
     return records(DEPARTURES, [("", departure)])[0]
 
 
-def shifts_json(result: Compared) -> dict[str, list[float]]:
+def shifts_json(result: RewritingSummary) -> dict[str, list[float]]:
     return {name: [float(v) for v in shift] for name, shift in result.shifts.items()}
 
 

@@ -9,14 +9,14 @@ from typing import Any
 
 from vcmm.answer.evaluation.result import CharacteristicResult, budget_interaction
 from vcmm.core.run import Array
-from vcmm.shop.machining.result import CutResult, SurfaceExtremes, expected
+from vcmm.shop.machining.result import CutResult, SurfaceExtremes, expected_deviation
 from vcmm.show.tables.evaluated import (
     BUDGET,
     DECISION,
     BudgetRow,
     budget_rows,
     characteristic_json,
-    decided,
+    decision_text,
     from_nominal,
     p_conform,
 )
@@ -35,12 +35,12 @@ from vcmm.show.tables.table import Column, ResultTable, Writing, csv_text, listi
 PART: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name),
     Column("nominal", lambda c: c.nominal, LENGTH),
-    Column("deviation", expected, DEVIATION),
+    Column("deviation", expected_deviation, DEVIATION),
     Column("known errors", lambda c: c.bias, DEVIATION),
     Column("U", lambda c: c.expanded, SIZE),
     Column("interval", lambda c: from_nominal(c.interval, c), SPAN),
     Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
-    Column("decision", decided, DECISION),
+    Column("decision", decision_text, DECISION),
     Column("p conform", p_conform, SHARE, page_head="conforms with"),
 )
 
@@ -62,7 +62,7 @@ def finished_part(result: CutResult) -> ResultTable[CharacteristicResult]:
 def _own_reading(result: CutResult, c: CharacteristicResult) -> float:
     """Deviation from nominal that the machine that cut the part reads of it."""
     assert result.own_reading is not None
-    return expected(next(r for r in result.own_reading.characteristics if r.name == c.name))
+    return expected_deviation(next(r for r in result.own_reading.characteristics if r.name == c.name))
 
 
 def _own_readings(result: CutResult) -> list[dict[str, Any]]:
@@ -70,13 +70,13 @@ def _own_readings(result: CutResult) -> list[dict[str, Any]]:
     if result.own_reading is None:
         return [{} for _ in result.characteristics]
     return [
-        {f"own_reading_{c.unit}": expected(c), f"own_reading_U_{c.unit}": c.expanded}
+        {f"own_reading_{c.unit}": expected_deviation(c), f"own_reading_U_{c.unit}": c.expanded}
         for c in result.own_reading.characteristics
     ]
 
 
 @dataclass(frozen=True, eq=False)
-class Owned:
+class OwnedShares:
     """A characteristic with its share of u² by owner, and what repeats and scatters in a batch (mm, rad)."""
 
     of: CharacteristicResult
@@ -89,35 +89,35 @@ class Owned:
         return self.of.unit
 
 
-def owned(result: CutResult) -> list[Owned]:
+def shares_by_owner(result: CutResult) -> list[OwnedShares]:
     return [
-        Owned(c, dict(result.shares[c.name]), result.repeats[c.name], result.scatters[c.name])
+        OwnedShares(c, dict(result.shares[c.name]), result.repeats[c.name], result.scatters[c.name])
         for c in result.characteristics
     ]
 
 
 GROUP_WORDS = {"machine": "machine tool", "setup": "set-up"}  # as pages name them
 OWNER = Writing(lambda value, unit: percent_text(value), lambda value, unit: whole_percent(value))
-_NAME: Column[Owned] = Column("characteristic", lambda o: o.of.name)
-REPEATS: Column[Owned] = Column("u, repeats in every part", lambda o: o.repeats, SIZE, key="u_repeats_{unit}", page_head="u repeats")  # fmt: skip
-SCATTERS: Column[Owned] = Column("u, scatters from part to part", lambda o: o.scatters, SIZE, key="u_scatters_{unit}", page_head="u scatters")  # fmt: skip
-ADDED: tuple[Column[Owned], ...] = (  # what cutting adds to the characteristics of JSON
-    Column(None, lambda o: expected(o.of), key="deviation_{unit}"),
+_NAME: Column[OwnedShares] = Column("characteristic", lambda o: o.of.name)
+REPEATS: Column[OwnedShares] = Column("u, repeats in every part", lambda o: o.repeats, SIZE, key="u_repeats_{unit}", page_head="u repeats")  # fmt: skip
+SCATTERS: Column[OwnedShares] = Column("u, scatters from part to part", lambda o: o.scatters, SIZE, key="u_scatters_{unit}", page_head="u scatters")  # fmt: skip
+CUTTING_COLUMNS: tuple[Column[OwnedShares], ...] = (  # what cutting adds to the characteristics of JSON
+    Column(None, lambda o: expected_deviation(o.of), key="deviation_{unit}"),
     Column(None, lambda o: o.shares, key="groups"),
     REPEATS,
     SCATTERS,
 )
 
 
-def _share(name: str, row: Owned) -> float:
+def _share(name: str, row: OwnedShares) -> float:
     return row.shares[name]
 
 
-def owners(result: CutResult) -> ResultTable[Owned]:
+def owners(result: CutResult) -> ResultTable[OwnedShares]:
     """Whose uncertainty it is; on the page also what of it a batch shares."""
-    rows = owned(result)
-    u: Column[Owned] = Column("u", lambda o: o.of.u, SIZE, on="page")
-    shares: list[Column[Owned]] = [
+    rows = shares_by_owner(result)
+    u: Column[OwnedShares] = Column("u", lambda o: o.of.u, SIZE, on="page")
+    shares: list[Column[OwnedShares]] = [
         Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
     ]
     if any(budget_interaction(row.of) for row in rows):
@@ -137,8 +137,8 @@ def largest_contributions(result: CutResult, most: int = 4) -> ResultTable[Budge
     return ResultTable("largest contributions", columns, rows)
 
 
-def batch(result: CutResult) -> ResultTable[Owned]:
-    return ResultTable("in a batch", [_NAME, REPEATS, SCATTERS], owned(result))
+def batch(result: CutResult) -> ResultTable[OwnedShares]:
+    return ResultTable("in a batch", [_NAME, REPEATS, SCATTERS], shares_by_owner(result))
 
 
 def surface(result: CutResult) -> ResultTable[Any]:
@@ -188,7 +188,7 @@ def grooves(result: CutResult) -> ResultTable[Any]:
 def cut_json(result: CutResult) -> dict[str, Any]:
     """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
     s = result.surface
-    added = records(ADDED, owned(result))
+    added = records(CUTTING_COLUMNS, shares_by_owner(result))
     return {
         "trials": result.uncertainty.trials,
         "characteristics": [

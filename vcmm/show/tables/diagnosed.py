@@ -13,23 +13,23 @@ from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.locate import Place
 from vcmm.learn.diagnosis.power import Detectable
 from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep
-from vcmm.learn.diagnosis.verdict import told
+from vcmm.learn.diagnosis.verdict import describe_probability
 from vcmm.show.tables.quantities import percent
 from vcmm.show.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
 
-FOUND = "physics that the machine file lacks"
+FOUND_PHYSICS = "physics that the machine file lacks"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
 SCALE = (
     "first row: all rows as they are, the nuisance refitted, with the machine file as it was and as it is written (vcmm compare "
     "gives the same); folds: rms of what nuisance and the uncertainty of the calibration cannot take up, weighted by the "
     "noise; shares may overlap"
 )
-SHOWN = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
+PARAMETER_WORDS = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
 
 
 def values_text(a: Answer) -> str:
     """Every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
-    out = [f"{SHOWN.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
+    out = [f"{PARAMETER_WORDS.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
     lobes = getattr(a.fitted, "lobes", 0)
     return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or "no free parameter"
 
@@ -52,24 +52,24 @@ def micro_text(d: Diagnosis, value: float) -> str:
 
 
 def probability_text(a: Answer) -> str:
-    return f"{a.probability:.3f}" if a.probability >= LEAST_TOLD else told(a.probability)
+    return f"{a.probability:.3f}" if a.probability >= LEAST_TOLD else describe_probability(a.probability)
 
 
-def _joined(words: Sequence[str]) -> str:
+def _join_words(words: Sequence[str]) -> str:
     return ", ".join(words) or "–"
 
 
 def rivals_text(a: Answer) -> str:
     """Its rivals, and the family where it is certain and its shape is open: 'lost_motion (play 1.000)'."""
     open_shape = a.kin is not None and len(a.kin.members) > 1
-    return _joined(a.cannot_be_told_from) + (
+    return _join_words(a.cannot_be_told_from) + (
         f" ({a.family} {a.family_probability:.3f})" if open_shape else ""
     )
 
 
 ANSWERS: tuple[Column[Answer], ...] = (
     Column("missing", lambda a: a.effect, page_head="effect"),
-    Column("where", lambda a: _joined([str(v) for v in a.where.values()])),
+    Column("where", lambda a: _join_words([str(v) for v in a.where.values()])),
     Column("parameters", values_text),
     Column("probability", probability_text, NUMBER_TEXT),
     Column("share", lambda a: a.share, percent(0)),
@@ -80,7 +80,7 @@ ANSWERS: tuple[Column[Answer], ...] = (
 
 def answers(d: Diagnosis) -> list[ResultTable[Answer]]:
     """What was found, and what is only a candidate; parts without an answer are left away."""
-    parts = [(FOUND, d.found), (CANDIDATES, d.candidates)]
+    parts = [(FOUND_PHYSICS, d.found), (CANDIDATES, d.candidates)]
     return [ResultTable(title, ANSWERS, found) for title, found in parts if found]
 
 
@@ -145,11 +145,11 @@ def places(d: Diagnosis) -> ResultTable[Place]:
     return ResultTable("where the residual departs", PLACES, d.location)
 
 
-def seen(d: Diagnosis) -> ResultTable[Detectable]:
+def detectable_table(d: Diagnosis) -> ResultTable[Detectable]:
     """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
     columns: list[Column[Detectable]] = [
         Column("effect", lambda x: x.effect),
-        Column("where", lambda x: _joined(list(x.where.values())), WORDS),
+        Column("where", lambda x: _join_words(list(x.where.values())), WORDS),
         Column("rms", lambda x: micro_text(d, x.amplitude), NUMBER_TEXT),
     ]
     return ResultTable("smallest amplitude seen per effect", columns, d.detectable)

@@ -42,7 +42,7 @@ def maxima(machine: Machine, error_map: ErrorField) -> ResultTable[Any]:
     """Largest and mean tip error with the place of the largest, and the body diagonals: all on one screen."""
     size, worst = error_map.size, int(error_map.size.argmax())
     place = ", ".join(
-        f"{a} {_shown(a, error_map.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters
+        f"{a} {_display_position(a, error_map.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters
     )
     rows = [
         ["largest tip error", f"{size.max() * 1e3:.3f} um", f"at {place}"],
@@ -90,7 +90,7 @@ def _unit(axis: str) -> str:
     return "deg" if is_rotary(axis) else "mm"
 
 
-def _shown(axis: str, position: float) -> float:
+def _display_position(axis: str, position: float) -> float:
     """Axis positions are shown in mm and deg."""
     return math.degrees(position) if is_rotary(axis) else float(position)
 
@@ -119,7 +119,7 @@ def field_csv(machine: Machine, error_map: ErrorField) -> str:
     """Axis positions in mm and deg, tip errors in um, nine significant digits."""
 
     def position(axis: str, row: int) -> float:
-        return _shown(axis, error_map.run.q(axis)[row])
+        return _display_position(axis, error_map.run.q(axis)[row])
 
     def error(component: int, row: int) -> float:
         return float(error_map.tip_error[row, component] * 1e3)

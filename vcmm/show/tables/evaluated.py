@@ -60,7 +60,7 @@ DECISION = Writing(lambda text, unit: text or DASH, _decision_badge, words=True)
 COVERAGE = Writing(lambda shown, unit: "yes" if shown else "not shown", _coverage_badge, words=True)
 
 
-def decided(c: CharacteristicResult) -> str | None:
+def decision_text(c: CharacteristicResult) -> str | None:
     return None if c.decision is None else c.decision.text
 
 
@@ -185,7 +185,7 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     entry("coverage_shown", lambda c: c.coverage_shown),
     entry("tolerance_{unit}", lambda c: None if c.tolerance is None else list(c.tolerance)),
     Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
-    Column("decision", decided, DECISION, key="decision"),
+    Column("decision", decision_text, DECISION, key="decision"),
     entry("decision_rule", lambda c: None if c.decision is None else c.decision.rule),
     entry("p_conform", p_conform),
     entry("zone", zone_of),
@@ -331,7 +331,7 @@ def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> R
     return ResultTable(f"budget (up to {words} largest lines each)", BUDGET, rows)
 
 
-def combined(c: CharacteristicResult) -> BudgetLine:
+def budget_total(c: CharacteristicResult) -> BudgetLine:
     """The closing line of a budget: k, U, p, y and bias in words, u in numbers."""
     scale = SMALL_SCALE[c.unit]
     expanded, k = c.stated
@@ -352,11 +352,11 @@ def combined(c: CharacteristicResult) -> BudgetLine:
 
 def budget_csv(result: UncertaintyResult) -> str:
     """The budget as an assessor reads it, one row per input, then the combined row of each characteristic."""
-    rows = [b for c in result.characteristics for b in (*budget_rows(c), BudgetRow(c, combined(c)))]
+    rows = [b for c in result.characteristics for b in (*budget_rows(c), BudgetRow(c, budget_total(c)))]
     return csv_text(ResultTable("", BUDGET, rows))
 
 
-COMPUTED: tuple[Column[CharacteristicResult], ...] = (
+COMPUTATION_COLUMNS: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name),
     Column("tier", lambda c: c.tier),
     Column("trials", lambda c: c.trials, COUNT),
@@ -370,10 +370,12 @@ COMPUTED: tuple[Column[CharacteristicResult], ...] = (
 )
 
 
-def computed(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
+def computation_table(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
     """Which tier answered, how many trials, and the certified error of the linear model."""
     caption = "The linear model is compared with multiplied transforms, contact and iterated fits on the same draws."
-    return ResultTable("how it was computed", COMPUTED, result.characteristics, page_caption=caption)
+    return ResultTable(
+        "how it was computed", COMPUTATION_COLUMNS, result.characteristics, page_caption=caption
+    )
 
 
 def uncertainty_json(result: UncertaintyResult) -> dict[str, Any]:

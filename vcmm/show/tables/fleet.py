@@ -12,14 +12,14 @@ from vcmm.learn.diagnosis.trend import ALWAYS, DRIFT, IRREGULAR, STEADY, STEP
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 
 Record = Mapping[str, Any]
-CHANGED = (
+CHANGE_COLUMNS = (
     "first and last recording of every machine, their difference over its standard uncertainty (independent; beyond 3 it is no chance, 1 of"
     " 370), and how the number went through all of them: a drift is that of the whole time, a step lies between the two named"
 )
 WORDS = {DRIFT: "drifts", STEP: "steps", STEADY: "steady", IRREGULAR: "up and down", "": ""}
 
 
-def _found(record: Record) -> list[Any]:
+def _found_answers(record: Record) -> list[Any]:
     return (
         [] if record["problem"] else [a for a in record["answer"] if not a["doubtful"] and not a["alias_of"]]
     )
@@ -29,7 +29,7 @@ def _names(record: Record) -> str:
     if record["problem"]:
         return str(record["problem"])
     unknown = record["unknown"]
-    said = [f"{name_of(a)} ({_values(a)})" for a in _found(record)]
+    said = [f"{name_of(a)} ({_values(a)})" for a in _found_answers(record)]
     said += [f"something without a name over {', '.join(unknown['covariates'])}"] if unknown else []
     return "; ".join(said) or "–"
 
@@ -118,7 +118,7 @@ def numbers(records: Sequence[Record]) -> ResultTable[NumberRow]:
     """One line for every number that was found, for a spreadsheet; one for a recording without any."""
     rows: list[NumberRow] = []
     for record in records:
-        own = [NumberRow(record, a, p) for a in _found(record) for p in a["parameters"]]
+        own = [NumberRow(record, a, p) for a in _found_answers(record) for p in a["parameters"]]
         rows += own or [NumberRow(record)]
     return ResultTable("", NUMBERS, rows)
 
@@ -175,4 +175,4 @@ def _when(end: tuple[str, str]) -> str:
 
 
 def changes(found: Sequence[Change]) -> ResultTable[Change]:
-    return ResultTable("what changed", CHANGES, found, CHANGED)
+    return ResultTable("what changed", CHANGES, found, CHANGE_COLUMNS)

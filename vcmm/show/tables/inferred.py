@@ -8,11 +8,11 @@ from typing import Any, cast
 
 from vcmm.answer.evaluation.jointly import JointJudgement
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.inference.job import Evaluated, EvaluatedPart
+from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.show.tables.evaluated import (
     DECISION,
     RESULTS,
-    decided,
+    decision_text,
     from_nominal,
     p_conform,
     true_value_by_points,
@@ -21,27 +21,27 @@ from vcmm.show.tables.quantities import DEVIATION, LENGTH, SPAN, percent
 from vcmm.show.tables.table import Column, ResultTable, csv_text, entry, records
 
 
-def _of_result(column: Column[Any]) -> Column[Evaluated]:
+def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:
     """A column of the uncertainty document, of the result within."""
 
-    def cell(e: Evaluated) -> Any:
+    def cell(e: EvaluatedCharacteristic) -> Any:
         return column.cell(e.result)
 
     return replace(column, cell=cell)
 
 
-def _true_value(e: Evaluated) -> dict[str, Any] | None:
+def _true_value(e: EvaluatedCharacteristic) -> dict[str, Any] | None:
     """Of points every characteristic has one: their residuals say what a value alone does not."""
     return true_value_by_points(e.result) if e.by_points else TRUE_VALUE.cell(e.result)
 
 
 TRUE_VALUE = next(c for c in RESULTS if c.key == "true_value")
-DOCUMENT: tuple[Column[Evaluated], ...] = (
+DOCUMENT: tuple[Column[EvaluatedCharacteristic], ...] = (
     *(entry("true_value", _true_value) if c is TRUE_VALUE else _of_result(c) for c in RESULTS),
     entry("measured_{unit}", lambda e: e.measured),
 )
 
-SHOWN: tuple[Column[Evaluated], ...] = (
+PART_COLUMNS: tuple[Column[EvaluatedCharacteristic], ...] = (
     Column("characteristic", lambda e: e.result.name, csv="characteristic"),
     Column("nominal", lambda e: e.result.nominal, LENGTH),
     Column("measured", lambda e: e.measured, LENGTH),
@@ -49,27 +49,27 @@ SHOWN: tuple[Column[Evaluated], ...] = (
     Column("bias", lambda e: e.result.bias, DEVIATION),
     Column("true value from nominal", lambda e: from_nominal(e.result.interval, e.result), SPAN),
     Column("tolerance", lambda e: from_nominal(e.result.tolerance, e.result), SPAN),
-    Column("decision", lambda e: decided(e.result), DECISION),
+    Column("decision", lambda e: decision_text(e.result), DECISION),
     Column("p", lambda e: p_conform(e.result), percent(1)),
 )
 
 
-def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[Evaluated], ...], str, str]:
+def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[EvaluatedCharacteristic], ...], str, str]:
     """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
     found = [e for p in parts for e in p.characteristics]
     told = LEFT_IN * any(_bias_left_in(e) for e in found) + SPREAD * any(_spread_alone(e) for e in found)
     if not any(_spread_alone(e) for e in found):
-        return SHOWN, "the {:.0%} interval of the true value", CAPTION + told
+        return PART_COLUMNS, "the {:.0%} interval of the true value", CAPTION + told
     heads = {"true value from nominal": "interval from nominal"}
-    columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in SHOWN)
+    columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in PART_COLUMNS)
     return columns, "its {:.0%} interval", CAPTION + told
 
 
-def _bias_left_in(e: Evaluated) -> bool:
+def _bias_left_in(e: EvaluatedCharacteristic) -> bool:
     return e.result.bias_in_U > 0.0
 
 
-def _spread_alone(e: Evaluated) -> bool:
+def _spread_alone(e: EvaluatedCharacteristic) -> bool:
     """Whether the interval of an extreme value is how the indicated one scatters: no parts can be drawn (on a mesh)."""
     return e.result.extreme and isinstance(e.result.truth, Additive)
 
@@ -79,7 +79,7 @@ LEFT_IN = " Where a known bias is not corrected (see the notes) the interval hol
 CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
 
 
-def shown(part: EvaluatedPart) -> ResultTable[Evaluated]:
+def part_table(part: EvaluatedPart) -> ResultTable[EvaluatedCharacteristic]:
     """characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
     first = part.characteristics[0].result
     name = f'part "{part.part}": ' if part.part else ""
@@ -176,7 +176,7 @@ def values_csv(parts: Sequence[EvaluatedPart]) -> str:
     return csv_text(ResultTable("", FILE, rows))
 
 
-def _true_end(e: Evaluated, end: int) -> str:
+def _true_end(e: EvaluatedCharacteristic, end: int) -> str:
     """An end of the interval of the true value, mm or rad; empty where the interval is of the indicated value."""
     return "" if _spread_alone(e) else f"{e.result.interval[end]:.9f}"
 
@@ -188,7 +188,7 @@ FILE: tuple[Column[Any], ...] = (
     Column(None, lambda r: r[1].measured, csv="measured", file=lambda v, u: f"{v:.9f}"),
     Column(None, lambda r: _true_end(r[1], 0), csv="true_low"),
     Column(None, lambda r: _true_end(r[1], 1), csv="true_high"),
-    Column(None, lambda r: decided(r[1].result) or "", csv="decision"),
+    Column(None, lambda r: decision_text(r[1].result) or "", csv="decision"),
     Column(None, lambda r: p_conform(r[1].result), csv="p_conform"),
 )
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from vcmm.answer.evaluation.virtual_measurement import Measurement
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.accepted import written
+from vcmm.learn.diagnosis.accepted import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
 from vcmm.shop.machining.measured import MeasuredCut
 from vcmm.shop.machining.proof import CutProof
 from vcmm.show.tables.proofs import proof_json
 
 
-class Looped(Protocol):
+class LoopRecord(Protocol):
     """What the command hands over."""
 
     @property
@@ -45,12 +45,12 @@ class Looped(Protocol):
     def met(self) -> bool: ...
 
 
-def loop_json(loop: Looped) -> dict[str, Any]:
+def loop_json(loop: LoopRecord) -> dict[str, Any]:
     """The body of vcmm.loop/1."""
     d, proof = loop.diagnosis, loop.proof
-    crisp = {id(a) for a in written(d.answer)}
+    crisp = {id(a) for a in answers_to_write(d.answer)}
     found = [answer | {"written": id(a) in crisp} for answer, a in zip(diagnosis_json(d)["answer"], d.answer)]
-    now = {"by": "measured", **_figures(loop.cut.off), "characteristics": _measured(loop.cut)}
+    now = {"by": "measured", **_figures(loop.cut.off), "characteristics": _measured_values(loop.cut)}
     after = None
     if proof.after is not None and not loop.refused:
         after = {
@@ -68,7 +68,7 @@ def loop_json(loop: Looped) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def loop_text(loop: Looped, said: Sequence[str]) -> Iterator[str]:
+def loop_text(loop: LoopRecord, said: Sequence[str]) -> Iterator[str]:
     """Lines for the terminal: what the next part will be, then what was found (said), then the characteristics."""
     now, proof = loop.cut.off * 1e3, loop.proof
     was = f"this part departs by {np.abs(now).max():.2f} um at most and {np.abs(now).mean():.2f} um in the mean ({len(now)} measured points)"
@@ -91,7 +91,7 @@ def loop_text(loop: Looped, said: Sequence[str]) -> Iterator[str]:
     if loop.after is not None:
         yield ""
         yield "characteristic, from nominal: measured now, next part"
-        for row, after in zip(_measured(loop.cut), _values(loop.after)):
+        for row, after in zip(_measured_values(loop.cut), _values(loop.after)):
             unit, small, factor = ("mm", "um", 1e3) if "deviation_mm" in row else ("rad", "urad", 1e6)
             a, b = (float(r[f"deviation_{unit}"]) * factor for r in (row, after))
             yield f"  {row['name']}: {a:+.2f}, {b:+.2f} {small}"
@@ -102,7 +102,7 @@ def _figures(off: Array) -> dict[str, Any]:
     return {"largest_um": float(size.max()), "mean_um": float(size.mean()), "points": len(off)}
 
 
-def _measured(cut: MeasuredCut) -> list[dict[str, Any]]:
+def _measured_values(cut: MeasuredCut) -> list[dict[str, Any]]:
     return [
         {
             "name": c.name,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from vcmm.shop.machining.measured import BesidePrediction, MeasuredCut
-from vcmm.shop.machining.mismatch import Located
+from vcmm.shop.machining.mismatch import MismatchEntry
 from vcmm.shop.machining.significance import LEAST_P
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry, records
 
-COMPARED: tuple[Column[BesidePrediction], ...] = (
+PREDICTION_COLUMNS: tuple[Column[BesidePrediction], ...] = (
     Column("characteristic", lambda r: r.name, key="name"),
     Column("nominal", lambda r: r.nominal, LENGTH),
     Column("measured", lambda r: r.measured - r.nominal, DEVIATION),
@@ -20,7 +20,7 @@ COMPARED: tuple[Column[BesidePrediction], ...] = (
     entry("measured_{unit}", lambda r: r.measured),
     entry("predicted_{unit}", lambda r: r.predicted),
 )
-MISMATCH: tuple[Column[Located], ...] = (
+MISMATCH: tuple[Column[MismatchEntry], ...] = (
     Column("feature", lambda m: m.feature, key="feature"),
     Column("line", lambda m: m.line, NUMBER_TEXT, key="line"),
     Column("goes with", lambda m: m.covariate, key="covariate"),
@@ -31,18 +31,18 @@ MISMATCH: tuple[Column[Located], ...] = (
 )
 
 
-def compared(cut: MeasuredCut) -> ResultTable[BesidePrediction]:
-    return ResultTable("measured against predicted, from nominal", COMPARED, list(cut.compared))
+def prediction_table(cut: MeasuredCut) -> ResultTable[BesidePrediction]:
+    return ResultTable("measured against predicted, from nominal", PREDICTION_COLUMNS, list(cut.compared))
 
 
-def mismatch(cut: MeasuredCut) -> ResultTable[Located]:
+def mismatch(cut: MeasuredCut) -> ResultTable[MismatchEntry]:
     return ResultTable("where the part departs from its prediction", MISMATCH, cut.mismatch)
 
 
 def measured_json(cut: MeasuredCut) -> dict[str, Any]:
     """Keys of the document: measured, mismatch, scatter_um."""
     return {
-        "measured": records(COMPARED, list(cut.compared)),
+        "measured": records(PREDICTION_COLUMNS, list(cut.compared)),
         "mismatch": records(MISMATCH, list(cut.mismatch)),
         "scatter_um": cut.scatter * 1e3,
     }

@@ -71,7 +71,7 @@ def sentences(found: NodeScatter) -> list[str]:
         f"d {_range(d)} um; of it the lengths' own u makes {_range(own)} um, more than half of d in {covered:.0%} of the directions",
         f"one approach: {_range(single)} um, d freed of what changes between stations and of the instrument",
         f"mean deviations are known to {known:.2f} um (rms of their u)",
-        f"chi-squared against the t-law: {found.rejected():.0%} of {found.test.size} tests below 0.05",
+        f"chi-squared against the t-law: {found.rejection_share():.0%} of {found.test.size} tests below 0.05",
     ]
 
 

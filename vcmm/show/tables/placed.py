@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from vcmm.answer.evaluation.result import CharacteristicResult
-from vcmm.answer.placing.result import Placed
+from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import UNITS, amount, change, changes, goal_text, poses, region_text
 from vcmm.core.run import Array
 from vcmm.part.gps.characteristics import unit
@@ -48,7 +48,7 @@ def _against(decimals: int, on: Literal["both", "terminal"] = "both") -> Column[
     return Column("against present", lambda p: p.against, percent(decimals, signed=True), on=on)
 
 
-def compared_poses(placed: Placed) -> ResultTable[ComparedPose]:
+def compared_poses(placed: PlacementResult) -> ResultTable[ComparedPose]:
     """One row per pose: best of those tried, convenient, present, median, worst."""
     flat = placed.region
     tried = [("found", placed.best.pose, placed.best.value)]
@@ -86,7 +86,7 @@ WHY: tuple[Column[InfluenceChange], ...] = (
 )
 
 
-def why(placed: Placed, most: int = 4) -> ResultTable[InfluenceChange]:
+def why(placed: PlacementResult, most: int = 4) -> ResultTable[InfluenceChange]:
     """Contributions at the present and the best pose, the largest changes of each characteristic first."""
     rows = []
     for name, kind, lines, total in changes(placed):
@@ -99,17 +99,17 @@ def why(placed: Placed, most: int = 4) -> ResultTable[InfluenceChange]:
     return ResultTable(title, WHY, rows)
 
 
-APART = "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws), so the two differ by more than ±"
+OTHER_DRAWS = "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws), so the two differ by more than ±"
 
 
-def how_sure(placed: Placed) -> ResultTable[Any]:
+def how_sure(placed: PlacementResult) -> ResultTable[Any]:
     """Certificate and flatness, and the gain out of sample where it was confirmed."""
     rows = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     sure = placed.confirmation
     if sure is not None:
         text = f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials"
         rows.insert(0, ["gain, out of sample", text])
-        rows.insert(1, ["", APART])
+        rows.insert(1, ["", OTHER_DRAWS])
     return listing("how sure, how flat", ["", ""], rows, words=(0, 1))
 
 
@@ -168,7 +168,7 @@ def gains(placed: PlacedCut) -> ResultTable[Gain]:
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankedMachine:
     """A machine among those to choose from; first: value on the best one; value None: it cannot take the part."""
 
     file: str
@@ -179,7 +179,7 @@ class Ranked:
     first: float
 
 
-RANKING: tuple[Column[Ranked], ...] = (
+RANKING: tuple[Column[RankedMachine], ...] = (
     Column("machine", lambda r: r.name),
     entry("machine", lambda r: r.file),
     entry("name", lambda r: r.name),
@@ -195,14 +195,14 @@ RANKING: tuple[Column[Ranked], ...] = (
 )
 
 
-def ranking(order: Sequence[str], found: Mapping[str, Mapping[str, Any]]) -> ResultTable[Ranked]:
+def ranking(order: Sequence[str], found: Mapping[str, Mapping[str, Any]]) -> ResultTable[RankedMachine]:
     """The machines in their order, then those that cannot take the part. found: per file name, value, pose and amount."""
     first = found[order[0]]["value"]
     rows = []
     for m in order:
         pose, amount = found[m]["words"]
-        rows.append(Ranked(m, found[m]["name"], pose, amount, found[m]["value"], first))
+        rows.append(RankedMachine(m, found[m]["name"], pose, amount, found[m]["value"], first))
     for m, one in found.items():
         if m not in order:
-            rows.append(Ranked(m, one["name"], "cannot take the part", "–", None, first))
+            rows.append(RankedMachine(m, one["name"], "cannot take the part", "–", None, first))
     return ResultTable("machines, the part at the best pose found on each", RANKING, rows)

@@ -36,13 +36,15 @@ def curve(
         Column("minutes", lambda row: row.plan.minutes, fixed(2)),
         Column("points", lambda row: ", ".join(f"{f} {n}" for f, n in row.plan.per_feature.items())),
     ]
-    columns += [Column(f"U {n}", partial(_expanded, n), _of_unit(units[n])) for n in result.chosen.expanded]
+    columns += [
+        Column(f"U {n}", partial(_plan_uncertainty, n), _of_unit(units[n])) for n in result.chosen.expanded
+    ]
     caption = f"styli: {', '.join(f'{f} {s}' for f, s in result.styli.items())}"
     on_page = f"U in µm (angles µrad), {caption}."
     return ResultTable("U against measuring time, form of the part included", columns, rows, caption, on_page)
 
 
-def _expanded(name: str, row: CurvePoint) -> float:
+def _plan_uncertainty(name: str, row: CurvePoint) -> float:
     return row.plan.expanded[name]
 
 

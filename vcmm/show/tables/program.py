@@ -98,7 +98,7 @@ def remarks(name: str, program: Program) -> ResultTable[Any]:
     return listing("remarks", ["where", "what"], rows, words=(0, 1))
 
 
-def unused(name: str, program: Program) -> ResultTable[Any]:
+def unused_table(name: str, program: Program) -> ResultTable[Any]:
     """Words that nothing uses, one row for each letter: where first, as written there, and how many lines have one."""
     rows: dict[str, list[Any]] = {}
     for u in program.unused:
@@ -108,7 +108,7 @@ def unused(name: str, program: Program) -> ResultTable[Any]:
     return listing("words that nothing uses, passed over", ["first", "word", "lines"], listed, words=(0, 1))
 
 
-def assumed(name: str, program: Program) -> ResultTable[Any]:
+def assumption_table(name: str, program: Program) -> ResultTable[Any]:
     """What the program lacks and was taken for granted."""
     rows = [[f"{name}:{a.line}", a.what, a.value] for a in program.assumed]
     return listing("assumed", ["where", "what", "taken"], rows, words=(0, 1, 2))

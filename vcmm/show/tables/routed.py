@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.answer.routes.estimate import Contribution, RouteAgreement, RouteEstimate
-from vcmm.answer.routes.job import Routed, RoutedCharacteristic
+from vcmm.answer.routes.job import RoutedCharacteristic, RoutesResult
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.show.tables.table import WORDS, Column, ResultTable, entry, records
 
@@ -104,25 +104,25 @@ def _pair_rows(found: Iterable[RoutedCharacteristic]) -> list[AgreementRow]:
     return [AgreementRow(c, a) for c in found for a in c.agreements]
 
 
-def routes_table(found: Routed) -> ResultTable[RouteRow]:
+def routes_table(found: RoutesResult) -> ResultTable[RouteRow]:
     where = ", measured on a drawn machine and parts that no route knows" if found.simulated else ""
     shown = ROUTES if found.simulated else tuple(c for c in ROUTES if c.head != "(value - truth) / U")
     return ResultTable(f"the true value by every route{where}", shown, _route_rows(found.characteristics))
 
 
-def agreements_table(found: Routed) -> ResultTable[AgreementRow]:
+def agreements_table(found: RoutesResult) -> ResultTable[AgreementRow]:
     caption = (
         "E_n = difference / U of the difference; what both routes share is not in it. |E_n| <= 1: they agree."
     )
     return ResultTable("do the routes agree?", AGREEMENTS, _pair_rows(found.characteristics), caption)
 
 
-def contributions_table(found: Routed) -> ResultTable[ContributionRow]:
+def contributions_table(found: RoutesResult) -> ResultTable[ContributionRow]:
     rows = [ContributionRow(r, c) for r in _route_rows(found.characteristics) for c in r.route.contributions]
     return ResultTable("contributions", CONTRIBUTIONS, rows)
 
 
-def routes_json(found: Routed) -> dict[str, Any]:
+def routes_json(found: RoutesResult) -> dict[str, Any]:
     """The body of the JSON document."""
     return {
         "simulated": found.simulated, "agree": found.agree,

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from vcmm.core.units import plain
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
-from vcmm.learn.diagnosis.several import Several, Shared, Size
+from vcmm.learn.diagnosis.several import Several, SharedAnswer, Size
 from vcmm.show.tables.diagnosed import values_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 
-NOT_SEEN = "not seen"
+NOT_SEEN_TEXT = "not seen"
 
 
 def _name(a: Answer) -> str:
@@ -19,10 +19,12 @@ def _name(a: Answer) -> str:
 
 def _size(s: Size) -> str:
     """0.98 ± 0.03, times the size that the name has in all."""
-    return NOT_SEEN if s.times is None or s.u is None else f"{s.times:.2f} ± {plain(float(f'{s.u:.1g}'))}"
+    return (
+        NOT_SEEN_TEXT if s.times is None or s.u is None else f"{s.times:.2f} ± {plain(float(f'{s.u:.1g}'))}"
+    )
 
 
-SIZES: tuple[Column[Shared], ...] = (
+SIZES: tuple[Column[SharedAnswer], ...] = (
     Column("name", lambda s: _name(s.answer)),
     Column("is", lambda s: "common" if s.common else "each one's own"),
     Column("size 1.00", lambda s: values_text(s.answer)),
@@ -31,7 +33,7 @@ SIZES: tuple[Column[Shared], ...] = (
 )
 
 
-def sizes(found: Several) -> ResultTable[Shared]:
+def sizes(found: Several) -> ResultTable[SharedAnswer]:
     said = "sizes as multiples, every recording fitted by itself with all names; p: chance of such differences if they were one"
     return ResultTable("what is common and what is each one's own", SIZES, found.shared, said)
 

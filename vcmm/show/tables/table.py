@@ -60,7 +60,7 @@ class Column(Generic[R]):
     on: Literal["both", "terminal", "page"] = "both"
     file: Callable[[Any, Unit], str] = written_out
 
-    def shown(self, place: str) -> bool:
+    def is_shown(self, place: str) -> bool:
         return self.head is not None and self.on in ("both", place)
 
 
@@ -88,21 +88,21 @@ def unit_of(row: object) -> Unit:
     return str(getattr(row, "unit", "mm"))
 
 
-def _filled(text: str, row: object) -> str:
+def _fill_units(text: str, row: object) -> str:
     unit = unit_of(row)
     return text.format(unit=unit, large=LARGE[unit], small=SMALL[unit]) if "{" in text else text
 
 
 def in_terminal(table: ResultTable[R]) -> Cells:
     """Headings and cells as text with units."""
-    columns = [c for c in table.columns if c.shown("terminal")]
+    columns = [c for c in table.columns if c.is_shown("terminal")]
     rows = [[c.writing.terminal(c.cell(row), unit_of(row)) for c in columns] for row in table.rows]
     return Cells([_head(c.head, table) for c in columns], rows, _words(columns))
 
 
 def on_page(table: ResultTable[R]) -> Cells:
     """Headings and cells as a page has them: text, floats or the cells of `vcmm.show.report`."""
-    columns = [c for c in table.columns if c.shown("page")]
+    columns = [c for c in table.columns if c.is_shown("page")]
     rows = [
         [(c.writing.page or c.writing.terminal)(c.cell(row), unit_of(row)) for c in columns]
         for row in table.rows
@@ -112,7 +112,7 @@ def on_page(table: ResultTable[R]) -> Cells:
 
 
 def _head(text: str | None, table: ResultTable[R]) -> str:
-    return _filled(text or "", table.rows[0] if table.rows else None)
+    return _fill_units(text or "", table.rows[0] if table.rows else None)
 
 
 def _words(columns: Sequence[Column[R]]) -> list[int]:
@@ -170,7 +170,7 @@ def csv_text(table: ResultTable[R]) -> str:
 def records(columns: Sequence[Column[R]], rows: Iterable[R]) -> list[dict[str, Any]]:
     """The rows of a JSON document: every column that has a key, as its value."""
     named = [c for c in columns if c.key]
-    return [{_filled(c.key, row): c.cell(row) for c in named} for row in rows]
+    return [{_fill_units(c.key, row): c.cell(row) for c in named} for row in rows]
 
 
 def entry(key: str, cell: Callable[[R], Any]) -> Column[R]:

@@ -25,7 +25,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, smallest_limit
-from vcmm.task.certified.findings import Found
+from vcmm.task.certified.findings import Finding
 from vcmm.task.certified.lines import RAM, REPEATS, SHARES, length_run, ram_lines, seven_lines
 from vcmm.task.certified.machines import (
     NODES,
@@ -46,8 +46,8 @@ from vcmm.task.certified.positioning import axis_run, axis_scale
 GEOMETRY, TIP, SIZE, SCATTER, AXES, FINDING = range(
     6
 )  # streams: what one limit draws does not depend on another
-KEPT = 0.02  # of the machines must keep E0 with their scatter
-TRIED = 500
+LEAST_KEPT = 0.02  # of the machines must keep E0 with their scatter
+TRIALS_TRIED = 500
 
 
 def machines_at_each_limit(machine: Machine, c: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
@@ -69,7 +69,7 @@ def _shares(c: MachineCertificate, seed: int, stream: int, count: int) -> Array:
     return shares_of(np.random.default_rng([seed, stream, 1]), c.prior, 1.0)[:count]
 
 
-def _found(one: Found, seed: int, stream: int, count: int) -> Array:
+def _draw_finding(one: Finding, seed: int, stream: int, count: int) -> Array:
     """(count,) mm: a finding with its uncertainty, never below 0."""
     rng = np.random.default_rng([seed, FINDING, stream])
     return np.maximum(one.error + one.u * rng.normal(size=count), 0.0)
@@ -91,14 +91,14 @@ def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes:
         _check_largest(c.found.largest, float(e0.at(lengths).max()))
         most = np.abs(modes @ shown[0].T).max(axis=1)
         scale = np.minimum(
-            scale, _found(c.found.largest, seed, GEOMETRY, len(modes)) / np.maximum(most, 1e-15)
+            scale, _draw_finding(c.found.largest, seed, GEOMETRY, len(modes)) / np.maximum(most, 1e-15)
         )
     if c.found.lengths:
         scale = np.minimum(scale, _by_found_lengths(c, e0, modes @ shown[0].T, lengths, seed))
     return np.asarray(scale)
 
 
-def _check_largest(largest: Found, most: float) -> None:
+def _check_largest(largest: Finding, most: float) -> None:
     """UsageError where it exceeds the limit of the longest length of the machine."""
     if abs(largest.error) > most:
         raise UsageError(
@@ -160,9 +160,9 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
     for sphere in (c.form, c.found.form.highest if c.found.form else None):
         if sphere is not None:  # scatter alone shows as form of the test sphere
             scatter = np.minimum(scatter, sphere / expected_form())
-    noise = np.sqrt(2.0) * np.abs(rng.normal(size=(TRIED, len(lengths), REPEATS))).max(axis=2)
-    kept = (scatter[:TRIED, None] * noise[: len(scatter)] <= e0.at(lengths)).all(axis=1)
-    if kept.mean() < KEPT:
+    noise = np.sqrt(2.0) * np.abs(rng.normal(size=(TRIALS_TRIED, len(lengths), REPEATS))).max(axis=2)
+    kept = (scatter[:TRIALS_TRIED, None] * noise[: len(scatter)] <= e0.at(lengths)).all(axis=1)
+    if kept.mean() < LEAST_KEPT:
         raise UsageError(
             "no machine keeps these limits together: scatter (R0_MPL) alone exceeds E0_MPE; check the units of the certificate"
         )
@@ -172,7 +172,7 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
     return np.minimum(scatter, 1.0 / (noise / limit).max(axis=1).mean())
 
 
-def _scatter_as_found(found: Found, count: int, lengths: int, seed: int) -> Array:
+def _scatter_as_found(found: Finding, count: int, lengths: int, seed: int) -> Array:
     """(count,) mm: the range found over the range of as many repeats of unit scatter, drawn for every machine: all that
     scatters in such a range is the range itself (a pivot).
     """
@@ -180,7 +180,7 @@ def _scatter_as_found(found: Found, count: int, lengths: int, seed: int) -> Arra
     unit = np.array(
         [np.ptp(np.sqrt(2.0) * rng.normal(size=(lengths, REPEATS)), axis=1).max() for _ in range(count)]
     )
-    return _found(found, seed, SCATTER, count) / unit
+    return _draw_finding(found, seed, SCATTER, count) / unit
 
 
 def _tip(machine: Machine, c: MachineCertificate, e0: LengthLimit, scatter: Array, seed: int) -> Array:
@@ -192,7 +192,7 @@ def _tip(machine: Machine, c: MachineCertificate, e0: LengthLimit, scatter: Arra
     else:
         beside = scatter if c.found.R0 is not None else np.zeros(count)
         size = max(c.found.form.error, 1e-9)
-        form = tip_forms(rng, size, beside, _found(c.found.form, seed, TIP, count) / size)
+        form = tip_forms(rng, size, beside, _draw_finding(c.found.form, seed, TIP, count) / size)
     run, lengths = length_run(machine, seven_lines(machine))
     shown = (np.abs(tip_reading(run, form, np.zeros(count))) / e0.at(lengths)[:, None]).max(axis=0)
     return form / np.maximum(shown, 1.0)[:, None]
@@ -203,7 +203,7 @@ def _radius(machine: Machine, c: MachineCertificate, e0: LengthLimit, count: int
     _, lengths = length_run(machine, seven_lines(machine))
     sign = np.random.default_rng([seed, SIZE]).choice([-1.0, 1.0], count)
     if c.found.size is not None:
-        return 0.5 * sign * _found(c.found.size, seed, SIZE, count)
+        return 0.5 * sign * _draw_finding(c.found.size, seed, SIZE, count)
     size = min(c.size if c.size is not None else 0.5 * e0.fixed, e0(float(lengths.min())))
     return 0.5 * size * sign * _shares(c, seed, SIZE, count)
 

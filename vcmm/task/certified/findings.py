@@ -9,7 +9,7 @@ from vcmm.core.errors import UsageError
 
 
 @dataclass(frozen=True)
-class Found:
+class Finding:
     """One figure of the test as found, mm, with its standard uncertainty."""
 
     error: float
@@ -25,11 +25,11 @@ class Found:
 class Findings:
     """lengths: (length mm, error as found there); largest: largest |error| of all lengths; None where nothing is told."""
 
-    lengths: tuple[tuple[float, Found], ...] = ()
-    largest: Found | None = None
-    R0: Found | None = None
-    form: Found | None = None
-    size: Found | None = None
+    lengths: tuple[tuple[float, Finding], ...] = ()
+    largest: Finding | None = None
+    R0: Finding | None = None
+    form: Finding | None = None
+    size: Finding | None = None
 
     def __bool__(self) -> bool:
         return bool(self.lengths) or any(x is not None for x in (self.largest, self.R0, self.form, self.size))
@@ -44,7 +44,7 @@ class Findings:
         return ", ".join(parts)
 
 
-def _um(one: Found) -> str:
+def _um(one: Finding) -> str:
     return f"{abs(one.error) * 1e3:g} um" + (f" (u {one.u * 1e3:g} um)" if one.u else "")
 
 

@@ -33,7 +33,9 @@ class CertifiedKnowledge:
     inputs: tuple[Input, ...]
 
 
-def certified(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedKnowledge:
+def certified_knowledge(
+    machine: Machine, certificate: MachineCertificate, seed: int = SEED
+) -> CertifiedKnowledge:
     """Effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep.
 
     Inputs are `bound` where a limit is all that is known: they are the far end of what the machine may be.

@@ -31,7 +31,7 @@ from vcmm.task.certified.positioning import axis_run, axis_scale
 from vcmm.task.response.influence import influences
 
 DRAWN, NODES = 6000, 5  # machines; nodes of every table over the travel
-MIXED = 0.7  # lognormal spread of the share of each kind of error in a machine
+KIND_SPREAD = 0.7  # lognormal spread of the share of each kind of error in a machine
 SMOOTH = 0.5  # correlation length of the tables over the travel
 SEED = 10360
 
@@ -92,7 +92,7 @@ def drawn_modes(rng: np.random.Generator, kinds: Sequence[str]) -> Array:
     """(machines, modes): standard normal, each kind of error with a share of its own."""
     out = rng.normal(size=(DRAWN, len(kinds)))
     for kind in dict.fromkeys(kinds):
-        out[:, [k == kind for k in kinds]] *= np.exp(MIXED * rng.normal(size=(DRAWN, 1)))
+        out[:, [k == kind for k in kinds]] *= np.exp(KIND_SPREAD * rng.normal(size=(DRAWN, 1)))
     return out
 
 
@@ -106,7 +106,7 @@ class CertifiedMachines:
     scatter: Array
 
     @property
-    def mirrored(self) -> CertifiedMachines:
+    def mirror(self) -> CertifiedMachines:
         """Every machine, then its mirror image, as the Inputs have them."""
         return CertifiedMachines(
             mirrored_rows(self.modes),

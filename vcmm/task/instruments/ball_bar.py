@@ -13,7 +13,7 @@ import numpy as np
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.task.instruments.instrument import Instrument, OwnError, constant
-from vcmm.task.instruments.laying import joined
+from vcmm.task.instruments.laying import join_layouts
 from vcmm.task.instruments.tracker import lengths_to
 from vcmm.task.response.recording import Recording
 
@@ -62,5 +62,5 @@ def both_senses(
         circle(machine, centre, radius, plane, u, points=points, offset=offset, sweep=sweep)
         for sweep in ((0.0, 360.0), (360.0, 0.0))
     ]
-    one = joined(f"circle {plane}", ways)
+    one = join_layouts(f"circle {plane}", ways)
     return replace(one, run=replace(one.run, labels={"run": np.repeat(["1", "2"], points)}))

@@ -55,7 +55,7 @@ def layout(
     )
 
 
-def joined(name: str, parts: Sequence[Recording]) -> Recording:
+def join_layouts(name: str, parts: Sequence[Recording]) -> Recording:
     """Several recordings of one kind and layout as one, row after row."""
     first = parts[0]
     ends = np.cumsum([0, *(p.run.n for p in parts)])
@@ -75,7 +75,7 @@ def joined(name: str, parts: Sequence[Recording]) -> Recording:
     )
 
 
-def simulated(
+def simulate_reading(
     recording: Recording,
     machine: Machine,
     rng: np.random.Generator,

@@ -75,7 +75,7 @@ class ReversalTest:
 
 
 @dataclass(frozen=True, eq=False)
-class Separated:
+class SeparationResult:
     """names (u,); value (u, K) complex, orders 1 to K: mm or rad, curve = Re sum c_k exp(i k q); zero where not identified.
 
     covariance (K, u, u): of the cosine (and, the same, of the sine) coefficients. identified (u, K). dof: of the scatter. condition:
@@ -101,7 +101,7 @@ class Separated:
         i = self.names.index(name)
         return float(np.sqrt(self.covariance[self.identified[i], i, i].sum()))
 
-    def drawn(self, rng: np.random.Generator, trials: int) -> Complex:
+    def draw(self, rng: np.random.Generator, trials: int) -> Complex:
         """(trials, u, K): coefficients drawn about the estimate, t-distributed with dof."""
         k, u = self.covariance.shape[:2]
         size, ways = np.linalg.eigh(self.covariance)
@@ -116,7 +116,7 @@ class Separated:
         return [int(k) + 1 for k in np.flatnonzero(~self.identified[self.names.index(name)])]
 
 
-def separated(test: ReversalTest, groups: Sequence[TurnGroup]) -> Separated:
+def separate_errors(test: ReversalTest, groups: Sequence[TurnGroup]) -> SeparationResult:
     """Least squares, order by order, weighted by the scatter of the turns of each probe.
 
     Raises UsageError where set-ups or probes are missing or unknown to the test.
@@ -145,7 +145,7 @@ def separated(test: ReversalTest, groups: Sequence[TurnGroup]) -> Separated:
     if test.test == "face" and test.u_centre > 0:
         i, far = test.unknowns.index(test.error), _tilt_of_face(test, groups)
         covariance[0, i, i] += (far * test.u_centre) ** 2
-    return Separated(test.unknowns, value, covariance, known, dof, condition)
+    return SeparationResult(test.unknowns, value, covariance, known, dof, condition)
 
 
 def design_of(test: ReversalTest, groups: Sequence[TurnGroup], order: int) -> Complex:
@@ -211,21 +211,23 @@ def check_setups(test: ReversalTest, groups: Sequence[TurnGroup]) -> None:
     setups, probes = {g.setup for g in groups}, {g.probe for g in groups}
     if test.test in ("donaldson", "face") and setups != {NORMAL, REVERSED}:
         raise UsageError(
-            f'a {test.test} reversal has the set-ups "{NORMAL}" and "{REVERSED}" in the column setup; there are {_listed(setups)}'
+            f'a {test.test} reversal has the set-ups "{NORMAL}" and "{REVERSED}" in the column setup; there are {_join_names(setups)}'
         )
     if test.test == "multi-step":
         wrong = [s for s in setups if not _is_number(s)]
         if wrong or len(setups) < 2:
             raise UsageError(
                 "a multi-step test has in the column setup the angle in degrees by which the artefact was turned, two or more of them; "
-                f"there are {_listed(setups)}"
+                f"there are {_join_names(setups)}"
             )
     if test.test == "face" and probes != set(test.arms or {}):
         raise UsageError(
-            f"the column instrument names the probes {_listed(probes)}, [reversal] probes {_listed(set(test.arms or {}))}; they must agree"
+            f"the column instrument names the probes {_join_names(probes)}, [reversal] probes {_join_names(set(test.arms or {}))}; they must agree"
         )
     if test.test != "face" and len(probes) > 1:
-        raise UsageError(f"a {test.test} test has one probe; the column instrument names {_listed(probes)}")
+        raise UsageError(
+            f"a {test.test} test has one probe; the column instrument names {_join_names(probes)}"
+        )
 
 
 def _is_number(text: str) -> bool:
@@ -235,5 +237,5 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _listed(names: set[str]) -> str:
+def _join_names(names: set[str]) -> str:
     return " and ".join(f'"{n}"' for n in sorted(names)) or "none"

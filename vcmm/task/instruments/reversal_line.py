@@ -58,7 +58,7 @@ class StraightnessReversal:
         """(k,) mm."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
-    def drawn(self, rng: np.random.Generator, trials: int) -> Array:
+    def draw(self, rng: np.random.Generator, trials: int) -> Array:
         """(trials, k) mm: machine curves about the estimate, t-distributed with dof."""
         size, ways = np.linalg.eigh(self.covariance)
         factor = ways * np.sqrt(np.maximum(size, 0.0))

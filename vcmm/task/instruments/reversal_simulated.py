@@ -62,7 +62,7 @@ def fixed_places(
     at = {a: np.full(n, (others or {}).get(a, 0.0)) for a in machine.chain.letters}
     fixed = np.tile(np.asarray(place, dtype=float) + np.asarray(machine.axes[axis].centre), (n, 1))
     if axis not in machine.chain.work:
-        return Run({**at, axis: angle}, _turned(fixed, -angle))
+        return Run({**at, axis: angle}, _turn_vectors(fixed, -angle))
     for i, letter in enumerate("XYZ"):
         fixed[:, i] -= at.get(letter, 0.0)
     return Run({**at, axis: angle}, fixed)
@@ -70,10 +70,10 @@ def fixed_places(
 
 def own_motion(machine: Machine, axis: str, angle: Array, moved: Array) -> Array:
     """Tip errors (..., n, 3) mm in workpiece axes as the axis's own motion in fixed directions."""
-    return -_turned(moved, -angle) if axis in machine.chain.work else moved
+    return -_turn_vectors(moved, -angle) if axis in machine.chain.work else moved
 
 
-def _turned(vectors: Array, angle: Array) -> Array:
+def _turn_vectors(vectors: Array, angle: Array) -> Array:
     """Vectors (..., n, 3) turned about z by angles (n,)."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)

@@ -36,7 +36,9 @@ R_TEST = Instrument(
 INDEXER = Instrument("rotary indexer", "angle", (GAIN, FACES), ("zero",), "ISO 230-1:2012, 8.4.3")
 
 
-def held(machine: Machine, axis: str, angles: Array, ball: Sequence[float], offset: Sequence[float]) -> Run:
+def hold_tip(
+    machine: Machine, axis: str, angles: Array, ball: Sequence[float], offset: Sequence[float]
+) -> Run:
     """Rows in which the tip (offset (3,) mm from the last tool-side axis) stays at ball (3,), workpiece axes, while axis goes through angles (n,) rad.
 
     Raises ModelLimit where the linear axes cannot follow.
@@ -57,7 +59,7 @@ def r_test(
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
     """x, y and z of a ball held at one place of the workpiece; u mm per coordinate."""
-    run = held(machine, axis, angles, ball, offset)
+    run = hold_tip(machine, axis, angles, ball, offset)
     one = layout(f"R-test {axis}", "displacement", run, np.eye(3)[0], {"rigid": ""}, u)
     plain = {k: v for k, v in one.run.columns.items() if k not in ("nx", "ny", "nz")}
     n = run.n
@@ -81,12 +83,12 @@ def held_bar(
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
     """Ball bar (ISO 10791-6) from a cup (3,) to the held ball (3,), workpiece axes: axial, radial or tangential by where the cup is."""
-    run = held(machine, axis, angles, ball, offset)
+    run = hold_tip(machine, axis, angles, ball, offset)
     one = layout(f"ball bar about {axis}", "length", run, np.eye(3)[0], {"centre": "", "radius": ""}, u)
     return at_station(one, machine, np.tile(np.asarray(cup, dtype=float), (run.n, 1)))
 
 
-def indexed(machine: Machine, axis: str, angles: Array, u: float) -> Recording:
+def index_axis(machine: Machine, axis: str, angles: Array, u: float) -> Recording:
     """Turn of a rotary axis about itself at angles (n,) rad, the other axes at zero; u rad. Label feature: the face."""
     n = len(angles)
     position = {a: np.asarray(angles) if a == axis else np.zeros(n) for a in machine.chain.letters}

@@ -18,7 +18,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.task.instruments.instrument import GAIN, Instrument, OwnError, of_features, since_start
 from vcmm.task.instruments.laser import line
-from vcmm.task.instruments.laying import joined
+from vcmm.task.instruments.laying import join_layouts
 from vcmm.task.response.recording import Recording
 
 ARMS = ("first", "second")
@@ -103,4 +103,4 @@ def square(
         one = line(machine, axis, targets[i], at, offset, component=other, u=u)
         labels = {"feature": np.array([ARMS[i]] * one.run.n)}
         arms.append(replace(one, run=replace(one.run, labels=labels)))
-    return replace(joined(f"square {''.join(axes)}", arms), nuisance={"alignment": ""})
+    return replace(join_layouts(f"square {''.join(axes)}", arms), nuisance={"alignment": ""})

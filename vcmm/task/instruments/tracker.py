@@ -71,14 +71,14 @@ def _tip(machine: Machine, run: Run) -> Array:
     return nominal_tip(machine.chain, machine.axes, run)
 
 
-def moved(recording: Recording, machine: Machine, station: Array) -> Recording:
+def move_stations(recording: Recording, machine: Machine, station: Array) -> Recording:
     """The same measured lengths, counted from other stations (n, 3): values, directions and lengths change together."""
     new = at_station(recording, machine, station)
     change = (new.run.column("length_mm") - recording.run.column("length_mm"))[recording.row]
     return replace(new, value=recording.value - recording.sign * change)
 
 
-def settled(recording: Recording, machine: Machine) -> tuple[Recording, dict[str, float]]:
+def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, dict[str, float]]:
     """The recording with every station where the lengths say it is; label -> how far it was moved, mm.
 
     Only lengths with a nuisance `station` or `centre` and columns from_x_mm ... are changed. Least squares over station
@@ -102,13 +102,13 @@ def settled(recording: Recording, machine: Machine) -> tuple[Recording, dict[str
                 f'{recording.name}: {word} "{value}" stands at different places in from_x_mm ...; one place per value'
             )
         length = np.linalg.norm(tip[at] - start, axis=1) + recording.sign * recording.value[mine]
-        found = _resected(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
+        found = _resect(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
         way[value] = float(np.linalg.norm(found - start))
         station[at] = found
-    return moved(recording, machine, station), way
+    return move_stations(recording, machine, station), way
 
 
-def _resected(tip: Array, length: Array, start: Array, free: bool, what: str) -> Array:
+def _resect(tip: Array, length: Array, start: Array, free: bool, what: str) -> Array:
     """Station (3,) from lengths (n,) to points (n, 3), with a free constant or not; Gauss-Newton with steps held short.
 
     A direction that the points hardly determine is left where it is: there the linear nuisance decides.

@@ -41,7 +41,7 @@ def touch(
     ModelLimit: a point, named by its number, starts in the material or misses the surface within `search` mm;
     the tip does not fit into the bore. UsageError: shapes, direction not of length 1, mesh with tip radius 0.
     """
-    begin, way = _checked(start, direction)
+    begin, way = _check_start(start, direction)
     error = np.zeros_like(begin) if displacement is None else np.asarray(displacement, dtype=np.float64)
     try:
         actual = begin + error
@@ -56,7 +56,7 @@ def touch(
     return travel
 
 
-def _checked(start: npt.ArrayLike, direction: npt.ArrayLike) -> tuple[Array, Array]:
+def _check_start(start: npt.ArrayLike, direction: npt.ArrayLike) -> tuple[Array, Array]:
     begin = np.asarray(start, dtype=np.float64)
     if begin.ndim != 2 or begin.shape[1] != 3:
         raise UsageError(f"start must have the shape (n, 3), got {begin.shape}.")

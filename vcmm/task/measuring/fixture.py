@@ -97,7 +97,7 @@ class Fixture:
                 continue
             at = DOFS.index(f.name)
             choices = [
-                (_join(label, f"{f.name} {shown(f.name, v)}"), _with(p, (at,), (v,)))
+                (_join(label, f"{f.name} {format_freedom(f.name, v)}"), _with(p, (at,), (v,)))
                 for label, p in choices
                 for v in f.values
             ]
@@ -108,7 +108,7 @@ class Fixture:
         return tuple(f for f in self.freedoms if f.continuous)
 
 
-def shown(name: str, value: float) -> str:
+def format_freedom(name: str, value: float) -> str:
     """A value of a degree of freedom with its unit."""
     return f"{np.degrees(value):.6g} deg" if name.startswith("turn") else f"{value:.6g} mm"
 

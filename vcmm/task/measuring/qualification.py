@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -72,7 +72,7 @@ def qualified_machine(
     inputs += [
         _shared_sphere(StylusQualification.name, names, how[names.split(",")[0]]) for names in together
     ]
-    qualified = informed(ready, [StylusQualification(name) for name in (*how, *together)])
+    qualified = add_knowledge(ready, [StylusQualification(name) for name in (*how, *together)])
     return qualified, tuple(inputs)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import informed
+from vcmm.core.knowledge import add_knowledge
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
@@ -84,16 +84,16 @@ class Scenario:
     def informed_machine(self) -> Machine:
         """The machine with its styli qualified and every Input of the job. Raises UsageError for what is said twice."""
         machine, remaining = qualified_machine(self.machine, self.plan, self.qualifications)
-        return informed(machine, inputs=(*self.inputs, *remaining))
+        return add_knowledge(machine, inputs=(*self.inputs, *remaining))
 
     def task(self) -> Task:
         """The plan placed in the machine, with all Inputs; made once, since nothing here changes. Raises ModelLimit for points
         out of reach.
         """
-        return self._placed
+        return self._task
 
     @cached_property
-    def _placed(self) -> Task:
+    def _task(self) -> Task:
         machine = self.informed_machine()
         placed = touches(self.plan, self.pose, machine, self.constants)
         form = _form(self, placed)

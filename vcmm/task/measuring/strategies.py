@@ -213,7 +213,7 @@ def plan_points(feature: Feature, pattern: Pattern) -> tuple[Array, Array]:
     if place is None or type(pattern) not in PATTERNS[feature.kind].values():
         allowed = ", ".join(c.__name__ for c in PATTERNS[feature.kind].values()) or "explicit points only"
         raise UsageError(
-            f"{named(feature)}: {type(pattern).__name__} does not suit a {feature.kind}; use {allowed}."
+            f"{feature_text(feature)}: {type(pattern).__name__} does not suit a {feature.kind}; use {allowed}."
         )
     _check_counts(feature, pattern)
     points = place(feature, pattern)
@@ -221,7 +221,7 @@ def plan_points(feature: Feature, pattern: Pattern) -> tuple[Array, Array]:
     return points, normal(feature, points)
 
 
-def named(feature: Feature) -> str:
+def feature_text(feature: Feature) -> str:
     """As messages call it."""
     return f'Feature "{feature.name}"'
 
@@ -231,7 +231,7 @@ def check_enough(feature: Feature, n: int) -> None:
     least = MINIMUM_POINTS.get(feature.kind, 1)
     if n < least:
         raise UsageError(
-            f"{named(feature)}: a {feature.kind} needs at least {least} points, got {n}; add points."
+            f"{feature_text(feature)}: a {feature.kind} needs at least {least} points, got {n}; add points."
         )
 
 
@@ -240,13 +240,13 @@ def _check_counts(feature: Feature, pattern: Pattern) -> None:
     for key in ("n", "every", "rings", "levels", "lines", "per_line"):
         counts = np.atleast_1d(getattr(pattern, key, 1))
         if not np.issubdtype(counts.dtype, np.integer) or np.any(counts < 1):
-            raise UsageError(f"{named(feature)}: {key} must be 1 or more, without a fraction.")
+            raise UsageError(f"{feature_text(feature)}: {key} must be 1 or more, without a fraction.")
         total *= math.prod(int(c) for c in counts) if key != "every" else 1
     if isinstance(pattern, Birdcage):
         total = pattern.levels * pattern.n + pattern.lines * pattern.per_line
     if total > MOST_POINTS:
         raise UsageError(
-            f"{named(feature)}: {total:,} points, at most {MOST_POINTS:,} are planned; reduce n."
+            f"{feature_text(feature)}: {total:,} points, at most {MOST_POINTS:,} are planned; reduce n."
         )
 
 
@@ -254,12 +254,12 @@ def _inner(feature: Feature, size: float, margin: float) -> float:
     """What is left of a size between two margins."""
     if margin < 0.0 or 2.0 * margin >= size:
         raise UsageError(
-            f"{named(feature)}: a margin of {margin:g} mm leaves nothing of {size:g} mm; reduce it."
+            f"{feature_text(feature)}: a margin of {margin:g} mm leaves nothing of {size:g} mm; reduce it."
         )
     return size - 2.0 * margin
 
 
-def _spaced(size: float, n: int) -> Array:
+def _space(size: float, n: int) -> Array:
     """n places from -size/2 to size/2; one place is the middle."""
     return np.linspace(-0.5 * size, 0.5 * size, n) if n > 1 else np.zeros(1)
 
@@ -276,7 +276,7 @@ def _nominal(f: Feature, p: Nominal) -> Array:
 
 
 def _grid(f: Feature, p: Grid) -> Array:
-    a, b = (_spaced(_inner(f, size, p.margin), n) for size, n in zip(f.extent, p.n))
+    a, b = (_space(_inner(f, size, p.margin), n) for size, n in zip(f.extent, p.n))
     along = np.stack([a if row % 2 == 0 else a[::-1] for row in range(p.n[1])])
     return surface_point(f, along.ravel(), np.repeat(b, p.n[0]))
 
@@ -299,7 +299,7 @@ def _spread(f: Feature, p: Spread) -> Array:
 
 
 def _even(f: Feature, p: Even) -> Array:
-    return surface_point(f, 0.5 * f.extent[0] + _spaced(_inner(f, f.extent[0], p.margin), p.n))
+    return surface_point(f, 0.5 * f.extent[0] + _space(_inner(f, f.extent[0], p.margin), p.n))
 
 
 def _around(f: Feature, p: Around) -> Array:
@@ -310,7 +310,7 @@ def _levels(f: Feature, p: Levels) -> Array:
     at = np.asarray(p.at, dtype=np.float64)
     if len(at) == 0 or np.any(at < 0.0) or np.any(at > f.extent[0]):
         raise UsageError(
-            f"{named(f)}: levels {list(p.at)} must lie between 0 and its length {f.extent[0]:g} mm."
+            f"{feature_text(f)}: levels {list(p.at)} must lie between 0 and its length {f.extent[0]:g} mm."
         )
     angle = np.tile(_angles(p.n, p.start, p.sweep), len(at))
     if p.stagger:
@@ -327,7 +327,7 @@ def _helix(f: Feature, p: Helix) -> Array:
 
 def _birdcage(f: Feature, p: Birdcage) -> Array:
     inner = _inner(f, f.extent[0], p.margin)
-    at, rungs = (0.5 * f.extent[0] + _spaced(inner, count) for count in (p.levels, p.per_line))
+    at, rungs = (0.5 * f.extent[0] + _space(inner, count) for count in (p.levels, p.per_line))
     circles = surface_point(f, np.tile(_angles(p.n, p.start, FULL), p.levels), np.repeat(at, p.n))
     lines = surface_point(f, np.repeat(_angles(p.lines, p.start, FULL), p.per_line), np.tile(rungs, p.lines))
     return np.vstack([circles, lines])
@@ -343,7 +343,9 @@ def _about_pole(f: Feature, pole: tuple[float, float, float], longitude: Array, 
 def _latitudes(f: Feature, p: Latitudes) -> Array:
     at = np.asarray(p.at, dtype=np.float64)
     if len(at) == 0 or np.any(np.abs(at) > 0.5 * math.pi):
-        raise UsageError(f"{named(f)}: levels of a sphere lie between -90 and 90 deg from its equator.")
+        raise UsageError(
+            f"{feature_text(f)}: levels of a sphere lie between -90 and 90 deg from its equator."
+        )
     turn = math.pi / p.n * (np.repeat(np.arange(len(at)), p.n) % 2)
     return _about_pole(f, p.pole, np.tile(_angles(p.n, p.start, FULL), len(at)) + turn, np.repeat(at, p.n))
 
@@ -358,7 +360,7 @@ def _iso10360(f: Feature, p: Iso10360) -> Array:
 
 def _spiral(f: Feature, p: Spiral) -> Array:
     if not 0.0 < p.reach <= math.pi:
-        raise UsageError(f"{named(f)}: reach lies between 0 and 180 deg from the pole.")
+        raise UsageError(f"{feature_text(f)}: reach lies between 0 and 180 deg from the pole.")
     height = 1.0 - (1.0 - math.cos(p.reach)) * (np.arange(p.n) + 0.5) / p.n
     return _about_pole(f, p.pole, GOLDEN * np.arange(p.n, dtype=np.float64), np.arcsin(height))
 

@@ -19,11 +19,11 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.part.alignment import align
-from vcmm.part.fit import Fitted, gauss
+from vcmm.part.fit import FittedElement, gauss
 from vcmm.part.form import Lobes
 from vcmm.part.gps import characteristics as gps
-from vcmm.part.gps.criteria import wanted, with_criteria
-from vcmm.part.gps.datums import constrained
+from vcmm.part.gps.criteria import criteria_needed, with_criteria
+from vcmm.part.gps.datums import constrained_features
 from vcmm.part.gps.filters import check_density
 from vcmm.part.nominal import travel_onto
 from vcmm.part.part import Feature, Part, frame
@@ -66,7 +66,7 @@ def measured_points(task: Task, indication_error: Array) -> Array:
     displacement = -t.pose.inverse().turn(indication_error)
     out = np.empty(np.broadcast_shapes(indication_error.shape, t.points.shape))
     for name, rows in t.rows.items():
-        out[..., rows, :] = _touched(task, name, rows, displacement[..., rows, :])
+        out[..., rows, :] = _touch(task, name, rows, displacement[..., rows, :])
     return out + bumps
 
 
@@ -75,7 +75,7 @@ def per_normal(t: Touches) -> Array:
     return np.asarray(t.approach / (t.normals * t.approach).sum(axis=1)[:, None])
 
 
-def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
+def _touch(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
     t, feature = task.touches, task.part.features[name]
     surface = task.part.mesh if feature.kind == "mesh" else feature
     assert surface is not None
@@ -111,11 +111,11 @@ def _onto_tangent_plane(t: Touches, rows: Ints, start: Array) -> Array:
     return np.asarray(((t.points[rows] - start) * n).sum(axis=-1) / (t.approach[rows] * n).sum(axis=-1))
 
 
-def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
+def fit_features(task: Task, points: Array) -> dict[str, FittedElement]:
     """Gauss elements of all measured features, with those by other criteria that the characteristics ask for;
     points (..., n, 3) in the drawing frame.
     """
-    out, read = {}, wanted(task.part.characteristics, task.part.features)
+    out, read = {}, criteria_needed(task.part.characteristics, task.part.features)
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
         if feature.free:
@@ -127,22 +127,24 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
             fitted = gauss(feature.kind, points[..., rows, :], nominal_element(feature), fixed_axis=fixed)
         except ModelLimit as error:
             raise ModelLimit(f'points of "{name}": {error}') from None
-        out[name] = _signed(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
+        out[name] = (
+            _sign_residuals(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
+        )
     rows_of, part = task.touches.rows, task.part
-    pointed = constrained(part.characteristics, part.features)
+    pointed = constrained_features(part.characteristics, part.features)
     return with_criteria(
         part.characteristics, part.features, lambda name: points[..., rows_of[name], :], out, pointed=pointed
     )
 
 
-def _nominal_places(task: Task, name: str) -> Fitted:
+def _nominal_places(task: Task, name: str) -> FittedElement:
     """Of points on a free-form surface, which have no associated element: where they lie in the drawing, and the normals there."""
     t, none = task.touches, np.zeros(0)
     rows = t.rows[name]
-    return Fitted("mesh", np.zeros(3), np.zeros(3), none, none, t.normals[rows], points=t.points[rows])
+    return FittedElement("mesh", np.zeros(3), np.zeros(3), none, none, t.normals[rows], points=t.points[rows])
 
 
-def _signed(fitted: Fitted, feature: Feature, points: Array) -> Fitted:
+def _sign_residuals(fitted: FittedElement, feature: Feature, points: Array) -> FittedElement:
     """A line's residuals counted along the outward normal of the surface it lies on: straightness in that plane."""
     apart = points - fitted.point[..., None, :]
     along = (apart * fitted.axis[..., None, :]).sum(axis=-1, keepdims=True)
@@ -151,9 +153,9 @@ def _signed(fitted: Fitted, feature: Feature, points: Array) -> Fitted:
     return replace(fitted, residuals=residuals, normals=np.tile(outward, (residuals.shape[-1], 1)))
 
 
-def nominal_element(feature: Feature) -> Fitted:
+def nominal_element(feature: Feature) -> FittedElement:
     """The nominal feature as the start of a fit."""
-    return Fitted(
+    return FittedElement(
         feature.kind,
         feature.point,
         feature.axis,
@@ -163,7 +165,7 @@ def nominal_element(feature: Feature) -> Fitted:
     )
 
 
-def evaluate_all(task: Task, fitted: Mapping[str, Fitted]) -> Array:
+def evaluate_all(task: Task, fitted: Mapping[str, FittedElement]) -> Array:
     """Characteristics (..., C) of fitted elements; the alignment is made anew from them."""
     scheme, features = task.plan.alignment, task.part.features
     pose = None if scheme is None else align(scheme, features, fitted, Pose.identity())

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from vcmm.core.effect import Effect, basis, parameter, projected_basis, with_parameter
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
-from vcmm.core.kinematics import LinkFrames, link_frames, sensed, turn_sensed
+from vcmm.core.kinematics import LinkFrames, link_frames, sensitivity, turn_sensitivity
 from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
@@ -99,7 +99,7 @@ class Carrier:
         if link[0] == "reading":
             return np.concatenate([sight.reading * sight.direction, np.zeros_like(sight.direction)], axis=1)
         run, frames = self._where
-        along = turn_sensed if sight.turning else sensed
+        along = turn_sensitivity if sight.turning else sensitivity
         return sight.motion * along(frames, self.machine.axes, run, link, sight.direction)
 
     def through(self, effect: Effect, six: Array) -> Array:
@@ -117,7 +117,7 @@ class Carrier:
         """(m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
         if one.members:
             parts = [self.of_input(m, acted_on(self.machine, m)) for m in one.members]
-            return one.joined(parts)
+            return one.join_responses(parts)
         if one.is_channel:
             parts = [self.through(effect, self.unit_motion(one, effect)) for effect in effects]
             return np.asarray(sum(parts, np.zeros((len(self.sight.direction), 1))))
@@ -142,7 +142,7 @@ class Carrier:
         total = np.zeros(len(self.sight.direction))
         for a, share in one.scalars:
             for b, other_share in other.scalars:
-                effects = shared(self.machine, a, b)
+                effects = shared_effects(self.machine, a, b)
                 if effects:
                     total += share * other_share * self._product(a, b, effects)
         return total
@@ -168,10 +168,10 @@ class Carrier:
 
 def meet(machine: Machine, one: Input, other: Input) -> bool:
     """Whether two scalar Inputs are multiplied in an effect."""
-    return any(shared(machine, a, b) for a, _ in one.scalars for b, _ in other.scalars)
+    return any(shared_effects(machine, a, b) for a, _ in one.scalars for b, _ in other.scalars)
 
 
-def shared(machine: Machine, one: Input, other: Input) -> list[Effect]:
+def shared_effects(machine: Machine, one: Input, other: Input) -> list[Effect]:
     """Effects in which two single quantities meet as a product."""
     if one.is_channel and other.is_channel:
         return []  # an effect is linear in each temperature
@@ -190,7 +190,7 @@ def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]
     """
     if one.members:
         by_member = [_of_member(carriers, m) for m in one.members]
-        return [one.joined([seen[i] for seen in by_member]) for i in range(len(carriers))]
+        return [one.join_responses([seen[i] for seen in by_member]) for i in range(len(carriers))]
     totals: list[Array] = []
     for effect in effects:
         six = carriers[0].unit_motion(one, effect)
@@ -211,10 +211,14 @@ def _of_member(carriers: Sequence[Carrier], one: Input) -> list[Array]:
 def beside(run: Run, column: str) -> tuple[Run, Run, float]:
     """The run with a column a step higher and a step lower, and the step, for central differences."""
     step = next((s for ending, s in STEP.items() if column.endswith(ending)), 1e-3)
-    return shifted(run, column, np.full(run.n, step)), shifted(run, column, np.full(run.n, -step)), step
+    return (
+        shift_channel(run, column, np.full(run.n, step)),
+        shift_channel(run, column, np.full(run.n, -step)),
+        step,
+    )
 
 
-def shifted(run: Run, channel: str, amount: Array) -> Run:
+def shift_channel(run: Run, channel: str, amount: Array) -> Run:
     """A run whose column (and the log behind it) is raised by amount (n,)."""
     if channel not in run.columns:
         raise UsageError(

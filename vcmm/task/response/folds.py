@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array, Run
-from vcmm.task.response.recording import WHICH, Ints
+from vcmm.task.response.recording import SOURCE_LABEL, Ints
 
 Mask = npt.NDArray[np.bool_]
 SHARE = 0.3  # of the rows held out
@@ -19,8 +19,8 @@ MOST_POSES = 4
 def fold_masks(run: Run, row: Ints) -> list[tuple[str, Mask]]:
     """(name, rows held out (m,)) of every fold that the columns allow; row (m,): run row of each observation."""
     out: list[tuple[str, Mask]] = []
-    if WHICH in run.labels:
-        of = run.labels[WHICH][row]
+    if SOURCE_LABEL in run.labels:
+        of = run.labels[SOURCE_LABEL][row]
         out += [(f"recording {name}", of == name) for name in np.unique(of)]
     if "pose" in run.labels:
         label = run.labels["pose"][row]

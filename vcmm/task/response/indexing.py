@@ -19,7 +19,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer
-from vcmm.task.response.pointing import POINTED, pointing_observations
+from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations
 from vcmm.task.response.recording import Recording
 
 ROUNDS = 100
@@ -27,7 +27,7 @@ STILL = 1e-9  # mm or rad
 SMALL = 1e-3  # rad or mm up to which first order will do, where nothing better can be had
 
 
-def settled(recording: Recording, machine: Machine) -> Recording:
+def settle_index(recording: Recording, machine: Machine) -> Recording:
     """The recording about the indices that fit it best (`recording.index`); unchanged without the nuisance `index`.
 
     Raises ModelLimit where the fit does not settle, where the moved axes leave their travel, or where an angle or a length
@@ -44,7 +44,7 @@ def settled(recording: Recording, machine: Machine) -> Recording:
             return replace(recording, index=total)
         total = {name: total.get(name, 0.0) + d for name, d in step.items()}
         _check_exact(recording, total)
-        recording = moved(recording, machine, step)
+        recording = move_readings(recording, machine, step)
     raise ModelLimit(
         f"the index of the axes does not settle ({_text(total)} after {ROUNDS} rounds); check structure, senses and units"
     )
@@ -68,7 +68,7 @@ def _place(name: str) -> str:
     return axis + label
 
 
-def moved(recording: Recording, machine: Machine, step: dict[str, float]) -> Recording:
+def move_readings(recording: Recording, machine: Machine, step: dict[str, float]) -> Recording:
     """The same observations with the readings moved, exactly: nominal tip, direction and value anew."""
     run, label = recording.run, recording.nuisance["index"]
     position = {a: np.array(q, dtype=float) for a, q in run.position.items()}
@@ -77,7 +77,7 @@ def moved(recording: Recording, machine: Machine, step: dict[str, float]) -> Rec
         rows = run.labels[label] == word if word else np.ones(run.n, dtype=bool)
         position[axis][rows] += d
     there = replace(run, position=position)
-    if POINTED[0] in run.columns:
+    if POINTING_COLUMNS[0] in run.columns:
         value, direction = pointing_observations(there, machine, recording.sign)
         return replace(recording, run=there, value=value, direction=direction)
     if recording.kind in ("angle", "length"):
@@ -97,7 +97,7 @@ def _first_order(recording: Recording, machine: Machine, step: dict[str, float])
 
 
 def _check_exact(recording: Recording, total: dict[str, float]) -> None:
-    if POINTED[0] in recording.run.columns or recording.kind not in ("angle", "length"):
+    if POINTING_COLUMNS[0] in recording.run.columns or recording.kind not in ("angle", "length"):
         return
     if max(map(abs, total.values()), default=0.0) > SMALL:
         raise ModelLimit(
@@ -114,6 +114,6 @@ def _text(index: dict[str, float]) -> str:
     return ", ".join(parts) or "none"
 
 
-def told(recording: Recording) -> str:
+def index_text(recording: Recording) -> str:
     """'C -5.226 deg, B -0.955 deg', what was added to the readings; '' for nothing."""
     return _text(dict(recording.index)) if recording.index else ""

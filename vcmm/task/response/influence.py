@@ -54,7 +54,7 @@ def _response(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) 
             _response(machine, run, m, along) if acts else np.zeros((run.n, 3, 1))
             for m, acts in zip(one.members, acting)
         ]
-        return one.joined(parts)
+        return one.join_responses(parts)
     if one.is_channel:
         return _of_column(machine, run, one.parameter)
     return _of_parameter(machine, run, one, along)

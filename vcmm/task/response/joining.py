@@ -23,14 +23,16 @@ from vcmm.core.run import Array, Run, Series
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.response.nuisance import NO_COPY
 from vcmm.task.response.observe import noise_u
-from vcmm.task.response.recording import WHICH, Ints, Recording
+from vcmm.task.response.recording import SOURCE_LABEL, Ints, Recording
 
-OWN = ("pose", "setup", "run", "event", "clamp", "repeat")
-APART = 1e5  # s: after a day the slowest structure that is looked for (a lag of 6 h) has settled to 1 %
+OWN_LABELS = ("pose", "setup", "run", "event", "clamp", "repeat")
+SETTLING_TIME = (
+    1e5  # s: after a day the slowest structure that is looked for (a lag of 6 h) has settled to 1 %
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
+class JoinedRecordings:
     """recording: all of them as one; part (m,): number of the recording of each observation; left_out: column -> recordings
     that lack it.
     """
@@ -40,11 +42,11 @@ class Joined:
     left_out: dict[str, tuple[str, ...]]
 
 
-def joined(recordings: Sequence[Recording], machine: Machine) -> Joined:
+def join_recordings(recordings: Sequence[Recording], machine: Machine) -> JoinedRecordings:
     """Recordings of one machine as one. Raises UsageError where they differ in kind or sense, or share a name."""
     _check(recordings)
     shifted = [_on_common_clock(r, by) for r, by in zip(recordings, _shifts(recordings))]
-    runs = [_labelled(r) for r in shifted]
+    runs = [_label_own(r) for r in shifted]
     run, left_out = _one_run(runs, [r.name for r in recordings])
     first = np.cumsum([0, *(r.run.n for r in recordings)])[:-1]
     law = recordings[0].noise
@@ -66,11 +68,11 @@ def joined(recordings: Sequence[Recording], machine: Machine) -> Joined:
         noise=law if stated else None,
         missing=tuple(dict.fromkeys([*left_out, *(c for r in recordings for c in r.missing)])),
         index={f"{r.name}: {k}": v for r in recordings for k, v in r.index.items()},
-        known=_known(recordings, machine),
+        known=_join_knowledge(recordings, machine),
         chosen_from=_chosen_from(recordings),
     )
     part = np.repeat(np.arange(len(recordings)), [r.m for r in recordings])
-    return Joined(one, part, left_out)
+    return JoinedRecordings(one, part, left_out)
 
 
 def _chosen_from(recordings: Sequence[Recording]) -> int:
@@ -79,7 +81,7 @@ def _chosen_from(recordings: Sequence[Recording]) -> int:
     return sum(r.chosen_from or r.m for r in recordings) if thinned else 0
 
 
-def _known(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:
+def _join_knowledge(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:
     """What is known of numbers of the machine acts on all rows together; what is known of one recording alone on its own rows."""
     m, own = (
         [r.m for r in recordings],
@@ -131,7 +133,7 @@ def _shifts(recordings: Sequence[Recording]) -> list[float]:
     out, begin = [], 0.0
     for low, high in known:
         out.append(begin - low)
-        begin += high - low + APART
+        begin += high - low + SETTLING_TIME
     return out
 
 
@@ -151,14 +153,14 @@ def _on_common_clock(recording: Recording, shift: float) -> Recording:
 
 
 def _copy_label(word: str) -> str:
-    return f"{word} of {WHICH}"
+    return f"{word} of {SOURCE_LABEL}"
 
 
-def _labelled(recording: Recording) -> Run:
+def _label_own(recording: Recording) -> Run:
     """The run with the labels of its own made different from those of other recordings."""
     run, name = recording.run, recording.name
-    labels = dict(run.labels) | {WHICH: np.full(run.n, name)}
-    for label in OWN:
+    labels = dict(run.labels) | {SOURCE_LABEL: np.full(run.n, name)}
+    for label in OWN_LABELS:
         if label in run.labels or label in ("setup", "run"):
             own = run.labels.get(label, np.full(run.n, ""))
             labels[label] = np.array([f"{name} {v}".strip() for v in own])
@@ -184,7 +186,7 @@ def _one_run(runs: Sequence[Run], names: Sequence[str]) -> tuple[Run, dict[str, 
 
 def _words(run: Run, label: str) -> np.ndarray:
     """The label of every row; where a recording lacks it no copy of a nuisance, and for other labels one value."""
-    return run.labels.get(label, np.full(run.n, NO_COPY if label.endswith(f" of {WHICH}") else ""))
+    return run.labels.get(label, np.full(run.n, NO_COPY if label.endswith(f" of {SOURCE_LABEL}") else ""))
 
 
 def _one_log(runs: Sequence[Run]) -> dict[str, Series]:
@@ -198,7 +200,7 @@ def _one_log(runs: Sequence[Run]) -> dict[str, Series]:
             if float(after.time[0]) <= float(before.time[-1]):  # one log, given twice
                 late = after.time > before.time[-1]
                 after = Series(after.time[late], after.value[late])
-            elif float(after.time[0]) - float(before.time[-1]) > APART / 2:
+            elif float(after.time[0]) - float(before.time[-1]) > SETTLING_TIME / 2:
                 time.append(before.time[-1:] + 1.0)
                 value.append(after.value[:1])
             time.append(after.time)

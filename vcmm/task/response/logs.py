@@ -20,13 +20,13 @@ class RememberingRun(Run):
 
     memory: dict[tuple[int, int, float], tuple[Series, Array, Array]] = field(default_factory=dict)
 
-    def lagged(self, sensor: str, tau: float) -> Array:
+    def lag(self, sensor: str, tau: float) -> Array:
         if tau == 0.0 or sensor not in self.series or "time_s" not in self.columns:
-            return super().lagged(sensor, tau)
+            return super().lag(sensor, tau)
         series, time = self.series[sensor], self.column("time_s")
         key = (id(series), id(time), tau)  # both are kept beside the result, so the ids stay theirs
         if key not in self.memory:
-            self.memory[key] = (series, time, super().lagged(sensor, tau))
+            self.memory[key] = (series, time, super().lag(sensor, tau))
         return self.memory[key][2]
 
 

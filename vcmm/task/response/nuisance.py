@@ -115,10 +115,10 @@ def _columns(word: str, group: _LabelGroup) -> Columns:
     if word == "profile":
         return _profile(group)
     if word == "index":
-        return _moved(group, {f".{a}": (a, COLUMN[a[0]]) for a in group.machine.chain.letters})
+        return _link_columns(group, {f".{a}": (a, COLUMN[a[0]]) for a in group.machine.chain.letters})
     heads = any(is_rotary(a) for a in group.machine.chain.tool)
     if word == "offset" and group.recording.kind == "angle" and heads:
-        return _moved(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
+        return _link_columns(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
     if word in ("offset", "centre", "station"):
         return _shift(group)
     if word == "radius":
@@ -135,7 +135,7 @@ def _shift(group: _LabelGroup) -> Columns:
     return [(f".shift_{c}", seen[:, i]) for i, c in enumerate("xyz") if np.abs(seen[:, i]).max() > NOTHING]
 
 
-def _moved(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> Columns:
+def _link_columns(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> Columns:
     """What the observations do when a link moves by one unit of one of its six error motions; what does nothing is left out."""
     out = []
     chain, axes, sign = group.machine.chain, group.machine.axes, group.recording.sign

@@ -72,7 +72,7 @@ class Observer:
     def __init__(self, recording: Recording, machine: Machine) -> None:
         recording = replace(recording, run=with_logs(recording.run))
         self.recording, self.machine = recording, machine
-        self.run = _counted(recording, machine.prepare(recording.run))
+        self.run = _count_from_first(recording, machine.prepare(recording.run))
         self.ends = tuple(Carrier(machine, self.run, sight) for sight in sights(recording))
 
     def of_parameter(self, effect: Effect, name: str) -> Array:
@@ -92,10 +92,10 @@ class Observer:
 
     def baseline(self) -> Array:
         """Observations (m,) predicted from the machine's own effects, by the engine that their size asks for."""
-        return self.predicted[0]
+        return self.predict[0]
 
     @cached_property
-    def predicted(self) -> tuple[Array, bool]:
+    def predict(self) -> tuple[Array, bool]:
         """`baseline`, and whether the transforms were multiplied: rotations above 1 mrad, translations above 1 mm."""
         motion, exact = self.usable.chosen_motion(self.run)
         reading = self.readings(self.usable)
@@ -116,7 +116,7 @@ class Observer:
             stated = one.effect == Scatter.name or one.id in dict(out)
             effects = () if stated else self._acted_on(one)
             if effects:
-                columns = self._coded(one, responses(self.ends, one, effects))
+                columns = self._code(one, responses(self.ends, one, effects))
                 used = np.abs(columns).max(axis=0, initial=0.0) > 0
                 if used.any():
                     out.append((one.id, columns[:, used]))
@@ -140,7 +140,7 @@ class Observer:
             return self.usable.effects if one.parameter in self.run.columns else ()
         return tuple(e for e in targets(self.machine, one) if not lacking(e, self.run))
 
-    def _coded(self, one: Input, ends: Sequence[Array]) -> Array:
+    def _code(self, one: Input, ends: Sequence[Array]) -> Array:
         """Columns (m, r): the response (m, k) of each end times the factor of the law, one block per independent copy."""
         factor = _unit_factor(one, ends[0].shape[1])
         labels, codes = self._copies(one.redraw)
@@ -151,7 +151,7 @@ class Observer:
         blocks = []
         for copy in range(len(labels)):
             block = _less_second([end * (codes[row] == copy)[:, None] for end, row in zip(ends, rows)])
-            blocks.append(_shortened(block))
+            blocks.append(_shorten(block))
         return np.concatenate(blocks, axis=1)
 
     def _copies(self, label: str) -> tuple[list[str], npt.NDArray[np.intp]]:
@@ -166,7 +166,7 @@ def _less_second(ends: Sequence[Array]) -> Array:
     return ends[0] if len(ends) == 1 else ends[0] - ends[1]
 
 
-def _counted(recording: Recording, run: Run) -> Run:
+def _count_from_first(recording: Recording, run: Run) -> Run:
     """Of displacements: the tip from the first row of its set-up, where the counter was zeroed: first by the clock, where one
     is recorded.
     """
@@ -179,7 +179,7 @@ def _counted(recording: Recording, run: Run) -> Run:
     return run.with_columns({f"counted_{c}_mm": way[:, i] for i, c in enumerate("xyz")})
 
 
-def _shortened(block: Array) -> Array:
+def _shorten(block: Array) -> Array:
     """The same covariance block @ block.T with no more columns than there are rows in use."""
     rows = np.flatnonzero(np.abs(block).max(axis=1, initial=0.0) > 0)
     if len(rows) >= block.shape[1]:

@@ -18,7 +18,7 @@ from vcmm.core.kinematics import Motion, link_frames, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 
-POINTED = ("pointed_x", "pointed_y", "pointed_z")  # observed direction of the tool, workpiece axes
+POINTING_COLUMNS = ("pointed_x", "pointed_y", "pointed_z")  # observed direction of the tool, workpiece axes
 ALONG = 1e-3  # share of an axis across the tool below which it says nothing
 
 
@@ -37,7 +37,7 @@ def nominal_direction(run: Run, machine: Machine) -> Array:
 
 def pointing_observations(run: Run, machine: Machine, sign: float) -> tuple[Array, Array]:
     """value (2 n,) rad and direction (2 n, 3) of the pointed directions of a run. Raises ModelLimit beyond 90 deg."""
-    nominal, observed = nominal_direction(run, machine), run.vector(*POINTED)
+    nominal, observed = nominal_direction(run, machine), run.vector(*POINTING_COLUMNS)
     observed = observed / np.linalg.norm(observed, axis=1)[:, None]
     cross, cosine = np.cross(nominal, observed), (nominal * observed).sum(axis=1)
     sine = np.linalg.norm(cross, axis=1)

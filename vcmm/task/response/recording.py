@@ -24,7 +24,7 @@ import numpy.typing as npt
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law
-from vcmm.core.run import Array, Run, coded
+from vcmm.core.run import Array, Run, encode_labels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ NUISANCES = (
     "profile",
 )  # fmt: skip
 UNKNOWN = "unknown "  # begins the name of a known covariance that stands for physics without a name
-WHICH = "recording"  # the label that says of several which recording a row is of
+SOURCE_LABEL = "recording"  # the label that says of several which recording a row is of
 ALL_ROWS = ("", "run")  # label words for one value in all rows
 
 
@@ -161,7 +161,7 @@ class Recording:
         """
         if label not in self.run.labels:
             return ("",), np.zeros(self.m, dtype=np.intp)
-        values, codes = coded(self.run.labels[label][self.row])
+        values, codes = encode_labels(self.run.labels[label][self.row])
         return tuple(str(v) for v in values), codes.astype(np.intp)
 
     def places(self, observations: Ints | npt.NDArray[np.bool_], most: int = 6) -> str:

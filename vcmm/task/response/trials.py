@@ -13,12 +13,12 @@ from vcmm.core.kinematics import Motion, exact_tip, nominal_tip
 from vcmm.core.laws import Law
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.task.response.carrier import shifted
+from vcmm.task.response.carrier import shift_channel
 from vcmm.task.response.influence import Influence
 
 DIRECT = 4  # parameters with at most this many elements are put into the effect itself, so that nothing is linearised
 AT_ONCE = 10_000  # rows of all trials that are worked out together
-SHOWN = 3  # trials by which an effect shows that it answers in proportion
+TRIALS_OF_EFFECT = 3  # trials by which an effect shows that it answers in proportion
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
         if name in run.columns and name.removeprefix("temp_").removesuffix("_C") not in run.series:
             plain[name] = plain.get(name, run.columns[name]) + amount
         else:
-            run = shifted(run, name, amount)
+            run = shift_channel(run, name, amount)
     return run.with_columns(plain) if plain else run
 
 
@@ -164,9 +164,11 @@ def _answers_in_proportion(
 ) -> bool:
     if any(parameter(effect, d.influence.input.parameter).metadata["scan"] for d in drawn):
         return False
-    first = [d.head(SHOWN) for d in drawn]
-    known = _in_proportion(effect, len(runs[:SHOWN]), first, bases)
-    shown = np.stack([_drawn_motion(effect, one, first, t, bases) for t, one in enumerate(runs[:SHOWN])])
+    first = [d.head(TRIALS_OF_EFFECT) for d in drawn]
+    known = _in_proportion(effect, len(runs[:TRIALS_OF_EFFECT]), first, bases)
+    shown = np.stack(
+        [_drawn_motion(effect, one, first, t, bases) for t, one in enumerate(runs[:TRIALS_OF_EFFECT])]
+    )
     rounding = 1e-12 * max(float(np.abs(shown).max()), float(np.abs(known).max()))
     return bool(np.abs(known - shown).max() <= rounding)
 

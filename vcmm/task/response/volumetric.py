@@ -121,7 +121,7 @@ def with_defaults(machine: Machine, run: Run) -> Run:
     return run.with_columns(filled)
 
 
-def not_mapped(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def missing_columns(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """(effect id, columns) of what a map at these positions cannot show, since it needs more than a position.
 
     A backlash needs the sense of the last motion, a drift the time; such columns are zero on a bare grid, and 20 degC.
