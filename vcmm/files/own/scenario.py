@@ -64,6 +64,9 @@ class RecordTable(Table):
     machine_serial: str = ""
     machine_certificate: str = ""
     probe: str = ""
+    reference_sphere: str = Field(default="", examples=['"25 mm, SN 7; certificate 2026-118"'])
+    standards: str = Field(default="", examples=['"step gauge SN 3; certificate 2026-031"'])
+    thermometers: str = Field(default="", examples=['"part sensor SN 9; certificate 2026-204"'])
     part_serial: str = ""
     drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
     order: str = ""
