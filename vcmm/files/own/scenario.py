@@ -32,6 +32,7 @@ from vcmm.files.own.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.own.part import PartData, part_from
 from vcmm.files.own.placement import PlacementTable, ProcessTable, placement_from, process_of
 from vcmm.files.own.plan import plan_from
+from vcmm.files.own.room import room_changes
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table, Turn, checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
@@ -233,7 +234,9 @@ def with_knowledge(
         return None
     complete = not problems.found
     machine = add_knowledge(machine, [*part.effects(environment.part.compensated), *further])
-    inputs = part.inputs()
+    changes, rates = room_changes(document, environment, machine.effects, problems)
+    machine = add_knowledge(machine, changes)
+    inputs = [*part.inputs(), *rates]
     for location, one in temperatures:
         note_second(one, machine.inputs, problems, location)
         inputs.append(one)
