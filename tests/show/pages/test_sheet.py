@@ -156,3 +156,13 @@ def test_thermal_lines_are_shown_however_small() -> None:
     shown, rest = shown_lines(rows)  # type: ignore[arg-type]
     assert [row.line.input for row in shown] == [*names[:4], *names[10:]]
     assert len(rest) == 6
+
+
+def test_a_qualification_has_the_degrees_of_freedom_of_its_touches(tmp_path: Path) -> None:
+    """Scatter t with 6 degrees of freedom: the tip that was qualified with it is known with as many, the sphere with all."""
+    sphere = 'tip_diameter = "4 mm", qualification = { sphere_diameter = "25 mm", u_diameter = "0.1 um", form = "0.1 um" }'
+    scenario = load_scenario(edited(tmp_path, ('tip_diameter = "4 mm"', sphere)))
+    given = GivenValue("", "bore diameter", 30.01, angle=False, deviation=False, where="values.csv:2")
+    (part,) = evaluate_values(replace(scenario, settings=replace(scenario.settings, trials=2000)), [[given]])
+    by = {b.input.rpartition(" by ")[2]: b.dof for b in part.characteristics[0].result.budget}
+    assert (by["repeatability"], by["sphere diameter"], by["scatter.value"]) == (6.0, math.inf, 6.0)

@@ -34,11 +34,19 @@ def budget_line(
     if linear and term.gain.shape == (1, 1) and factor[0, 0]:
         sensitivity = float(term.gain[0, 0] / factor[0, 0]) * _scale(unit)
     return BudgetLine(
-        input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
+        input=one.id, what=words(world, one), distribution=one.law.name, dof=_dof(world, one, law),
         redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
         evidence=one.evidence, cause=REPEATABILITY if one.effect == Scatter.name else one.cause,
     )  # fmt: skip
+
+
+def _dof(world: World, one: Input, law: object) -> float:
+    """Degrees of freedom of a law; of a qualification by touches those of the scatter that made it uncertain (JCGM 100, G.4)."""
+    if one.cause == REPEATABILITY:
+        scatter = [i.law for i in world.machine_of(one)[0].inputs if i.effect == Scatter.name]
+        return min((float(getattr(found, "dof", np.inf)) for found in scatter), default=float("inf"))
+    return float(getattr(law, "dof", np.inf))
 
 
 def product_line(world: World, first: Influence, second: Influence, u_i: float, u: float) -> BudgetLine:
