@@ -40,8 +40,8 @@ RULES_IN_WORDS = {
 THERMAL = (
     "environment.",
     "channel.temp_",
-    "part_expansion",
-    "scale_expansion",
+    PartExpansion.name,
+    ScaleExpansion.name,
     "room_",
 )  # an assessor looks for these, however small
 MOST_THERMAL = 3
