@@ -83,7 +83,7 @@ class LinearModel:
 
     @cached_property
     def taken_up(self) -> dict[str, Array | None]:
-        """By feature, what its element takes up of displacements: kept by `vcmm.answer.evaluation.narrowed.displace`."""
+        """By feature, what its element takes up of displacements: kept by `vcmm.answer.evaluation.submodel.displace`."""
         return {}
 
     def unpack(self, q: Array) -> dict[str, FittedElement]:
