@@ -61,6 +61,8 @@ DIMENSIONS: dict[str, Dimension] = {
     "length per volume": _dim(length=-2),
     "curvature per temperature": _dim(length=-1, temperature=-1),
     "angle per acceleration": _dim(angle=1, length=-1, time=2),
+    "temperature rate": _dim(time=-1, temperature=1),
+    "temperature gradient": _dim(length=-1, temperature=1),
 }
 
 # what a correct value looks like, for messages
@@ -73,6 +75,7 @@ EXAMPLES: dict[str, str] = {
     "force": "0.1 N", "compliance": "0.1 um/N", "mass": "20 kg",
     "strain per mass": "0.05 um/(m kg)", "length per mass": "0.01 um/kg", "angle per mass": "0.1 urad/kg", "length per volume": "200 um/m^3",
     "curvature per temperature": "10 um/(m^2 K)", "angle per acceleration": "5 urad/(m/s^2)",
+    "temperature rate": "0.5 K/h", "temperature gradient": "0.3 K/m",
 }  # fmt: skip
 
 LONGEST_UNIT = 80  # characters
@@ -85,7 +88,7 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "nrad": (1e-9, _dim(angle=1)), "deg": (_DEG, _dim(angle=1)), "arcmin": (_DEG / 60, _dim(angle=1)),
     "arcsec": (_DEG / 3600, _dim(angle=1)),
     "us": (1e-6, _dim(time=1)), "ms": (1e-3, _dim(time=1)), "s": (1.0, _dim(time=1)), "min": (60.0, _dim(time=1)),
-    "h": (3600.0, _dim(time=1)), "Hz": (1.0, _dim(time=-1)), "rpm": (math.pi / 30, _dim(angle=1, time=-1)),
+    "h": (3600.0, _dim(time=1)), "d": (86400.0, _dim(time=1)), "Hz": (1.0, _dim(time=-1)), "rpm": (math.pi / 30, _dim(angle=1, time=-1)),
     "K": (1.0, _dim(temperature=1)), "mK": (1e-3, _dim(temperature=1)), "degC": (1.0, _dim(temperature=1)),
     "N": (1.0, _dim(force=1)), "mN": (1e-3, _dim(force=1)), "kN": (1e3, _dim(force=1)),
     "g": (1e-3, _dim(mass=1)), "kg": (1.0, _dim(mass=1)),

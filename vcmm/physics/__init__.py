@@ -48,6 +48,7 @@ from vcmm.physics.structure.geometric_change import GeometricChange
 from vcmm.physics.structure.lost_motion_table import LostMotionTable
 from vcmm.physics.structure.qualification import StylusQualification
 from vcmm.physics.structure.residual import CorrelatedField, ResidualField
+from vcmm.physics.structure.room import RoomDrift, RoomDriftOfScale, RoomGradient
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.scatter import Reindexing, Scatter
 from vcmm.physics.structure.setting import ProbeTouch, ToolLength, ToolOffset, ToolRadius, WorkOffset
@@ -136,6 +137,9 @@ ALL: tuple[type[Effect], ...] = (
     CorrelatedField,
     Scatter,
     Resolution,
+    RoomDrift,
+    RoomDriftOfScale,
+    RoomGradient,
 )
 BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in ALL}
 

@@ -101,10 +101,10 @@ def test_results_for_a_certificate_are_read_back(tmp_path: Path) -> None:
     path = tmp_path / "results.xml"
     path.write_text(text, encoding="utf-8")
     real = [n for n in read_xml(path).below() if n.name == "real"]
-    assert [n.words("value") for n in real] == ["25.411", "0.06"]
+    assert [n.words("value") for n in real] == ["25.4110", "0.06"]  # two digits of U = 0.0010 mm
     stated = real[0].one("measurementUncertaintyUnivariate/expandedMU")
     assert stated is not None
-    assert stated.words("valueExpandedMU") == "0.001"
+    assert stated.words("valueExpandedMU") == "0.0010"
     assert stated.words("coverageFactor") == "2"
     assert real[1].one("measurementUncertaintyUnivariate") is None
 
@@ -113,8 +113,8 @@ def test_q_das_text() -> None:
     lines = dfq_text("part\n1", handed_over(DOCUMENT)).split("\r\n")
     assert lines[:2] == ["K0100 2", "K1001 part 1"]
     assert "K2112/1 -0.0254000" in lines
-    assert "K2900/1 U = 0.0010000 mm, k = 2, 0.95" in lines
-    assert lines[-5:-1] == ["K0001/1 25.4110000", "K0002/1 0", "K0001/2 0.0600000", "K0002/2 0"]
+    assert "K2900/1 U = 0.0010 mm, k = 2, 0.95" in lines
+    assert lines[-5:-1] == ["K0001/1 25.4110", "K0002/1 0", "K0001/2 0.0600000", "K0002/2 0"]
     assert "K2900/2 the interval of the true value has no end" in lines
 
 
@@ -134,7 +134,28 @@ def test_an_interval_that_is_not_value_and_U_stands_with_its_ends(tmp_path: Path
     ends = stated.one("coverageIntervalMU")
     assert ends is not None
     assert (ends.words("intervalMin"), ends.words("intervalMax")) == ("25.4096", "25.4116")
-    assert "K2900/1 true value 25.4096000 to 25.4116000 mm, 0.95" in dfq_text("part", handed)
+    assert "K2900/1 true value 25.4096 to 25.4116 mm, 0.95" in dfq_text("part", handed)
+
+
+def test_ends_that_scatter_as_draws_do_keep_U_and_k(tmp_path: Path) -> None:
+    """Ends 3 % of U off the middle, as 200 000 draws give them, are value +- U; 6 % are another interval.
+
+    U = 0.96 um has the digits 0.00096 mm, so that 25.4110237 mm is 25.41102 mm (JCGM 100, 7.2.6).
+    """
+    first, shift = {"measured_mm": 25.4110237, "value_mm": 25.4110237, "U_mm": 0.96e-3}, 0.03 * 0.96e-3
+    ends = [25.4110237 - 0.96e-3 + shift, 25.4110237 + 0.96e-3 + shift]
+    handed = handed_over(changed(**first, interval_mm=ends))
+    path = tmp_path / "r.xml"
+    path.write_text(dcc_results("part", handed), encoding="utf-8")
+    text = dfq_text("part", handed)
+    assert "K2900/1 U = 0.00096 mm, k = 2, 0.95" in text
+    assert "K0001/1 25.41102\r" in text
+    assert "K2022/1 5\r" in text
+    (found,) = read_dcc(path)  # what is written is read
+    assert (found.name, found.value, found.U, found.k) == ("D1", 25.41102, 0.00096, 2.0)
+    assert "D1,25.41102,mm,0.00096,2,0.00048" in convert(path).texts["quantities.csv"]
+    far = handed_over(changed(**first, interval_mm=[end + shift for end in ends]))
+    assert "true value" in dfq_text("part", far)
 
 
 def test_where_coverage_is_not_shown_no_uncertainty_is_stated() -> None:

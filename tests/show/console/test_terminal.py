@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vcmm.show.console.terminal import progress, say, show_table
+from vcmm.show.console.terminal import SeldomSaid, progress, say, show_table
 from vcmm.show.tables.table import listing
 
 
@@ -38,3 +38,14 @@ def test_a_name_stays_on_one_line_and_words_behind_it_give_way(capsys):
     assert sum(name in line for line in lines) == 1
     assert max(len(line) for line in lines) <= 160
     assert sum("repeatability" in line for line in lines) >= 2
+
+
+def test_a_long_job_says_a_line_a_minute(capsys):
+    """Reports at 10, 59, 61, 100 and 130 s: lines at 61 s, and at 130 s, not before 121."""
+    times = iter([0.0, 10.0, 59.0, 61.0, 100.0, 130.0])
+    report = SeldomSaid(lambda: next(times))
+    for text, share in (("a", 0.1), ("b", 0.5), ("c", 0.6), ("d", 0.7), ("descending", 0.9)):
+        report(text, share)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.splitlines() == ["61 s: c, 60% of this step", "130 s: descending, 90% of this step"]

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,7 +19,14 @@ from vcmm.answer.inference.given import GivenValue
 from vcmm.answer.inference.job import evaluate_values
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.pages.sheet import BLANK, effective_dof, round_to_uncertainty, sheet_page
+from vcmm.show.pages.sheet import (
+    BLANK,
+    effective_dof,
+    in_words,
+    round_to_uncertainty,
+    sheet_page,
+    shown_lines,
+)
 
 
 def line(u: float, dof: float) -> BudgetLine:
@@ -98,3 +106,63 @@ def test_every_characteristic_has_one_printed_page(tmp_path: Path) -> None:
     if not printed.exists():
         pytest.skip(f"chromium does not run here: {done.stderr[-200:]!r}")
     assert len(re.findall(rb"/Type\s*/Page\b(?!s)", printed.read_bytes())) == 3
+
+
+ANGLE = """[[part.characteristics]]
+name = "front to top"
+type = "angle"
+between = ["front", "top"]
+limits = ["-0.5 deg", "0.5 deg"]
+[pose]
+"""
+
+
+def test_angles_stand_in_degrees_and_the_rule_as_the_standard_names_it(tmp_path: Path) -> None:
+    """90 deg +- 0.5 deg: limits 89.5 to 90.5 deg; nothing is in rad or urad but the budget's own columns."""
+    record = '[record]\nreference_sphere = "25 mm, SN 7; certificate 118"\n[job]\n'
+    file = edited(tmp_path, ("[pose]\n", ANGLE), ("[job]\n", record))
+    scenario = load_scenario(file)
+    scenario = replace(scenario, settings=replace(scenario.settings, trials=2000))
+    given = GivenValue(
+        "", "front to top", math.radians(90.01), angle=True, deviation=False, where="values.csv:2"
+    )
+    (part,) = evaluate_values(scenario, [[given]])
+    html = sheet_page(scenario, part, [])
+    assert "limits 89.5 to 90.5 deg" in html
+    assert "90.010000 deg" in html
+    assert re.search(r"front to top = 90\.01\d* deg ± 0\.\d+ deg, coverage factor k = ", html)
+    assert "ISO 14253-1:2017, its default: conformance and non-conformance" in html
+    assert "25 mm, SN 7; certificate 118" in html
+    assert " rad" not in in_words(part.characteristics[0])
+
+
+def test_a_product_of_two_inputs_has_its_line(tmp_path: Path) -> None:
+    """A part at 20 degC known to 0.5 K with alpha known to 1 um/(m K): alone neither moves a length, together
+    40 mm x 1e-6 x 0.5 K = 0.02 um, on scales without errors (the distance of front and bore is 40 mm).
+    """
+    file = edited(tmp_path, ('u_temperature = { part = "0.1 K" }', 'u_temperature = { part = "0.5 K" }'))
+    scenario = load_scenario(file)
+    scenario = replace(scenario, settings=replace(scenario.settings, trials=2000))
+    given = GivenValue("", "bore to front", 40.0, angle=False, deviation=False, where="values.csv:2")
+    (part,) = evaluate_values(scenario, [[given]])
+    (line,) = [b for b in part.characteristics[0].result.budget if " x " in b.input and "part" in b.input]
+    assert line.u == pytest.approx(40.0 * 1e-6 * 0.5, rel=0.01)
+
+
+def test_thermal_lines_are_shown_however_small() -> None:
+    """Ten larger lines and two of temperatures: six rows, both among them."""
+    names = [*(f"effect {i}" for i in range(10)), "environment.room", "part_expansion.alpha"]
+    rows = [SimpleNamespace(line=replace(line(10.0 - i / 2, math.inf), input=n)) for i, n in enumerate(names)]
+    shown, rest = shown_lines(rows)  # type: ignore[arg-type]
+    assert [row.line.input for row in shown] == [*names[:4], *names[10:]]
+    assert len(rest) == 6
+
+
+def test_a_qualification_has_the_degrees_of_freedom_of_its_touches(tmp_path: Path) -> None:
+    """Scatter t with 6 degrees of freedom: the tip that was qualified with it is known with as many, the sphere with all."""
+    sphere = 'tip_diameter = "4 mm", qualification = { sphere_diameter = "25 mm", u_diameter = "0.1 um", form = "0.1 um" }'
+    scenario = load_scenario(edited(tmp_path, ('tip_diameter = "4 mm"', sphere)))
+    given = GivenValue("", "bore diameter", 30.01, angle=False, deviation=False, where="values.csv:2")
+    (part,) = evaluate_values(replace(scenario, settings=replace(scenario.settings, trials=2000)), [[given]])
+    by = {b.input.rpartition(" by ")[2]: b.dof for b in part.characteristics[0].result.budget}
+    assert (by["repeatability"], by["sphere diameter"], by["scatter.value"]) == (6.0, math.inf, 6.0)

@@ -13,9 +13,10 @@ G. Cowan et al., Power-constrained limits, arXiv:1105.3166.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from vcmm.answer.evaluation.bound_shares import doubtful
 from vcmm.answer.evaluation.pairs import Pairs
@@ -37,11 +38,24 @@ class Belt:
 
     true: Array
     departure: Array
+    _curves: dict[float, Array] = field(
+        default_factory=dict, repr=False
+    )  # many parts ask for the same levels
 
     def at(self, level: float) -> Array:
         """Quantile (g,) of the indicated value for every true value, never falling."""
-        column = [float(np.interp(level, LEVELS, row)) for row in self.departure]
-        return np.maximum.accumulate(self.true + np.array(column))
+        if level not in self._curves:
+            self._curves[level] = np.maximum.accumulate(self.true + _between_levels(self.departure, level))
+        return self._curves[level]
+
+
+def _between_levels(departure: Array, level: float) -> Array:
+    """Quantiles (g,) at a level from those at LEVELS, straight in between, as `np.interp` row by row (to the same digit)."""
+    if not LEVELS[0] <= level < LEVELS[-1]:
+        return departure[:, 0 if level < LEVELS[0] else -1]
+    j = int(np.searchsorted(LEVELS, level, side="right")) - 1
+    slope = (departure[:, j + 1] - departure[:, j]) / (LEVELS[j + 1] - LEVELS[j])
+    return np.asarray(slope * (level - LEVELS[j]) + departure[:, j])
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,9 +234,9 @@ def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
     order = np.argsort(true, kind="stable")
     true, departure = true[order], departure[order]
     width = min(NEIGHBOURS, max(len(true) // 10, 1))
-    starts = range(0, len(true) - width + 1, max(width // 4, 1))
-    middle = np.array([np.median(true[s : s + width]) for s in starts])
-    rows = _smooth(np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts]))
+    step = max(width // 4, 1)
+    middle = np.median(sliding_window_view(true, width)[::step], axis=1)
+    rows = _smooth(np.quantile(sliding_window_view(departure, width)[::step], LEVELS, axis=1).T)
     keep = np.concatenate([[True], np.diff(middle) > 0])
     return Belt(middle[keep], rows[keep])
 

@@ -11,10 +11,11 @@ from vcmm.answer.evaluation.part_forms import FORM
 from vcmm.answer.evaluation.result import BudgetLine
 from vcmm.answer.evaluation.world import World
 from vcmm.core.effect import parameter, unit_at
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import EVERY, Input
 from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
 from vcmm.part.part import Characteristic, Feature
+from vcmm.physics.structure.component import CalibrationModes
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.measuring.qualification import REPEATABILITY
 from vcmm.task.response.influence import Influence
@@ -33,10 +34,33 @@ def budget_line(
     if linear and term.gain.shape == (1, 1) and factor[0, 0]:
         sensitivity = float(term.gain[0, 0] / factor[0, 0]) * _scale(unit)
     return BudgetLine(
-        input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
+        input=one.id, what=words(world, one), distribution=one.law.name, dof=_dof(world, one, law),
         redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
         evidence=one.evidence, cause=REPEATABILITY if one.effect == Scatter.name else one.cause,
+    )  # fmt: skip
+
+
+def _dof(world: World, one: Input, law: object) -> float:
+    """Degrees of freedom of a law; of a qualification by touches those of the scatter that made it uncertain (JCGM 100, G.4)."""
+    if one.cause == REPEATABILITY:
+        scatter = [i.law for i in world.machine_of(one)[0].inputs if i.effect == Scatter.name]
+        return min((float(getattr(found, "dof", np.inf)) for found in scatter), default=float("inf"))
+    return float(getattr(law, "dof", np.inf))
+
+
+def product_line(world: World, first: Influence, second: Influence, u_i: float, u: float) -> BudgetLine:
+    """What two Inputs do only together: (d2y/dx1 dx2) u1 u2 (JCGM 100, 5.1.2 and H.1), as an expansion coefficient and a temperature do.
+
+    >>> 40.0 * 1e-6 * 0.87  # mm of a length of 40 mm, u(alpha) = 1 um/(m K), u(T) = 0.87 K
+    3.48e-05
+    """
+    a, b = first.input, second.input
+    evidence = "; ".join(dict.fromkeys(e for e in (a.evidence, b.evidence) if e))
+    return BudgetLine(
+        input=f"{a.id} x {b.id}", what=f"{words(world, a)}, times {words(world, b)}", distribution="product of both",
+        dof=float("inf"), redraw=a.redraw, estimate=None, u_input=None, unit="", sensitivity=None, u=u_i,
+        share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"), evidence=evidence,
     )  # fmt: skip
 
 
@@ -92,7 +116,10 @@ def words(world: World, one: Input) -> str:
     effect = targets(world.machine_of(one)[0], one)[0]
     doc = str(parameter(effect, one.parameter).metadata["doc"])
     by = f", by the {one.cause}" if one.cause else ""
-    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}{by}"
+    if one.effect == CalibrationModes.name:
+        return "errors of the machine as its calibration knows them, all together"
+    where = "" if one.where in ("", EVERY) else f" {one.where}"
+    return f"{one.effect.replace('_', ' ')}{where}: {doc}{by}"
 
 
 def _scale(unit: str) -> float:

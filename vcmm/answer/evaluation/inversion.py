@@ -134,6 +134,7 @@ class AddedUncertainty:
     by_form: float
 
 
+FixedParts = tuple[tuple[int, ...], Sequence[Pairs]]  # numbers of characteristics, parts with their values
 Reach = tuple[int, int]  # doublings of the largest form, and of the largest way out of place
 
 
@@ -155,6 +156,7 @@ class Inversion:
     _inverses: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(
         default_factory=dict, repr=False
     )
+    _fixed: dict[float, list[FixedParts]] = field(default_factory=dict, repr=False)
 
     def column(self, i: int) -> int:
         """Where characteristic i of the task stands among those that parts are drawn for."""
@@ -203,6 +205,21 @@ class Inversion:
             form, off = (MOST * 2.0**n for n in reach)
             kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
         return next(one for one in kept if i in one.numbers)
+
+    def fixed(self, i: int, ratio: float) -> tuple[int, Sequence[Pairs]]:
+        """Where characteristic i stands in parts of which the form of all is so many times the noise, and these parts.
+
+        They go no further for a rougher part: all reaches share them.
+        """
+        kept = self._fixed.setdefault(ratio, [])
+        found = next((one for one in kept if i in one[0]), None)
+        if found is None:
+            held = {n for one in kept for n in one[0]}
+            asked = set().union(*self._expected.values()) if self._expected else set(self.numbers)
+            numbers = tuple(sorted({i} | (asked - held)))
+            found = numbers, DrawnParts(self, numbers, ANY).fixed(ratio)
+            kept.append(found)
+        return found[0].index(i), found[1]
 
     def added_uncertainty(self, i: int) -> AddedUncertainty:
         """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
@@ -344,11 +361,11 @@ def _count_coverage(
     inverse = of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share))
     blind = sorted_by_roughness(c) and not seen
     at = FIXED_BLIND if blind else FIXED
-    anew = [*drawn.anew, *(one for ratio in at for one in drawn.fixed(ratio))]
-    least, other = (
-        min(coverage(inverse, k, one, p, not blind) for one in parts)
-        for parts in (anew, drawn.other_families)
-    )
+    held = [coverage(inverse, k, one, p, not blind) for one in drawn.anew]
+    for ratio in at:
+        column, parts = drawn.inversion.fixed(drawn.numbers[k], ratio)
+        held += [coverage(inverse, column, one, p, not blind) for one in parts]
+    least, other = min(held), min(coverage(inverse, k, one, p, not blind) for one in drawn.other_families)
     return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))
 
 

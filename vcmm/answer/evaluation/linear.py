@@ -81,6 +81,11 @@ class LinearModel:
     def characteristics(self) -> tuple[Characteristic, ...]:
         return self.task.part.characteristics
 
+    @cached_property
+    def taken_up(self) -> dict[str, Array | None]:
+        """By feature, what its element takes up of displacements: kept by `vcmm.answer.evaluation.submodel.displace`."""
+        return {}
+
     def unpack(self, q: Array) -> dict[str, FittedElement]:
         """q (..., K) to fitted elements, axes of unit length."""
         fitted = {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}

@@ -50,21 +50,30 @@ def displace(model: LinearModel, displacements: Array) -> Array:
         mine = displacements[:, rows]
         fit = mine @ model.operator[element, rows].T
         out[:, element] += fit
-        out[:, residuals] += _left(model.operator[element, rows], model.operator[residuals, rows], mine, fit)
+        if name not in model.taken_up:
+            model.taken_up[name] = _taken_up(model.operator[element, rows], model.operator[residuals, rows])
+        taken = model.taken_up[name]
+        left = (
+            mine @ model.operator[residuals, rows].T
+            if taken is None
+            else mine[:, : len(taken)] - fit @ taken.T
+        )
+        out[:, residuals] += left
         out[:, touches] += mine[:, : block.touches]
     return out
 
 
-def _left(element: Array, residuals: Array, displacements: Array, fit: Array) -> Array:
-    """(m, n): what the fits leave of displacements (m, n). Residuals are displacements less what the element takes up, which has few
-    freedoms: n times cheaper than the operator (n, n) itself, which serves where touches did not approach along normals.
+def _taken_up(element: Array, residuals: Array) -> Array | None:
+    """(n, k): what an element takes up of displacements of its n touches, by its k quantities; found once for all trials.
+
+    Residuals are displacements less that, which has few freedoms: n times cheaper than the operator (n, n) itself. None where touches
+    did not approach along normals, and the operator serves.
     """
     if not len(residuals):
-        return displacements[:, :0]
+        return np.zeros((0, len(element)))
     taken = (np.eye(len(residuals)) - residuals) @ np.linalg.pinv(element)
-    if np.abs(np.eye(len(residuals)) - taken @ element - residuals).max() > EXACT:
-        return np.asarray(displacements @ residuals.T)
-    return np.asarray(displacements - fit @ taken.T)
+    errs = np.abs(np.eye(len(residuals)) - taken @ element - residuals).max() > EXACT
+    return None if errs else np.asarray(taken)
 
 
 def _pointwise(model: LinearModel) -> set[str]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.budget import budget_line, form_line
+from vcmm.answer.evaluation.budget import budget_line, form_line, product_line
 from vcmm.answer.evaluation.certify import Check, check
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.interval import Linear
@@ -179,13 +179,17 @@ class Evaluation:
 
     def _variances(self, i: int) -> tuple[float, float]:
         """Closed-form variance of a smooth output: sum of (c u)^2, and of (d2y u_i u_j)^2 over products (JCGM 100, 5.1.2)."""
-        second = 0.0
-        for product in self.model.products:
-            u = [self._scalar_u(j) for j in (product.first, product.second)]
-            for _, _, gain in self.model.product_gains(product):
-                second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
         terms = self._terms_on(i)
-        return float(closed_form_u(terms)[0]) ** 2 if terms else 0.0, second
+        return float(closed_form_u(terms)[0]) ** 2 if terms else 0.0, sum(u**2 for u in self._products_on(i))
+
+    def _products_on(self, i: int) -> list[float]:
+        """Standard uncertainty of one characteristic by every product of two Inputs."""
+        out = []
+        for product in self.model.products:
+            u = self._scalar_u(product.first) * self._scalar_u(product.second)
+            gains = [float(self.gradient[i] @ gain) for _, _, gain in self.model.product_gains(product)]
+            out.append(u * float(np.linalg.norm(gains)))
+        return out
 
     def _scalar_u(self, j: int) -> float:
         law, factor = self.model.influences[j].input.spread(1)
@@ -218,6 +222,12 @@ class Evaluation:
             else [float(share) * summary.u for share in alone]
         )
         lines = self._lines(terms, u_i, u, tangent)
+        if tangent:
+            of = [
+                (self.model.influences[p.first], self.model.influences[p.second]) for p in self.model.products
+            ]
+            made = zip(of, self._products_on(i))
+            lines += tuple(product_line(self.model.world, *pair, x, u) for pair, x in made if x > 0)
         error = float(self.check.linear_error[i])
         # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
         moved = marginal(0.0, terms, 0).centre if tangent else 0.0

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -83,9 +83,15 @@ def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
     if law.scale == 0.0:
         step = np.array([-1e-12, 1e-12])
         return WidenedLaw(law.mean + step, np.array([0.0, 1.0]), np.asarray(sizes, float))
+    return WidenedLaw(*_table(law), np.asarray(sizes, float))
+
+
+@lru_cache(maxsize=64)
+def _table(law: Linear) -> tuple[Array, Array]:
+    """Places x (n,) and P(X <= x): one table for all parts that were measured by the same task."""
     place = np.sinh(np.linspace(-1.0, 1.0, TABLE) * math.asinh(FAR * 20.0)) / 20.0
     x = law.mean + law.scale * place
-    return WidenedLaw(x, np.maximum.accumulate(law.cdf(x)), np.asarray(sizes, float))
+    return x, np.maximum.accumulate(law.cdf(x))
 
 
 def together(sizes: list[Array], seed: int = 0) -> Array:

@@ -40,6 +40,7 @@ from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
 )
+KEPT = 20  # parts back that are asked for such an evaluation: parts of several kinds may take turns
 
 UNITS_TAKEN = {
     "in inches": (25.4, "value_in"),
@@ -146,6 +147,30 @@ class PreparedTask:
         return out
 
 
+@dataclass(frozen=True, eq=False)
+class ReadPart:
+    """What was measured of one part, without its points.
+
+    measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
+    the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed; unseen:
+    what no test of the residuals would notice.
+    """
+
+    name: str
+    measured: Array
+    rest: Array | None = None
+    said: tuple[str, ...] = ()
+    forms: Mapping[int, Sequence[FormTold]] | None = None
+    doubts: Mapping[str, str] | None = None
+    unseen: tuple[str, ...] = ()
+
+    @property
+    def found(self) -> list[tuple[int, float, float | None]]:
+        """Number, value and residuals of what was handed in."""
+        rests = [None] * len(self.measured) if self.rest is None else [float(x) for x in self.rest]
+        return [(i, float(y), rests[i]) for i, y in enumerate(self.measured) if np.isfinite(y)]
+
+
 def evaluate_points(
     scenario: Scenario,
     given: Sequence[GivenPoints],
@@ -157,37 +182,25 @@ def evaluate_points(
 ) -> tuple[EvaluatedPart, ...]:
     """Measured points of one or several parts. DataError for points that are not those of the part (see `checked`)."""
     chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
-    out: list[EvaluatedPart] = []
-    known: PreparedTask | None = None
+    read: list[tuple[PreparedTask, ReadPart]] = []
     for i, one in enumerate(given):
-        report(f"part {one.part}" if one.part else "points", i / len(given))
+        report(f"points of part {one.part}" if one.part else "points", i / len(given))
         task, rows = task_and_rows(scenario, one, in_machine, tip_centres)
         points = measured_points(task, task.machine.indication_error(task.touches.run))
         fitted = fit_features(task, points)
         measured = np.asarray(evaluate_all(task, fitted))
-        if known is None or not known.serves(task):
-            known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
-        rest, forms = known.rest(points), known.form_statements(task, fitted)
+        known = next((k for k, _ in reversed(read[-KEPT:]) if k.serves(task)), None)
+        known = known or PreparedTask(task, evaluate(task, chosen, progress, read=False))
         doubts = doubts_of(known.tests, task, (points, fitted), (one, rows), known.result)
         coarse = coarse_mesh(task, known.result.characteristics)
-        said = (*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one))
-        why = doubts.reasons(task, known.result)
-        out.append(
-            _part(
-                scenario,
-                one.part,
-                known,
-                measured,
-                rest,
-                settings=chosen,
-                report=report,
-                said=said,
-                forms=forms,
-                doubts=why,
-                unseen=known.memory_not_covered(task, rows),
-            )
-        )
-    return tuple(out)
+        part = ReadPart(
+            one.part, measured, known.rest(points),
+            said=(*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one)),
+            forms=known.form_statements(task, fitted), doubts=doubts.reasons(task, known.result),
+            unseen=known.memory_not_covered(task, rows),
+        )  # fmt: skip
+        read.append((known, part))
+    return _all_parts(scenario, read, chosen, report)
 
 
 def evaluate_values(
@@ -203,19 +216,11 @@ def evaluate_values(
     task = scenario.task()
     known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
     order = [c.name for c in scenario.part.characteristics]
-    return tuple(
-        _part(
-            scenario,
-            values[0].part,
-            known,
-            np.array([y.get(name, np.nan) for name in order]),
-            None,
-            settings=chosen,
-            report=report,
-            said=known.result.warnings,
-        )
-        for values, y in zip(given, measured)
-    )
+    read = [
+        (known, ReadPart(v[0].part, np.array([y.get(n, np.nan) for n in order]), said=known.result.warnings))
+        for v, y in zip(given, measured)
+    ]
+    return _all_parts(scenario, read, chosen, report)
 
 
 def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
@@ -275,41 +280,41 @@ def _other_unit(nominal: float, value: float) -> str:
     return ""
 
 
+def _all_parts(
+    scenario: Scenario, read: Sequence[tuple[PreparedTask, ReadPart]], settings: Settings, report: Progress
+) -> tuple[EvaluatedPart, ...]:
+    """All parts are known before the first is judged: what is drawn for one then serves the others too."""
+    for known, part in read:
+        if known.inversion is not None:
+            known.inversion.expect(part.found)
+    out = []
+    for n, (known, part) in enumerate(read):
+        report(f"part {part.name}" if part.name else "true values", n / len(read))
+        out.append(
+            _part(scenario, known, part, settings, report if len(read) == 1 else lambda text, share: None)
+        )
+    return tuple(out)
+
+
 def _part(
-    scenario: Scenario,
-    name: str,
-    known: PreparedTask,
-    measured: Array,
-    rest: Array | None,
-    settings: Settings,
-    report: Progress,
-    said: Sequence[str] = (),
-    forms: Mapping[int, Sequence[FormTold]] | None = None,
-    doubts: Mapping[str, str] | None = None,
-    unseen: tuple[str, ...] = (),
+    scenario: Scenario, known: PreparedTask, part: ReadPart, settings: Settings, report: Progress
 ) -> EvaluatedPart:
-    """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
-    the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed; unseen:
-    what no test of the residuals would notice.
-    """
-    rests = [None if rest is None else float(x) for x in (measured if rest is None else rest)]
-    found = [(i, float(y), rests[i]) for i, y in enumerate(measured) if np.isfinite(y)]
-    if known.inversion is not None:
-        known.inversion.expect(found)
     results, out = known.result.characteristics, []
-    for n, (i, y, own) in enumerate(found):
-        report(f"true value of {results[i].name}", n / len(found))
-        one = without_claim(with_form(results[i], (forms or {}).get(i, ())), doubts)
-        one = replace(one, not_covered=(*one.not_covered, *unseen))
-        out.append(EvaluatedCharacteristic(_read(one, y, own, settings), y, forms is not None))
+    for n, (i, y, own) in enumerate(part.found):
+        report(f"true value of {results[i].name}", n / len(part.found))
+        one = without_claim(with_form(results[i], (part.forms or {}).get(i, ())), part.doubts)
+        one = replace(one, not_covered=(*one.not_covered, *part.unseen))
+        out.append(EvaluatedCharacteristic(_read(one, y, own, settings), y, part.forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *told, *said)
+        for w in (*remarks(scenario), *told, *part.said)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )
-    return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_claims_missing(out, doubts or {})))
+    return EvaluatedPart(
+        part.name, tuple(out), known.result, (*warnings, *_claims_missing(out, part.doubts or {}))
+    )
 
 
 def _claims_missing(found: Sequence[EvaluatedCharacteristic], doubts: Mapping[str, str]) -> list[str]:

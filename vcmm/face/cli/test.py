@@ -49,7 +49,7 @@ def test_command(
     from vcmm.learn.calibration.limits import limits_of
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibration import FIGURES
+    from vcmm.show.tables.calibration import figure_columns
     from vcmm.show.tables.table import records
 
     warnings: list[str] = []
@@ -66,7 +66,7 @@ def test_command(
         figures = _drop_rounding(predict_figures(machine, iso, limits, seed, trials), warnings)
     _refuse_unused_limits(limits, figures, parts=iso == "230-7")
     read = [f for one in (file, *more) for f in sources(one)]
-    body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
+    body = {"test": f"ISO {iso}", "figures": records(figure_columns(iso), figures)}
     content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
     if json:
         print_json(content)

@@ -44,12 +44,16 @@ class Quantity:
 
 
 def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
-    """All quantities of the measurement results. Raises DataError with file and line: no DCC, numbers without unit."""
+    """All quantities of the measurement results, of a whole certificate or of its measurementResults alone, as `evaluate --export` writes them.
+
+    Raises DataError with file and line: no DCC, numbers without unit.
+    """
     root = read_xml(path)
-    if root.name != "digitalCalibrationCertificate":
+    if root.name not in ("digitalCalibrationCertificate", "measurementResults"):
         raise DataError(f"{root.at}: the root is <{brief(root.name)}>, not a digitalCalibrationCertificate")
     out: list[Quantity] = []
-    for result in root.many("measurementResults/measurementResult"):
+    above = "" if root.name == "measurementResults" else "measurementResults/"
+    for result in root.many(f"{above}measurementResult"):
         for section in ("influenceConditions/influenceCondition", "results/result"):
             for block in result.many(section):
                 label = _label(block) or block.attributes.get("refType", "")
@@ -183,22 +187,27 @@ def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
 
 def _value_xml(v: HandedValue) -> str:
     unit = r"\milli\metre" if v.unit == "mm" else r"\radian"
-    spread = ""
+    spread, places = "", v.places()
     if v.about and v.U is not None and v.k:
         spread = (
-            f"<si:expandedMU><si:valueExpandedMU>{v.U:.6g}</si:valueExpandedMU><si:coverageFactor>{v.k:.6g}</si:coverageFactor>"
+            f"<si:expandedMU><si:valueExpandedMU>{_digits(v.U, places)}</si:valueExpandedMU><si:coverageFactor>{v.k:.3g}</si:coverageFactor>"
             f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:expandedMU>"
         )
     elif v.interval is not None:
         low, high = v.interval
         spread = (
-            f"<si:coverageIntervalMU><si:valueStandardMU>{v.u or 0.0:.6g}</si:valueStandardMU>"
-            f"<si:intervalMin>{low:.12g}</si:intervalMin><si:intervalMax>{high:.12g}</si:intervalMax>"
+            f"<si:coverageIntervalMU><si:valueStandardMU>{v.u or 0.0:.3g}</si:valueStandardMU>"
+            f"<si:intervalMin>{_digits(low, places)}</si:intervalMin><si:intervalMax>{_digits(high, places)}</si:intervalMax>"
             f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:coverageIntervalMU>"
         )
     if spread:
         spread = f"<si:measurementUncertaintyUnivariate>{spread}</si:measurementUncertaintyUnivariate>"
     return (
         f"<dcc:quantity><dcc:name><dcc:content>{escape(v.name)}</dcc:content></dcc:name>"
-        f"<si:real><si:value>{v.measured:.12g}</si:value><si:unit>{unit}</si:unit>{spread}</si:real></dcc:quantity>"
+        f"<si:real><si:value>{_digits(v.measured, places)}</si:value><si:unit>{unit}</si:unit>{spread}</si:real></dcc:quantity>"
     )
+
+
+def _digits(value: float, places: int | None) -> str:
+    """A number to the place of the last digit of U; all its digits where U is not stated."""
+    return f"{value:.12g}" if places is None else f"{value:.{places}f}"

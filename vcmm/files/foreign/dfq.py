@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from vcmm.core.errors import UsageError
 from vcmm.files.foreign.exported_values import HandedValue
 
-DECIMALS = 7  # 0.1 nm
+DECIMALS = 7  # 0.1 nm, where U is not stated
 
 
 def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
@@ -29,17 +29,27 @@ def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
                 f'the part "{name}" has other characteristics than the first one; export them apart'
             )
     lines = [f"K0100 {len(first)}", f"K1001 {_plain(part)}", f"K1002 {_plain(part)}"]
+    decimals = [
+        max([_places(one[i]) for one in values.values() if one[i].interval] or [DECIMALS])
+        for i in range(len(first))
+    ]
     for i, v in enumerate(first, 1):
-        lines += _characteristic(i, v)
+        lines += _characteristic(i, v, decimals[i - 1])
     for name, one in values.items():
         for i, v in enumerate(one, 1):
             lines += [f"K0014/{i} {_plain(name)}"] if name else []
-            lines += [f"K0001/{i} {_number(v.measured, v.unit)}", f"K0002/{i} 0"]
+            lines += [f"K0001/{i} {_number(v.measured, v.unit, decimals[i - 1])}", f"K0002/{i} 0"]
     return "\r\n".join(lines) + "\r\n"
 
 
-def _characteristic(i: int, v: HandedValue) -> list[str]:
-    out = [f"K2001/{i} {i}", f"K2002/{i} {_plain(v.name)}", f"K2022/{i} {DECIMALS}"]
+def _places(v: HandedValue) -> int:
+    """Decimals of the value in the unit of the file, by its U."""
+    found = v.places(1.0 if v.unit == "mm" else math.degrees(1.0))
+    return DECIMALS if found is None else found
+
+
+def _characteristic(i: int, v: HandedValue, decimals: int) -> list[str]:
+    out = [f"K2001/{i} {i}", f"K2002/{i} {_plain(v.name)}", f"K2022/{i} {decimals}"]
     out.append(f"K2101/{i} {_number(v.nominal, v.unit)}")
     if v.tolerance is not None:
         low, high = v.tolerance
@@ -59,13 +69,13 @@ def _true_value_remark(v: HandedValue) -> str:
     if v.interval is None:
         return v.why or "the interval of the true value has no end"
     if v.about and v.U is not None:
-        return f"U = {_number(v.U, v.unit)} {unit}, k = {v.k:.4g}, {v.p:.4g}"
-    low, high = (_number(end, v.unit) for end in v.interval)
+        return f"U = {_number(v.U, v.unit, _places(v))} {unit}, k = {v.k:.4g}, {v.p:.4g}"
+    low, high = (_number(end, v.unit, _places(v)) for end in v.interval)
     return f"true value {low} to {high} {unit}, {v.p:.4g}"
 
 
-def _number(value: float, unit: str) -> str:
-    return f"{value if unit == 'mm' else math.degrees(value):.{DECIMALS}f}"
+def _number(value: float, unit: str, decimals: int = DECIMALS) -> str:
+    return f"{value if unit == 'mm' else math.degrees(value):.{decimals}f}"
 
 
 def _plain(text: str) -> str:

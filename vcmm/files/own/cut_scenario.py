@@ -33,6 +33,7 @@ from vcmm.files.own.machine import load_machine, machine_from
 from vcmm.files.own.part import PartData, part_from
 from vcmm.files.own.placement import placement_from
 from vcmm.files.own.plan import plan_from
+from vcmm.files.own.room import refuse_room_changes
 from vcmm.files.own.scenario import (
     noting,
     pose_from,
@@ -90,6 +91,8 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
     )  # fmt: skip
     temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
     sensors = sensor_columns(document, environment, problems) if environment else {}
+    if environment:
+        refuse_room_changes(document, environment, problems)
     settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     if settings is not None and settings.known_bias == CORRECTED:
         problems.add(

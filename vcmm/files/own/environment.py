@@ -60,12 +60,17 @@ class PartCompensation(Table):
 class EnvironmentTable(Table):
     """room: of part, scales, spindle and air together; u_room or half_width: how well it is known.
 
+    room_hour, room_day, room_gradient: what it changes by in an hour, over a day, over a metre (`vcmm.files.own.room`).
+
     sensors: temperatures of the machine's own sensors, which its effects name.
     """
 
     room: Temperature | None = None
     u_room: KelvinSpread = 0.0
     half_width: KelvinSpread = 0.0
+    room_hour: str = Field(default="", examples=['"0.5 K/h"'])
+    room_day: str = Field(default="", examples=['"1.5 K/d"'])
+    room_gradient: str = Field(default="", examples=['"0.3 K/m"'])
     temperature: TaskTemperatures = Field(default_factory=TaskTemperatures)
     sensors: dict[str, str] = Field(default_factory=dict, examples=['{ bridge = "21.5 degC" }'])
     u_temperature: dict[str, str] = Field(default_factory=dict, examples=['{ part = "0.1 K" }'])

@@ -32,6 +32,7 @@ from vcmm.files.own.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.own.part import PartData, part_from
 from vcmm.files.own.placement import PlacementTable, ProcessTable, placement_from, process_of
 from vcmm.files.own.plan import plan_from
+from vcmm.files.own.room import room_changes
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table, Turn, checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
@@ -64,6 +65,9 @@ class RecordTable(Table):
     machine_serial: str = ""
     machine_certificate: str = ""
     probe: str = ""
+    reference_sphere: str = Field(default="", examples=['"25 mm, SN 7; certificate 2026-118"'])
+    standards: str = Field(default="", examples=['"step gauge SN 3; certificate 2026-031"'])
+    thermometers: str = Field(default="", examples=['"part sensor SN 9; certificate 2026-204"'])
     part_serial: str = ""
     drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
     order: str = ""
@@ -230,7 +234,9 @@ def with_knowledge(
         return None
     complete = not problems.found
     machine = add_knowledge(machine, [*part.effects(environment.part.compensated), *further])
-    inputs = part.inputs()
+    changes, rates = room_changes(document, environment, machine.effects, problems)
+    machine = add_knowledge(machine, changes)
+    inputs = [*part.inputs(), *rates]
     for location, one in temperatures:
         note_second(one, machine.inputs, problems, location)
         inputs.append(one)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.learn.calibration.acceptance import Figure
+from vcmm.learn.calibration.acceptance import Figure, against_limits
 from vcmm.learn.calibration.deviations import Limits, RecordedTest, figure_of, limit_of
 from vcmm.task.response.recording import Ints
 
@@ -81,11 +82,12 @@ def _largest(test: RecordedTest, name: str, which: Ints, length: Array, limits: 
         return figure_of(name, float(np.abs(error).max()), spread)
     allowed = np.array([limit(float(v)) for v in length[which]])
     worst = int((np.abs(error) / allowed).argmax())
-    passed = float((np.abs(error) <= allowed).all())
-    if drawn is not None:
-        passed = float((np.abs(drawn) <= allowed).all(axis=1).mean())
-    u = None if drawn is None else float(drawn[:, worst].std()) * 1e3
-    return Figure(name, float(np.abs(error[worst])) * 1e3, u, float(allowed[worst]) * 1e3, passed)
+    told = against_limits(name, np.abs(error[None] if drawn is None else drawn), allowed, length[which])
+    return replace(
+        told, value_um=float(np.abs(error[worst])) * 1e3, u_um=None if drawn is None else float(drawn[:, worst].std()) * 1e3,
+        limit_um=float(allowed[worst]) * 1e3, ratio=float(np.abs(error[worst]) / allowed[worst]),
+        u_ratio=None if drawn is None else told.u_ratio, at_mm=float(length[which][worst]),
+    )  # fmt: skip
 
 
 def _ranges(test: RecordedTest, which: Ints, limits: Limits) -> tuple[list[Figure], list[str]]:

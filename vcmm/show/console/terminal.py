@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,12 +14,17 @@ if TYPE_CHECKING:
     from vcmm.show.console.widths import FittedTable
     from vcmm.show.tables.table import ResultTable
 
+EVERY = 60.0  # s between lines of a long job whose stderr is no terminal
+
 
 @contextmanager
 def progress(show: bool = True) -> Iterator[Any]:
-    """A callback (text, share 0..1) that draws a bar on stderr; silent when stderr is no terminal."""
-    if not show or not sys.stderr.isatty():
+    """A callback (text, share 0..1) that draws a bar on stderr; where that is no terminal a long job says a line every minute."""
+    if not show:
         yield lambda text, share: None
+        return
+    if not sys.stderr.isatty():
+        yield SeldomSaid()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -32,6 +38,20 @@ def progress(show: bool = True) -> Iterator[Any]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
         yield lambda text, share: bar.update(task, description=text, completed=share)
+
+
+class SeldomSaid:
+    """Of what a job reports, a line on stderr each EVERY seconds; nothing of a job that is shorter."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.clock, self.begun = clock, clock()
+        self.due = self.begun + EVERY
+
+    def __call__(self, text: str, share: float) -> None:
+        now = self.clock()
+        if now >= self.due:
+            self.due = now + EVERY
+            say(f"{now - self.begun:.0f} s: {text}, {share:.0%} of this step")
 
 
 def say(text: str) -> None:

@@ -16,24 +16,39 @@ from vcmm import __version__
 from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult
 from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.core.run import T0_DEG_C
+from vcmm.part.gps.decision import GUARD_BAND, PROBABILITY
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.show import report as r
 from vcmm.show.report.table import Raw
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html
-from vcmm.show.tables.uncertainty import BUDGET, budget_rows, not_added_up
+from vcmm.show.tables.uncertainty import BUDGET, BudgetRow, budget_rows, not_added_up
 from vcmm.task.measuring.scenario import Scenario
 
 WORDS = {
     "by": "evaluated by", "date": "date", "laboratory": "laboratory", "machine_serial": "machine, serial number",
-    "machine_certificate": "certificate of the machine", "probe": "probe and styli", "part_serial": "part, serial number",
-    "drawing": "drawing and revision", "order": "order", "remarks": "remarks",
+    "probe": "probe and styli", "part_serial": "part, serial number", "drawing": "drawing and revision", "order": "order", "remarks": "remarks",
 }  # fmt: skip
+TRACEABILITY = {  # ISO/IEC 17025:2017, 6.5: by what the result is traced to the SI, each with its certificate
+    "machine_certificate": "certificate of the machine", "reference_sphere": "reference sphere, certificate",
+    "standards": "standards, certificates", "thermometers": "thermometers, certificates",
+}  # fmt: skip
+RULES_IN_WORDS = {
+    PROBABILITY: "ISO 14253-1:2017, its default: conformance and non-conformance are each stated with a probability of at least 95 %",
+    GUARD_BAND: "ISO 14253-1:2017 with guard bands of U (stricter than its default, a conformance probability of 95 %)",
+}
+THERMAL = (
+    "environment.",
+    "channel.temp_",
+    PartExpansion.name,
+    ScaleExpansion.name,
+    "room_",
+)  # an assessor looks for these, however small
+MOST_THERMAL = 3
 ALWAYS = (
     "by",
     "date",
     "machine_serial",
-    "machine_certificate",
     "part_serial",
     "drawing",
 )  # a blank where not stated
@@ -60,9 +75,14 @@ def round_to_uncertainty(value: float, expanded: float) -> tuple[str, str]:
     return f"{value:.{places}f}", f"{expanded:.{places}f}"
 
 
+def in_drawing(unit: str) -> tuple[float, str]:
+    """Factor and word of a value as the drawing has it: mm, and angles in degrees."""
+    return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, "mm")
+
+
 def in_words(e: EvaluatedCharacteristic) -> str:
     """The result as it stands in a certificate."""
-    c, unit = e.result, e.unit
+    c = e.result
     half = (c.interval[1] - c.interval[0]) / 2
     if c.true_value is not None:
         if not math.isfinite(c.interval[1]):
@@ -80,10 +100,10 @@ def in_words(e: EvaluatedCharacteristic) -> str:
             f"probability of {c.p:.0%}.{claim}{stated}"
         )
     middle = sum(c.interval) / 2
-    value, expanded = round_to_uncertainty(
-        c.value if abs(middle - c.value) < LEAST_SHIFT * half else middle, half
-    )
-    k = "" if not math.isfinite(c.k) else f", k = {c.k:.2f}"
+    scale, unit = in_drawing(c.unit)
+    shown_value = c.value if abs(middle - c.value) < LEAST_SHIFT * half else middle
+    value, expanded = round_to_uncertainty(scale * shown_value, scale * half)
+    k = "" if not math.isfinite(c.k) else f", coverage factor k = {c.k:.2f}"
     shown = "" if c.coverage_shown else f" The coverage is not shown: {c.why_not_shown}."
     bias = " and holds the known bias, which is not corrected (U + |bias|)" if c.bias_in_U else ""
     return (
@@ -96,9 +116,11 @@ def _decision_text(c: CharacteristicResult) -> str:
     if c.decision is None or c.tolerance is None:
         return "no requirement stated"
     p = "" if c.decision.p_conform is None else f", probability of conformance {c.decision.p_conform:.1%}"
-    low, high = c.tolerance
+    scale, unit = in_drawing(c.unit)
+    low, high = (scale * end for end in c.tolerance)
     reason = f" ({c.decision.reason})" if c.decision.reason else ""
-    return f"{c.decision.text}{reason}; limits {low:.6g} to {high:.6g} {c.unit}, rule: {c.decision.rule} (ISO 14253-1){p}"
+    rule = RULES_IN_WORDS.get(c.decision.rule, c.decision.rule)
+    return f"{c.decision.text}{reason}; limits {low:.7g} to {high:.7g} {unit}{p}; rule: {rule}"
 
 
 def hashes(files: Sequence[Path]) -> list[list[object]]:
@@ -138,7 +160,7 @@ def _section(scenario: Scenario, part: EvaluatedPart, e: EvaluatedCharacteristic
         ["machine", f"{scenario.machine.name}; errors {scenario.machine.state}, active: {', '.join(scenario.machine.compensation) or 'not stated'}"],
     ]  # fmt: skip
     heading = r.heading(f"{number} of {len(part.characteristics)}: {c.name} ({c.type})")
-    facts = r.columns(r.table(["", ""], rows), r.table(["", ""], _record_rows(scenario.record)))
+    facts = r.columns(r.table(["", ""], rows), _records(scenario.record))
     return "\n".join([heading, r.note(in_words(e)), facts, _budget(c), *_without_evidence(c)])
 
 
@@ -148,30 +170,45 @@ def _indication_text(e: EvaluatedCharacteristic) -> str:
         off = "not known" if math.isnan(c.bias) else f"{c.bias * 1e3:.3f} µm, which the interval takes off"
         return f"{e.measured:.6f} mm; bias {off}"
     if c.unit != "mm":
-        return f"{e.measured:.8f} rad, known bias {c.bias * 1e6:+.3f} µrad"
+        scale, unit = in_drawing(c.unit)
+        return f"{scale * e.measured:.6f} {unit}, known bias {scale * c.bias:+.2g} {unit}{' (corrected)' if c.corrected else ''}"
     return f"{e.measured:.6f} mm, known bias {c.bias * 1e3:+.3f} µm{' (corrected)' if c.corrected else ''}"
 
 
 def _budget(c: CharacteristicResult) -> str:
     """EA-4/02: the largest lines, the rest together, and y, u, degrees of freedom, k and U."""
-    ranked = sorted(budget_rows(c), key=lambda row: -row.line.u)
+    first, rest = shown_lines(sorted(budget_rows(c), key=lambda row: -row.line.u))
     columns = tuple(column for column in BUDGET if column.head != "redraw")
-    table = ResultTable("", columns, ranked[:LINES])
+    table = ResultTable("", columns, first)
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
-    rest, nu = ranked[LINES:], effective_dof(c.budget, c.u)
+    nu = effective_dof(c.budget, c.u)
     u_rest = r.number(math.hypot(*(row.line.u for row in rest)) * scale, 2)
     further = f"{len(rest)} further lines together {u_rest} {word} (all in budget.csv). " if rest else ""
     total = (
         f"{further}u(y) = {r.number(c.u * scale, 3)} {word}, ν_eff = {'∞' if math.isinf(nu) else f'{nu:.0f}'}, "
-        f"k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word}, p = {c.p:.0%}."
+        f"coverage factor k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word}, p = {c.p:.0%}."
     )
     return "".join([html(table), r.paragraph(total), *(r.paragraph(said) for said in not_added_up([c]))])
+
+
+def shown_lines(ranked: Sequence[BudgetRow]) -> tuple[list[BudgetRow], list[BudgetRow]]:
+    """LINES rows to show and the rest: the largest, among them the largest MOST_THERMAL of room, temperatures and expansions."""
+    thermal = [row for row in ranked if row.line.u > 0 and row.line.input.startswith(THERMAL)][:MOST_THERMAL]
+    others = [row for row in ranked if row not in thermal][: LINES - len(thermal)]
+    shown = [row for row in ranked if row in thermal or row in others]
+    return shown, [row for row in ranked if row not in shown]
 
 
 def _without_evidence(c: CharacteristicResult) -> list[str]:
     """Lines of which the scenario does not say where they come from: what an auditor asks for first."""
     names = [line.input for line in c.budget if not line.evidence and line.share > 1e-3]
     return [r.paragraph(f"No evidence is stated for: {', '.join(names)}.")] if names else []
+
+
+def _records(record: Mapping[str, str]) -> str:
+    """Who and when, and by what the result is traced."""
+    traced: list[list[object]] = [[words, record.get(key, BLANK)] for key, words in TRACEABILITY.items()]
+    return r.table(["", ""], _record_rows(record)) + r.table(["traceability", ""], traced)
 
 
 def _record_rows(record: Mapping[str, str]) -> list[list[object]]:

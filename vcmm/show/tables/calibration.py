@@ -61,6 +61,14 @@ FIGURES: tuple[Column[Figure], ...] = (
     Column("limit", lambda row: row.limit_um, fixed(3, "um"), key="limit_um"),
     Column("probability to pass", lambda row: row.p_pass, fixed(3), key="p_pass"),
 )
+LENGTHS: tuple[Column[Figure], ...] = (  # of ISO 10360-2, whose limit grows with the length
+    *FIGURES[:3],
+    Column("largest E/MPE", lambda row: row.ratio, fixed(2), key="ratio"),
+    Column("u of E/MPE", lambda row: row.u_ratio, fixed(2), key="u_ratio"),
+    Column("at length", lambda row: row.at_mm, fixed(0, "mm"), key="at_mm"),
+    Column("limit there", lambda row: row.limit_um, fixed(3, "um"), key="limit_um"),
+    FIGURES[-1],
+)
 HELD_OUT: tuple[Column[PredictedPositions], ...] = (
     Column("interpolation", lambda row: row.name, key="interpolation"),
     Column("readings held out", lambda row: row.n, COUNT_OR_NONE, key="observations"),
@@ -108,7 +116,11 @@ def residuals(found: Calibration) -> ResultTable[Left]:
 
 def figures(iso: str, found: Sequence[Figure]) -> ResultTable[Figure]:
     """Figures of an acceptance test, iso such as "230-2"."""
-    return ResultTable(f"ISO {iso}", FIGURES, found)
+    return ResultTable(f"ISO {iso}", figure_columns(iso), found)
+
+
+def figure_columns(iso: str) -> tuple[Column[Figure], ...]:
+    return LENGTHS if iso == "10360-2" else FIGURES
 
 
 def interpolations(found: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
