@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import vcmm
+from tests.shop.machining import shop
 from vcmm.core.errors import Environment, UsageError
 from vcmm.core.readable import flatten_record, frame_of
 from vcmm.face.cli import run as command
@@ -59,11 +60,12 @@ def test_evaluate_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_cut_takes_a_path_and_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    found = vcmm.cut(BLOCK, trials=TRIALS)
-    same(found, ["cut", BLOCK, "--trials", str(TRIALS)], capsys)
-    name = found.characteristics[0].name
-    assert name in found._repr_html_()
-    assert len(found.to_dataframe("pandas")) == len(found.characteristics)
+    file = str(shop.write(tmp_path))
+    found = vcmm.cut(file, trials=TRIALS)
+    same(found, ["cut", file, "--trials", str(TRIALS)], capsys)
+    assert found["diameter"].name in found._repr_html_()
+    assert list(found.to_dataframe("pandas")["name"]) == ["diameter", "form"]
+    assert "diameter" in found.report(tmp_path / "cut.html").read_text(encoding="utf-8")
 
 
 def test_a_measuring_scenario_is_not_cut():
@@ -194,10 +196,8 @@ def test_a_job_without_a_page_says_so(tmp_path: Path):
 
 
 def test_place_refuses_what_it_does_not_use():
-    from vcmm.placement import Goal  # type: ignore[import-not-found]
-
     with pytest.raises(UsageError, match="goal"):
-        vcmm.place(BLOCK, goal=Goal())
+        vcmm.place(BLOCK, goal=vcmm.placement.Goal())
 
 
 VERBS = "measure uncertainty evaluate audit routes certificate place diagnose calibrate test compare nc cut compensate convert field"
