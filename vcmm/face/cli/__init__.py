@@ -41,10 +41,14 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "doctor": "Check the installation.",
     "schema": "Print the JSON Schema of a file format.",
 }
-JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate", "loop", "convert", "serve", "view", "merge",
-)  # fmt: skip
+GROUPS = {  # of `vcmm --help`
+    "Start": "demo new check list explain doctor schema",
+    "Measure": "measure uncertainty evaluate audit certificate routes place serve view",
+    "Machine": "field calibrate test diagnose compare",
+    "Cut": "nc cut compensate loop",
+    "Data": "convert merge rerun",
+}
+SUBCOMMANDS = {"calibrate": "vcmm.face.cli.calibrate_jobs:app"}  # verbs that are several jobs
 _NUMBER = re.compile(
     r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?"
 )  # as docs/scale.md says, and finite
@@ -64,10 +68,10 @@ def build_app() -> Any:
         config=_whole,
         help_epilogue="Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted.",
     )
-    jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")
+    groups = {v: group for group in map(Group.create_ordered, GROUPS) for v in GROUPS[group.name].split()}
     for verb in VERBS:
-        group = jobs if verb in JOBS else about
-        app.command(f"vcmm.face.cli.{verb}:{verb}_command", name=verb, group=group, help=VERBS[verb])
+        where = SUBCOMMANDS.get(verb, f"vcmm.face.cli.{verb}:{verb}_command")
+        app.command(where, name=verb, group=groups[verb], help=VERBS[verb])
     app.register_install_completion_command(name="--install-completion")
     return app
 
