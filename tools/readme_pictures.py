@@ -70,6 +70,9 @@ def machined() -> tuple[Any, dict[str, Any]]:
         )
         left.set_yticks(list(at), [c.name for c in sizes])
         left.invert_yaxis()
+        left.use_sticky_edges = False
+        left.margins(x=0.05)
+        left.spines[["top", "right"]].set_visible(False)
         left.set_xlabel("deviation from nominal / µm (grey: tolerance)")
         left.set_title("before it is cut: value ± U")
         c = sizes[0]

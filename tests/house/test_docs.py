@@ -244,7 +244,12 @@ def test_the_index_lists_every_page():
     trees = re.findall(r"```\{toctree\}\n.*?\n\n(.*?)```", index, re.DOTALL)
     pages = " ".join(trees).split()
     assert len(pages) == len(set(pages)), "a page stands in one part"
-    assert re.findall(r"^## (.*)$", index, re.MULTILINE) == ["Tutorials", "How-to", "Explanation", "Reference"]
+    assert re.findall(r"^## (.*)$", index, re.MULTILINE) == [
+        "Tutorials",
+        "How-to",
+        "Explanation",
+        "Reference",
+    ]
     listed = set(pages)
     assert listed == {p.stem for p in (ROOT / "docs").glob("*.md")} - {"index"} | {
         g.removesuffix(".md") for g in GENERATED

@@ -57,3 +57,13 @@ def test_every_option_is_one_of_the_whole_command(name: str):
     own = inspect.signature(JOBS[name]).parameters
     assert set(own) - plans <= set(known)
     assert all(own[p].default == known[p].default for p in set(own) - plans)
+
+
+def test_a_mistyped_job_is_answered_with_the_closest(capsys: pytest.CaptureFixture[str]):
+    assert run(["calibrate", "desing", "plan.toml"]) == 2
+    assert 'Did you mean "design"?' in capsys.readouterr().err
+
+
+def test_without_a_file_an_example_is_shown(capsys: pytest.CaptureFixture[str]):
+    assert run(["calibrate"]) == 2
+    assert "vcmm calibrate design plan.toml" in capsys.readouterr().err

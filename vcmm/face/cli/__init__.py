@@ -6,6 +6,7 @@ import gc
 import os
 import re
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from vcmm import __version__
@@ -180,7 +181,8 @@ def run(words: list[str]) -> int:
     except VcmmError as error:
         from vcmm.show.console.complaints import list_problems
 
-        print(list_problems(getattr(error, "problems", (str(error),))), file=sys.stderr)
+        problems = getattr(error, "problems", (str(error),))
+        print(list_problems((*problems, *_where_to_get_it(problems))), file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt as error:
         told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
@@ -211,6 +213,18 @@ def run(words: list[str]) -> int:
             file=sys.stderr,
         )
         return BUG
+
+
+def _where_to_get_it(problems: Sequence[str]) -> list[str]:
+    """What to do where a file is missing that has the name of an example: somebody follows a page without its first line."""
+    missing = (
+        re.fullmatch(r"(?:\S*/)?(\w+)\.toml does not exist\.?", problems[0]) if len(problems) == 1 else None
+    )
+    if missing is None:
+        return []
+    from vcmm.files.own.library import scenarios
+
+    return [f"vcmm new {missing[1]} writes an example of this name"] if missing[1] in scenarios() else []
 
 
 def _silence() -> None:

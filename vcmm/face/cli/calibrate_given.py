@@ -33,8 +33,16 @@ class CalibrationFiles:
 
         if not self.files:
             raise UsageError(
-                "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
+                'calibrate needs recordings, for example vcmm calibrate fit laser.toml plate.toml --structure "w b Y X Z t" --out machine.toml, '
+                "or a plan: vcmm calibrate design plan.toml"
             )
+        first = self.files[0]
+        if not first.suffix and not first.exists():
+            from vcmm.core.errors import choose_from, did_you_mean
+            from vcmm.face.cli.calibrate_jobs import JOBS
+
+            if did_you_mean(str(first), JOBS):
+                raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOBS)}')
 
     def reversals(self) -> list[Path]:
         """Files that are reversals."""
