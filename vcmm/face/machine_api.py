@@ -151,7 +151,16 @@ def calibrate(
     """
     from vcmm.learn.calibration.job import calibrate as find_errors
 
-    found = find_errors(recordings, machine, certificates, only, progress, growth, interpolation, correlated)
+    found = find_errors(
+        recordings,
+        machine,
+        certificates,
+        only,
+        progress,
+        growth=growth,
+        interpolation=interpolation,
+        correlated=correlated,
+    )
     return replace(found, reading=machine_readings.calibration_reading())
 
 

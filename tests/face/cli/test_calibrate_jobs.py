@@ -11,6 +11,7 @@ import pytest
 from tests.hostile.corpus import DESIGN
 from vcmm.face.cli import run
 from vcmm.face.cli.calibrate import calibrate_command
+from vcmm.face.cli.calibrate_given import JOB_NAMES
 from vcmm.face.cli.calibrate_jobs import JOBS
 from vcmm.files.own.library import example
 
@@ -61,6 +62,7 @@ def test_every_option_is_one_of_the_whole_command(name: str):
 
 def test_a_mistyped_job_is_answered_with_the_closest(capsys: pytest.CaptureFixture[str]):
     assert run(["calibrate", "desing", "plan.toml"]) == 2
+    assert tuple(JOBS) == JOB_NAMES
     assert 'Did you mean "design"?' in capsys.readouterr().err
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+JOB_NAMES = ("fit", "design", "simulate", "thermal", "nodes", "compare")  # of vcmm.face.cli.calibrate_jobs
+
 
 @dataclass(frozen=True)
 class CalibrationInput:
@@ -39,10 +41,9 @@ class CalibrationFiles:
         first = self.files[0]
         if not first.suffix and not first.exists():
             from vcmm.core.errors import choose_from, did_you_mean
-            from vcmm.face.cli.calibrate_jobs import JOBS
 
-            if did_you_mean(str(first), JOBS):
-                raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOBS)}')
+            if did_you_mean(str(first), JOB_NAMES):
+                raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOB_NAMES)}')
 
     def reversals(self) -> list[Path]:
         """Files that are reversals."""
