@@ -5,6 +5,7 @@ Without such a word `vcmm calibrate` takes all options at once, as before (`--de
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -189,7 +190,7 @@ def compare_command(
     )
 
 
-JOBS = {
+JOBS: dict[str, Callable[..., int]] = {
     "fit": fit_command,
     "design": design_command,
     "simulate": simulate_command,
