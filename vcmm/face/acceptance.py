@@ -33,8 +33,8 @@ def find_figures(
 
 def table_of_figures(iso: str, figures: Any) -> Any:
     """The figures as a table."""
-    from vcmm.show.tables.calibrated import figures as figures_table
-    from vcmm.show.tables.reversed import spindle_figures
+    from vcmm.show.tables.calibration import figures as figures_table
+    from vcmm.show.tables.reversal import spindle_figures
 
     return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
 
@@ -77,7 +77,7 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
     from vcmm.files.own.machine import load_machine
     from vcmm.files.own.reversal import is_reversal, load_reversal
     from vcmm.files.toml import read_toml
-    from vcmm.learn.calibration.reversed import separate
+    from vcmm.learn.calibration.reversal import separate
     from vcmm.learn.calibration.spindle import predicted_spindle, recorded_spindle
 
     if is_reversal(file):
@@ -116,7 +116,7 @@ def _evaluate_recordings(files: list[Path], iso: str, limits: Any, warnings: lis
     from vcmm.files.own.instruments import load_certificate
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.deviations import RecordedTest
-    from vcmm.learn.calibration.recorded import evaluate_recordings
+    from vcmm.learn.calibration.standard_figures import evaluate_recordings
 
     tests = []
     for file in files:

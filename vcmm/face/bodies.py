@@ -14,7 +14,7 @@ def calibration_json(found: Any, out: Path | None) -> dict[str, Any]:
     from vcmm.files.own.machine import load_machine
     from vcmm.learn.calibration.acceptance import volume_figures
     from vcmm.learn.calibration.result import rms
-    from vcmm.show.tables.calibrated import FIGURES, RESIDUALS, residuals
+    from vcmm.show.tables.calibration import FIGURES, RESIDUALS, residuals
     from vcmm.show.tables.table import records
 
     pulls = zip(found.posterior.own_names, found.posterior.own)
@@ -34,7 +34,7 @@ def calibration_json(found: Any, out: Path | None) -> dict[str, Any]:
 
 def compensation_json(result: Any, target: Path | None, proof: Any) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them. met: of the cut, where one was made, else of the path."""
-    from vcmm.show.tables.compensated import departure_json, pointing_json, shifts_json
+    from vcmm.show.tables.compensation import departure_json, pointing_json, shifts_json
     from vcmm.show.tables.proofs import proof_json
 
     r, b = result.rounding, result.blocks
@@ -64,7 +64,7 @@ def compensation_json(result: Any, target: Path | None, proof: Any) -> dict[str,
 def placed_cut_json(placed: PlacedCut) -> dict[str, Any]:
     from vcmm.answer.placing.result import freedom_key, map_json, pose_json
     from vcmm.part.gps.characteristics import unit
-    from vcmm.show.tables.placed import GAINS, gains
+    from vcmm.show.tables.placement import GAINS, gains
     from vcmm.show.tables.table import records
 
     def at(one: Any) -> dict[str, Any]:

@@ -36,7 +36,7 @@ def evaluate_listed(
     """Values of a file of ours or of an export, with what the export could not say."""
     from vcmm.answer.inference.job import evaluate_values
     from vcmm.files.foreign.cmm_exports import exported_values
-    from vcmm.files.own.measured import read_measured_values
+    from vcmm.files.own.measured_data import read_measured_values
 
     found = exported_values(values, [c.name for c in scenario.part.characteristics])
     listed, said = found or (read_measured_values(values), "")
@@ -53,7 +53,7 @@ def given_points(
     """
     from vcmm.files.foreign.point_lists import read_point_list
     from vcmm.files.foreign.qif import is_qif
-    from vcmm.files.own.measured import read_measured_points
+    from vcmm.files.own.measured_data import read_measured_points
 
     if not is_qif(path):
         listed = read_point_list(path)

@@ -21,7 +21,7 @@ def diagnosis_reading(recording: Recording, machine: Machine) -> Reading:
     """Of `diagnose`."""
     from vcmm.learn.diagnosis.result import diagnosis_json
     from vcmm.show.pages.diagnosis import diagnosis_page, sentences
-    from vcmm.show.tables.diagnosed import answers
+    from vcmm.show.tables.diagnosis import answers
 
     return make_reading(
         "vcmm.diagnosis/1",
@@ -37,7 +37,7 @@ def calibration_reading() -> Reading:
     """Of `calibrate`."""
     from vcmm.face.bodies import calibration_json
     from vcmm.show.pages.calibration import calibration_page
-    from vcmm.show.tables.calibrated import errors
+    from vcmm.show.tables.calibration import errors
 
     return make_reading(
         "vcmm.calibration/1",
@@ -53,8 +53,8 @@ def compensation_reading(program: Path) -> Reading:
     from vcmm.core.errors import UsageError
     from vcmm.face.bodies import compensation_json
     from vcmm.shop.machining.proof import proof_without_inspection
-    from vcmm.show.pages.followed import compensation_page
-    from vcmm.show.tables.compensated import before_and_after, departures
+    from vcmm.show.pages.path import compensation_page
+    from vcmm.show.tables.compensation import before_and_after, departures
 
     no_cut = proof_without_inspection("this call rewrites a program; vcmm compensate SCENARIO cuts it too")
 
@@ -110,7 +110,7 @@ def figures_reading(
     iso: str, table: ResultTable[Any], files: Sequence[str | Path], seed: int, warnings: Sequence[str]
 ) -> Reading:
     """Of `test`."""
-    from vcmm.show.tables.calibrated import FIGURES
+    from vcmm.show.tables.calibration import FIGURES
     from vcmm.show.tables.table import records
 
     return make_reading(
@@ -128,7 +128,7 @@ def comparison_reading(files: Sequence[str | Path], seed: int, warnings: Sequenc
     """Of `compare`."""
     from vcmm.learn.diagnosis.comparison import comparison_json
     from vcmm.show.pages.compare import compare_page
-    from vcmm.show.tables.compared import tables
+    from vcmm.show.tables.comparison import tables
 
     return make_reading(
         "vcmm.compare/1",

@@ -69,7 +69,7 @@ def characteristics_of(body: dict[str, Any]) -> Rows:
 
 def measurement_reading(files: Sequence[str | Path], seed: int | None) -> Reading:
     """Of `measure`."""
-    from vcmm.show.tables.measured import measure_json, values
+    from vcmm.show.tables.measured_points import measure_json, values
 
     return make_reading(
         "vcmm.measure/1",
@@ -83,7 +83,7 @@ def measurement_reading(files: Sequence[str | Path], seed: int | None) -> Readin
 
 def uncertainty_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
     """Of `uncertainty`."""
-    from vcmm.show.tables.evaluated import results, uncertainty_json
+    from vcmm.show.tables.uncertainty import results, uncertainty_json
 
     def page(result: UncertaintyResult) -> str:
         from vcmm.show.pages.uncertainty import uncertainty_page
@@ -113,8 +113,8 @@ def whole_of(part: EvaluatedPart) -> UncertaintyResult:
 def part_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
     """Of one part of `evaluate`."""
     from vcmm.answer.evaluation.one_line import answer
-    from vcmm.show.tables.evaluated import results
-    from vcmm.show.tables.inferred import evaluate_json
+    from vcmm.show.tables.evaluation import evaluate_json
+    from vcmm.show.tables.uncertainty import results
 
     def page(part: EvaluatedPart) -> str:
         from vcmm.show.console.documents import sources
@@ -164,7 +164,7 @@ def placement_reading(files: Sequence[str | Path]) -> Reading:
     from vcmm.answer.placing.advice import advice
     from vcmm.answer.placing.result import place_json
     from vcmm.show.pages.place import place_page
-    from vcmm.show.tables.placed import compared_poses
+    from vcmm.show.tables.placement import compared_poses
 
     return make_reading(
         "vcmm.place/1",
@@ -181,7 +181,7 @@ def placed_cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Re
     """Of `place` on a cutting scenario."""
     from vcmm.face.bodies import placed_cut_json
     from vcmm.show.pages.place_cut import place_cut_page
-    from vcmm.show.tables.placed import compared_cut_poses
+    from vcmm.show.tables.placement import compared_cut_poses
 
     return make_reading(
         "vcmm.place/1",
@@ -196,7 +196,7 @@ def placed_cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Re
 
 def audit_reading(seed: int) -> Reading:
     """Of `audit`."""
-    from vcmm.show.tables.audited import audit_json, audit_table
+    from vcmm.show.tables.audit import audit_json, audit_table
 
     return make_reading(
         "vcmm.audit/1",
@@ -210,7 +210,7 @@ def audit_reading(seed: int) -> Reading:
 def routes_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
     """Of `routes`."""
     from vcmm.show.pages.routes import routes_page
-    from vcmm.show.tables.routed import agreements_table, routes_json, routes_table
+    from vcmm.show.tables.routes import agreements_table, routes_json, routes_table
 
     return make_reading(
         "vcmm.routes/1",
@@ -227,7 +227,7 @@ def routes_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
 
 def certificate_reading(file: str | Path) -> Reading:
     """Of `certificate`."""
-    from vcmm.show.tables.certified import worth_json, worth_tables
+    from vcmm.show.tables.certificate import worth_json, worth_tables
 
     return make_reading(
         "vcmm.certificate/1",

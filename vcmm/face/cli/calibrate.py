@@ -138,7 +138,7 @@ def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
     from vcmm.face.bodies import calibration_json
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibrated import TESTS, independent_tests
+    from vcmm.show.tables.calibration import TESTS, independent_tests
     from vcmm.show.tables.table import records
 
     tests = wanted.tests()
@@ -225,7 +225,7 @@ def _report(found: Any, path: Path) -> None:
 def _show(found: Any) -> None:
     from vcmm.learn.calibration.result import rms
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.calibrated import errors
+    from vcmm.show.tables.calibration import errors
 
     show_table(errors(found))
     print(f"residuals: {rms(found.residual) * 1e3:.3f} um rms; condition {found.identified.condition:.3g}")

@@ -61,7 +61,7 @@ def compare_command(
 
 def _show(rows: list[Any]) -> None:
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.compared import tables
+    from vcmm.show.tables.comparison import tables
 
     for table in tables(rows):
         show_table(table)

@@ -35,7 +35,7 @@ def show(placed: Any) -> None:
     """Poses compared, what each characteristic gains, how sure and how flat."""
     from vcmm.answer.placing.words import region_text
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.placed import compared_cut_poses, gains
+    from vcmm.show.tables.placement import compared_cut_poses, gains
 
     for table in (compared_cut_poses(placed), gains(placed)):
         show_table(table)
@@ -43,7 +43,7 @@ def show(placed: Any) -> None:
 
 
 def _write(folder: Path, source: Path, scenario: Any, placed: Any, content: dict[str, Any]) -> None:
-    from vcmm.files.own.placed import placed_cut as placed_texts
+    from vcmm.files.own.placement_writer import placed_cut as placed_texts
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say

@@ -46,7 +46,7 @@ def test_command(
     from vcmm.face.acceptance import find_figures, table_of_figures
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibrated import FIGURES
+    from vcmm.show.tables.calibration import FIGURES
     from vcmm.show.tables.table import records
 
     figures, warnings, drawn = find_figures([file, *more], iso, limit or [], seed, trials)
