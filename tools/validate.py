@@ -1,6 +1,6 @@
 """Print how far vcmm is from its outside truths: VCMM_DATA=<folder> python tools/validate.py
 
-The figures of the README's table "Compared with" are this output.
+The figures of the README's table "How it is known to be right" are this output.
 """
 
 from __future__ import annotations

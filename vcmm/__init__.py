@@ -3,8 +3,8 @@
     import vcmm
     scenario = vcmm.load_scenario("plate.toml")
     result = vcmm.uncertainty(scenario)
-    for c in result.characteristics:
-        print(c.name, c.value, c.expanded, c.decision)
+    print(result["bore diameter"])       # one line; in a notebook `result` shows a table
+    result.to_dict(), result.to_dataframe(), result.report("plate.html"), result.plot()
 
 Everything public is imported on first use, so that `import vcmm` costs nothing.
 """
@@ -16,9 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm import physics as effects
-    from vcmm.answer.inference.audit import audit
     from vcmm.answer.placing.planning import optimise_plan
-    from vcmm.compensation.job import compensate
     from vcmm.core import kinematics, laws
     from vcmm.core.effect import Effect
     from vcmm.core.errors import ModelLimit, UsageError
@@ -27,7 +25,10 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.core.machine import Machine
     from vcmm.core.pose import Pose
     from vcmm.core.run import Array, Run, Series
-    from vcmm.face.api import evaluate, measure, place, uncertainty
+    from vcmm.face.api import cut, evaluate, measure, place, uncertainty
+    from vcmm.face.count_api import audit, certificate, routes
+    from vcmm.face.file_api import convert, nc
+    from vcmm.face.machine_api import calibrate, compare, compensate, diagnose, field, test
     from vcmm.face.public import (
         calibration,
         diagnosis,
@@ -46,18 +47,14 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.files.own.recording import load_recording
     from vcmm.files.own.scenario import load_scenario
     from vcmm.files.own.setup import load_setup
-    from vcmm.learn.calibration.job import calibrate
-    from vcmm.learn.diagnosis.job import diagnose
     from vcmm.learn.diagnosis.several import diagnose_several
     from vcmm.part.gps import characteristics
     from vcmm.program.setup import Setup
-    from vcmm.shop.machining.job import cut
     from vcmm.shop.machining.scenario import CutScenario
     from vcmm.show import charts, report
     from vcmm.task.measuring.scenario import Scenario
     from vcmm.task.measuring.settings import Settings
     from vcmm.task.response.recording import Recording
-    from vcmm.task.response.volumetric import field
 
 __version__ = "0.1.0"
 
@@ -76,14 +73,20 @@ _HOME = {
     "optimise_plan": "vcmm.answer.placing.planning",
     "uncertainty": "vcmm.face.api",
     "evaluate": "vcmm.face.api",
-    "audit": "vcmm.answer.inference.audit",
-    "field": "vcmm.task.response.volumetric",
+    "audit": "vcmm.face.count_api",
+    "field": "vcmm.face.machine_api",
     "place": "vcmm.face.api",
-    "diagnose": "vcmm.learn.diagnosis.job",
+    "diagnose": "vcmm.face.machine_api",
     "diagnose_several": "vcmm.learn.diagnosis.several",
-    "cut": "vcmm.shop.machining.job",
-    "compensate": "vcmm.compensation.job",
-    "calibrate": "vcmm.learn.calibration.job",
+    "cut": "vcmm.face.api",
+    "compensate": "vcmm.face.machine_api",
+    "calibrate": "vcmm.face.machine_api",
+    "certificate": "vcmm.face.count_api",
+    "compare": "vcmm.face.machine_api",
+    "convert": "vcmm.face.file_api",
+    "nc": "vcmm.face.file_api",
+    "routes": "vcmm.face.count_api",
+    "test": "vcmm.face.machine_api",
     "load_cut": "vcmm.files.own.cut_scenario",
     "load_recording": "vcmm.files.own.recording",
     "Array": "vcmm.core.run",

@@ -241,7 +241,16 @@ def test_links_between_pages_exist(page: Path):
 
 def test_the_index_lists_every_page():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
-    listed = set(re.search(r"```\{toctree\}\n.*?\n\n(.*?)```", index, re.DOTALL)[1].split())  # type: ignore[index]
+    trees = re.findall(r"```\{toctree\}\n.*?\n\n(.*?)```", index, re.DOTALL)
+    pages = " ".join(trees).split()
+    assert len(pages) == len(set(pages)), "a page stands in one part"
+    assert re.findall(r"^## (.*)$", index, re.MULTILINE) == [
+        "Tutorials",
+        "How-to",
+        "Explanation",
+        "Reference",
+    ]
+    listed = set(pages)
     assert listed == {p.stem for p in (ROOT / "docs").glob("*.md")} - {"index"} | {
         g.removesuffix(".md") for g in GENERATED
     }

@@ -351,13 +351,20 @@ def test_commands_load_numpy_late():
     assert not wrong, "a verb is imported for its --help; import inside the function:\n" + "\n".join(wrong)
 
 
+def _lines(node: ast.FunctionDef) -> int:
+    """Lines of a function, without a docstring that lists its parameters (numpydoc): it grows with them, and is documentation."""
+    first = node.body[0]
+    listed = "\n    Parameters\n" in f"\n{ast.get_docstring(node, clean=False) or ''}"
+    told = int(first.end_lineno or 0) - first.lineno + 1 if listed else 0
+    return int(node.end_lineno or 0) - node.lineno + 1 - told
+
+
 def test_functions_are_short():
     long = [
         f"{module}.{node.name}: {length} lines"
         for module in sources()
         for node in ast.walk(tree(module))
-        if isinstance(node, ast.FunctionDef)
-        and (length := int(node.end_lineno or 0) - node.lineno + 1) > LONGEST_FUNCTION
+        if isinstance(node, ast.FunctionDef) and (length := _lines(node)) > LONGEST_FUNCTION
     ]
     assert not long, "\n".join(long)
 

@@ -84,3 +84,21 @@ def test_the_command_ends_with_its_exit_code():
     )
     assert done.returncode == 2
     assert done.stdout == b""
+
+
+def seconds_of(*words: str, times: int = 5) -> float:
+    """Seconds of processor that a command takes, the least of some: what others do on the machine adds to it."""
+    import resource
+
+    least = float("inf")
+    for _ in range(times):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, *words], capture_output=True, check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        least = min(least, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return least
+
+
+@pytest.mark.parametrize("code", ["import vcmm", "from vcmm.face.cli import main; main(['--help'])"])
+def test_it_starts_in_less_than_ten_starts_of_python(code: str):
+    assert seconds_of("-c", code) < 10 * seconds_of("-c", "pass")

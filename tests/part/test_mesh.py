@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -72,3 +74,12 @@ def test_a_written_triangle_is_read(tmp_path):
 def test_vertices_and_faces_have_three_columns(vertices, faces):
     with pytest.raises(DataError, match=r"needs vertices \(v, 3\) and faces \(f, 3\)"):
         Mesh(np.zeros(vertices), np.zeros(faces, dtype=np.intp))
+
+
+def test_without_pyvista_places_on_a_mesh_say_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    from vcmm.core.errors import Environment
+
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    one = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
+    with pytest.raises(Environment, match=r"pip install \"vcmm\[view\]\""):
+        closest(one, np.zeros((1, 3)))

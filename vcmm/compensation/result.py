@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from vcmm.compensation.path_deviations import FollowedPath
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
 
 
@@ -54,7 +55,7 @@ class BlockCounts:
 
 
 @dataclass(frozen=True, eq=False)
-class CompensatedProgram:
+class CompensatedProgram(Readable):
     """text and data: the new program. shifts: best correction of each work offset alone, mm (3,).
 
     before: the program as it is; offset_only: with the work offsets shifted; after: the new program, all re-simulated.
@@ -83,3 +84,11 @@ class CompensatedProgram:
     )
     paths: tuple[FollowedPath, FollowedPath] | None = None  # before and after, where they are asked for
     orientation: OrientationProof | None = None  # where angles of the tool are corrected too
+    reading: Reading | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        before, after = (1e3 * d.largest for d in (self.before, self.after))
+        met = "met" if self.met else "NOT met"
+        return (
+            f"<CompensatedProgram {self.name}: {before:.3g} to {after:.3g} µm of the path, tolerance {met}>"
+        )

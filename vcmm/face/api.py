@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.result import UncertaintyResult
@@ -12,25 +13,57 @@ from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate as evaluate_task
 from vcmm.answer.evaluation.virtual_measurement import Measurement, measure_task
 from vcmm.core.blocks import Sharing
-from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.errors import UsageError
+from vcmm.face.given_files import check_inputs, evaluate_listed, given_points
+from vcmm.face.readings import (
+    cut_reading,
+    measurement_reading,
+    part_reading,
+    placed_cut_reading,
+    placement_reading,
+    uncertainty_reading,
+)
 from vcmm.task.measuring.scenario import Scenario
 
 if TYPE_CHECKING:
-    from vcmm.answer.inference.given import GivenPoints
     from vcmm.answer.inference.job import EvaluatedPart
+    from vcmm.answer.placing.hindrances import Constraint
     from vcmm.answer.placing.result import PlacementResult
     from vcmm.shop.machining.placement import PlacedCut
+    from vcmm.shop.machining.result import CutResult
     from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.fixture import Fixture, Goal
 
 
 def measure(scenario: Scenario | CutScenario | str | Path, seed: int | None = None) -> Measurement:
-    """One virtual measurement; a part that is to be cut is cut first. seed=None: errors at their estimates; an int: one draw from what is known."""
-    scenario = _loaded(scenario)
-    if isinstance(scenario, Scenario):
-        return measure_task(scenario.task(), seed)
-    from vcmm.shop.machining.job import measure_cut
+    """Measure the part of a scenario once, virtually; a part that is to be cut is cut first.
 
-    return measure_cut(scenario, seed)
+    Parameters
+    ----------
+    scenario
+        A scenario, or the path of its file.
+    seed
+        None: every error at its estimate; a number: one draw of all that is uncertain.
+
+    Returns
+    -------
+    Measurement
+        `values` of the characteristics (mm, rad), measured `points` (n, 3) in the drawing frame, `errors` (n,) along the normals, mm.
+
+    Raises
+    ------
+    DataError, UsageError, ModelLimit
+        A file is wrong, the call is wrong, or a point is out of reach.
+    """
+    files = _files_of(scenario)
+    loaded = _loaded(scenario)
+    if isinstance(loaded, Scenario):
+        found = measure_task(loaded.task(), seed)
+    else:
+        from vcmm.shop.machining.job import measure_cut
+
+        found = measure_cut(loaded, seed)
+    return replace(found, reading=measurement_reading(files, seed))
 
 
 def uncertainty(
@@ -43,28 +76,41 @@ def uncertainty(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
 ) -> UncertaintyResult:
-    """Task-specific uncertainty of every characteristic; settings of the scenario (or of its file) unless given here.
+    """Task-specific uncertainty of every characteristic: value, U, interval, decision, budget (GUM, JCGM 101, ISO 14253-1).
 
-    sharing: who counts the trials, for example `Sharing(crew_of(workers=8))`; the result does not depend on it.
+    Parameters
+    ----------
+    scenario
+        A scenario, or the path of its file. Its settings count unless given here.
+    seed
+        Seed of the random streams.
+    trials
+        Monte Carlo trials.
+    engine
+        "auto", "montecarlo" or "exact".
+    digits
+        Adaptive Monte Carlo to this many significant digits of u (JCGM 101, 7.9) instead of fixed trials.
+    progress
+        Called with what is done and its share, 0 to 1.
+    sharing
+        Who counts the trials, for example `Sharing(crew_of(workers=8))`; the result does not depend on it.
+
+    Returns
+    -------
+    UncertaintyResult
+        `result["name"]` is one characteristic; lengths in mm, angles in rad.
+
+    Raises
+    ------
+    DataError, UsageError, ModelLimit
+        A file is wrong, the call is wrong, or a point is out of reach.
     """
-    scenario = _measuring(scenario)
-    settings = scenario.settings.asked(seed=seed, trials=trials, engine=engine, digits=digits)
-    found = evaluate_task(scenario.task(), settings, progress, sharing=sharing)
-    return replace(found, warnings=(*remarks(scenario), *found.warnings))
-
-
-def check_inputs(
-    points: str | Path | None, values: str | Path | None, frame: str = "part", tip_centres: bool = False
-) -> None:
-    """UsageError: not one of points and values, an unknown frame, or words about points beside values."""
-    from vcmm.answer.inference.points import FRAMES
-
-    if (points is None) == (values is None):
-        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
-    if frame not in FRAMES:
-        raise UsageError(f'frame = "{frame}".{choose_from(frame, FRAMES)}')
-    if points is None and (frame != "part" or tip_centres):
-        raise UsageError("--frame and --tip-centres are about points; values have neither")
+    files = _files_of(scenario)
+    loaded = load_measuring(scenario)
+    settings = loaded.settings.asked(seed=seed, trials=trials, engine=engine, digits=digits)
+    found = evaluate_task(loaded.task(), settings, progress, sharing=sharing)
+    said = (*remarks(loaded), *found.warnings)
+    return replace(found, warnings=said, reading=uncertainty_reading(loaded, files))
 
 
 def evaluate(
@@ -78,94 +124,232 @@ def evaluate(
     trials: int | None = None,
     progress: Progress | None = None,
 ) -> tuple[EvaluatedPart, ...]:
-    """Measured points or values (a file of either) to true values and decisions, one result per part; see docs/evaluate.md."""
-    from vcmm.answer.inference.job import evaluate_points, evaluate_values
-    from vcmm.files.foreign.cmm_exports import exported_values
-    from vcmm.files.own.measured_data import read_measured_values
+    """What measured points or values say of the true ones, with decisions; see docs/evaluate.md.
 
+    Parameters
+    ----------
+    scenario
+        A scenario, or the path of its file.
+    points
+        File of measured points: CSV (feature, x_mm, y_mm, z_mm ...), a bare list, or QIF. Give points or values.
+    values
+        File of measured values: CSV (characteristic, value_mm ...), or an export of PC-DMIS or CALYPSO.
+    frame
+        Where the points are: "part", the drawing frame, or "machine".
+    tip_centres
+        The points are centres of the tip, not compensated for its radius.
+    seed
+        Seed of the random streams (default: the scenario's).
+    trials
+        Monte Carlo trials (default: the scenario's).
+    progress
+        Called with what is done and its share, 0 to 1.
+
+    Returns
+    -------
+    tuple of EvaluatedPart
+        One for each part of the file; `part["name"]` is one characteristic.
+
+    Raises
+    ------
+    DataError, UsageError, ModelLimit
+        A file is wrong, the call is wrong, or a point is out of reach.
+    """
     check_inputs(points, values, frame, tip_centres)
-    scenario = _measuring(scenario)
+    files = [*_files_of(scenario), *(f for f in (points, values) if f is not None)]
+    scenario = load_measuring(scenario)
     settings = scenario.settings.asked(seed=seed, trials=trials)
-    if points is None:
-        assert values is not None
-        found = exported_values(values, [c.name for c in scenario.part.characteristics])
-        listed, said = found or (read_measured_values(values), "")
-        parts = evaluate_values(scenario, listed, settings=settings, progress=progress)
-        return tuple(replace(p, warnings=(*p.warnings, said)) for p in parts) if said else parts
-    given, tip_centres, notes = _given_points(scenario, points, tip_centres)
-    parts = evaluate_points(
-        scenario,
-        given,
-        in_machine=frame == "machine",
-        tip_centres=tip_centres,
-        settings=settings,
-        progress=progress,
-    )
-    return tuple(replace(p, warnings=(*p.warnings, *notes)) for p in parts)
+    if values is not None:
+        parts = evaluate_listed(scenario, values, settings, progress)
+    else:
+        assert points is not None
+        given, tip_centres, notes = given_points(scenario, points, tip_centres)
+        from vcmm.answer.inference.job import evaluate_points
 
-
-def _given_points(
-    scenario: Scenario, path: str | Path, tip_centres: bool
-) -> tuple[tuple[GivenPoints, ...], bool, tuple[str, ...]]:
-    """Points of a CSV or QIF file or of a bare list, whether they are centres of the tip, and what the file could not say.
-
-    UsageError and DataError where a QIF file says otherwise than the call or the plan: it states its own tip.
-    """
-    from vcmm.files.foreign.point_lists import read_point_list
-    from vcmm.files.foreign.qif import is_qif
-    from vcmm.files.own.measured_data import read_measured_points
-
-    if not is_qif(path):
-        listed = read_point_list(path)
-        return (
-            (read_measured_points(path), tip_centres, ())
-            if listed is None
-            else ((listed.points,), tip_centres, listed.notes)
+        parts = evaluate_points(
+            scenario,
+            given,
+            in_machine=frame == "machine",
+            tip_centres=tip_centres,
+            settings=settings,
+            progress=progress,
         )
-    from vcmm.files.foreign.qif_points import TIP, read_qif_points
-
-    found = read_qif_points(path)
-    if found.tip_radius is None:
-        if tip_centres:
-            raise UsageError(
-                f"{path} says that its points are compensated for the tip; leave --tip-centres out"
-            )
-        return found.parts, False, found.notes
-    other = [n for n, s in scenario.plan.styli.items() if abs(s.tip_radius - found.tip_radius) > TIP]
-    if other:
-        raise DataError(
-            f"{path}: its points are centres of a tip of radius {found.tip_radius:.9g} mm, and the stylus "
-            f'"{other[0]}" of the plan has {scenario.plan.styli[other[0]].tip_radius:.9g} mm; write '
-            f'tip_diameter = "{2 * found.tip_radius:.12g} mm"'
-        )
-    return found.parts, True, found.notes
+        parts = tuple(replace(p, warnings=(*p.warnings, *notes)) for p in parts)
+    reading = part_reading(scenario, files)
+    return tuple(replace(p, reading=reading) for p in parts)
 
 
 @overload
-def place(scenario: Scenario, **options: Any) -> PlacementResult: ...
+def place(
+    scenario: Scenario,
+    *,
+    fixture: Fixture | None = ...,
+    goal: Goal | None = ...,
+    constraints: Sequence[Constraint] | None = ...,
+    seed: int | None = ...,
+    evaluations: int = ...,
+    scanned: int = ...,
+    trials: int | None = ...,
+    progress: Progress | None = ...,
+) -> PlacementResult: ...
 
 
 @overload
-def place(scenario: CutScenario, **options: Any) -> PlacedCut: ...
+def place(
+    scenario: CutScenario,
+    *,
+    seed: int | None = ...,
+    evaluations: int = ...,
+    scanned: int = ...,
+    trials: int | None = ...,
+    progress: Progress | None = ...,
+) -> PlacedCut: ...
 
 
 @overload
-def place(scenario: str | Path, **options: Any) -> PlacementResult | PlacedCut: ...
+def place(
+    scenario: str | Path,
+    *,
+    fixture: Fixture | None = ...,
+    goal: Goal | None = ...,
+    constraints: Sequence[Constraint] | None = ...,
+    seed: int | None = ...,
+    evaluations: int = ...,
+    scanned: int = ...,
+    trials: int | None = ...,
+    progress: Progress | None = ...,
+) -> PlacementResult | PlacedCut: ...
 
 
-def place(scenario: Scenario | CutScenario | str | Path, **options: Any) -> PlacementResult | PlacedCut:
-    """The pose that serves best: `vcmm.answer.placing.placement.place`, or for a part to be cut `vcmm.shop.machining.placement.place_cut`.
+def place(
+    scenario: Scenario | CutScenario | str | Path,
+    *,
+    fixture: Fixture | None = None,
+    goal: Goal | None = None,
+    constraints: Sequence[Constraint] | None = None,
+    seed: int | None = None,
+    evaluations: int = 5000,
+    scanned: int = 4096,
+    trials: int | None = None,
+    progress: Progress | None = None,
+) -> PlacementResult | PlacedCut:
+    """The pose of a part that serves best: with the smallest objective of a measuring task, or where a part that is cut comes out best.
 
-    options: those of either; both take seed, evaluations, scanned, trials and progress.
+    Parameters
+    ----------
+    scenario
+        A scenario that measures or cuts, or the path of its file.
+    fixture
+        What may move (measuring only; default: that of [placement]).
+    goal
+        What is minimised (measuring only; default: that of [placement], else U/T of all).
+    constraints
+        What a pose must keep beside the travels (measuring only; default: room for stylus, head and part; () for none).
+    seed
+        Seed of search, scan and trials (default: the scenario's).
+    evaluations
+        Evaluations of the objective that the search may use.
+    scanned
+        Further poses for the certificate, the median and the worst pose.
+    trials
+        Monte Carlo trials of the full evaluation at the present and the best pose.
+    progress
+        Called with what is done and its share, 0 to 1.
+
+    Returns
+    -------
+    PlacementResult or PlacedCut
+        `best` pose, gain, certificate, map.
+
+    Raises
+    ------
+    ModelLimit
+        No pose can be reached.
+    UsageError
+        The objective does not suit the part, or an option has no meaning for a part that is cut.
     """
-    scenario = _loaded(scenario)
-    if isinstance(scenario, Scenario):
+    files = _files_of(scenario)
+    loaded = _loaded(scenario)
+    if isinstance(loaded, Scenario):
         from vcmm.answer.placing.placement import place as place_measured
 
-        return place_measured(scenario, **options)
+        placed = place_measured(
+            loaded,
+            fixture=fixture,
+            goal=goal,
+            constraints=constraints,
+            seed=seed,
+            evaluations=evaluations,
+            scanned=scanned,
+            trials=trials,
+            progress=progress,
+        )
+        return replace(placed, reading=placement_reading(files))
+    asked = {"fixture": fixture, "goal": goal, "constraints": constraints}
+    idle = [name for name, value in asked.items() if value is not None]
+    if idle:
+        raise UsageError(
+            f"{', '.join(idle)}: a part that is cut moves with its work offset, within [placement] of its file; leave it out"
+        )
     from vcmm.shop.machining.placement import place_cut
 
-    return place_cut(scenario, **options)
+    found = place_cut(
+        loaded, seed=seed, evaluations=evaluations, scanned=scanned, trials=trials, progress=progress
+    )
+    return replace(found, reading=placed_cut_reading(loaded, files))
+
+
+def cut(
+    scenario: CutScenario | str | Path,
+    *,
+    seed: int | None = None,
+    trials: int | None = None,
+    engine: str | None = None,
+    progress: Progress | None = None,
+    sharing: Sharing | None = None,
+) -> CutResult:
+    """Machine a part virtually: deviations of its features with U, who owns them, cycle time, the surface.
+
+    Parameters
+    ----------
+    scenario
+        A cutting scenario, or the path of its file.
+    seed
+        Seed of the random streams (default: the scenario's).
+    trials
+        Monte Carlo trials (default: the scenario's).
+    engine
+        "auto", "montecarlo" or "exact".
+    progress
+        Called with what is done and its share, 0 to 1.
+    sharing
+        Who counts the trials; the result does not depend on it.
+
+    Returns
+    -------
+    CutResult
+        `result["name"]` is one characteristic of the finished part; lengths in mm, angles in rad.
+
+    Raises
+    ------
+    DataError, UsageError, ModelLimit
+        The program cannot be read, the call is wrong, or the program leaves the travels.
+    """
+    from vcmm.shop.machining.job import cut as cut_part
+
+    files = _files_of(scenario)
+    loaded = _loaded(scenario)
+    if isinstance(loaded, Scenario):
+        raise UsageError(
+            "this scenario measures and cuts nothing: use vcmm.uncertainty(scenario), or vcmm.measure(scenario)"
+        )
+    found = cut_part(loaded, seed=seed, trials=trials, engine=engine, progress=progress, sharing=sharing)
+    return replace(found, reading=cut_reading(loaded, files))
+
+
+def _files_of(scenario: object) -> list[str | Path]:
+    """The file of a scenario, where its path was given."""
+    return [scenario] if isinstance(scenario, str | Path) else []
 
 
 def _loaded(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
@@ -185,7 +369,7 @@ def _loaded(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScen
     return load_cut(scenario) if "cut" in read_toml(scenario).data else load_scenario(scenario)
 
 
-def _measuring(scenario: Scenario | str | Path) -> Scenario:
+def load_measuring(scenario: Scenario | str | Path) -> Scenario:
     """A scenario that measures, or that of a file; one that cuts is pointed to its own job."""
     found = _loaded(scenario)
     if not isinstance(found, Scenario):

@@ -39,7 +39,23 @@ def open_folder() -> None:
 
 
 def twin(name: str) -> ModuleType:
-    """The package of one twin with its modules as attributes. Raises UsageError with the closest name."""
+    """The package of a twin of a published study, which lies beside its scenario.
+
+    Parameters
+    ----------
+    name
+        Such as "gaska2014".
+
+    Returns
+    -------
+    module
+        The package, with its modules as attributes.
+
+    Raises
+    ------
+    UsageError
+        There is no twin of this name; the closest is named.
+    """
     if name not in names():
         raise UsageError(f'there is no twin "{name}".{choose_from(name, names())}')
     open_folder()

@@ -5,6 +5,7 @@ A mesh stands for free-form surfaces. Coordinates are mm; faces turn counter-clo
 
 from __future__ import annotations
 
+import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,9 +92,19 @@ def face_normals(triangles: Array) -> Array:
     return np.asarray(np.divide(raw, size, out=np.zeros_like(raw), where=size > 0.0))
 
 
+def has_pyvista() -> bool:
+    """Whether pyvista, and with it VTK, is installed."""
+    return importlib.util.find_spec("pyvista") is not None
+
+
 def surface_of(mesh: Mesh) -> Any:
-    """The mesh as PolyData of pyvista, for filters of VTK, which need no display."""
-    import pyvista
+    """The mesh as PolyData of pyvista, for filters of VTK, which need no display. Environment: pyvista is not installed."""
+    try:
+        import pyvista
+    except ModuleNotFoundError:
+        raise Environment(
+            'places on a mesh are found by VTK, which is not installed: pip install "vcmm[view]"'
+        ) from None
 
     faces: Any = mesh.faces
     return pyvista.PolyData.from_regular_faces(mesh.vertices, faces)

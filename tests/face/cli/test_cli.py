@@ -11,7 +11,7 @@ import pytest
 
 from tests.conftest import data_file
 from tests.plate import PLATE, edited
-from vcmm.face.cli import JOBS, VERBS, run
+from vcmm.face.cli import GROUPS, VERBS, run
 from vcmm.physics import ALL
 
 HEAD = {"schema", "version", "seed", "inputs", "warnings"}
@@ -301,7 +301,8 @@ def test_help_names_every_verb(capsys):
     for verb, text in VERBS.items():
         assert f" {verb} " in out
         assert text.split()[0] in out
-    assert set(JOBS) <= set(VERBS)
+    assert sorted(" ".join(GROUPS.values()).split()) == sorted(VERBS)  # each in one group
+    assert all(out.index(one) < out.index(other) for one, other in zip([*GROUPS][:-1], [*GROUPS][1:]))
 
 
 def test_interrupted(tmp_path, capsys, monkeypatch):

@@ -53,3 +53,13 @@ def test_a_ring_gauge_by_hand(tmp_path, capsys):
 def test_an_unknown_name_is_told_what_there_is(tmp_path, capsys):
     assert run(["new", "laithe", "--out", str(tmp_path)]) == 2
     assert 'Did you mean "lathe"' in capsys.readouterr().err
+
+
+def test_a_missing_file_with_the_name_of_an_example_says_how_to_get_it(tmp_path, monkeypatch, capsys):
+    from vcmm.face.cli import run as command
+
+    monkeypatch.chdir(tmp_path)
+    assert command(["uncertainty", "plate.toml"]) == 2
+    assert "vcmm new plate writes an example" in capsys.readouterr().err
+    assert command(["uncertainty", "my_own.toml"]) == 2
+    assert "vcmm new" not in capsys.readouterr().err

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.one_line import answer, listed, of_name
 from vcmm.answer.evaluation.summary import Summary
 from vcmm.answer.evaluation.truth import Additive, Truth
+from vcmm.core.readable import Readable, Reading, frame_of
 from vcmm.core.run import Array
 from vcmm.part.gps.decision import Decision
 
@@ -58,6 +59,10 @@ class PlottedBudget(tuple[BudgetLine, ...]):
         from vcmm.show import charts
 
         return charts.contributions(self, title, ax)
+
+    def to_dataframe(self, library: str | None = None) -> Any:
+        """The lines as a data frame of pandas or polars; u in mm or rad, share of u^2."""
+        return frame_of([vars(line) for line in self], library)
 
 
 def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[str, ...]]]:
@@ -220,9 +225,15 @@ class Budgets(dict[str, PlottedBudget]):
         rows = [min(sum(line.share >= ROUNDING for line in b), MOST_BARS) for b in self.values()]
         return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self), rows=rows), self.items())]
 
+    def to_dataframe(self, library: str | None = None) -> Any:
+        """All lines as one data frame of pandas or polars, with the characteristic that each belongs to."""
+        return frame_of(
+            [{"characteristic": c, **vars(b)} for c, lines in self.items() for b in lines], library
+        )
+
 
 @dataclass(frozen=True, eq=False)
-class UncertaintyResult:
+class UncertaintyResult(Readable):
     """All characteristics of a task. trials: what was asked for; each result says what it used."""
 
     characteristics: tuple[CharacteristicResult, ...]
@@ -230,6 +241,7 @@ class UncertaintyResult:
     seed: int
     warnings: tuple[str, ...]
     model: LinearModel
+    reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         return f"<UncertaintyResult: {listed(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
@@ -237,12 +249,6 @@ class UncertaintyResult:
     def __getitem__(self, name: str) -> CharacteristicResult:
         """The characteristic of this name. KeyError: none has it."""
         return of_name(self.characteristics, name)
-
-    def _repr_html_(self) -> str:
-        """One line per characteristic, for notebooks."""
-        from vcmm.show.report.table import table
-
-        return table(["characteristic", "result"], [[c.name, answer(c)] for c in self.characteristics])
 
     @property
     def budget(self) -> Budgets:

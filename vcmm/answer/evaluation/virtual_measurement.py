@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vcmm.answer.evaluation.one_line import listed, of_name, value_text
 from vcmm.answer.evaluation.world import World
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.criteria import notes
@@ -26,7 +27,7 @@ class MeasuredValue:
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(Readable):
     """values of the characteristics; points (n, 3) measured, drawing frame; errors (n,) along the normal, mm."""
 
     values: tuple[MeasuredValue, ...]
@@ -36,6 +37,7 @@ class Measurement:
     errors: Array
     features: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         values = listed(f"{v.name} {value_text(v.value, v.unit)}" for v in self.values)

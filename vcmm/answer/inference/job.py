@@ -13,7 +13,7 @@ from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import Inversion, TrueValueByBelt
 from vcmm.answer.evaluation.jointly import JointJudgement, judged_jointly
-from vcmm.answer.evaluation.one_line import answer, listed
+from vcmm.answer.evaluation.one_line import answer, listed, of_name
 from vcmm.answer.evaluation.pairs import rest_of
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
@@ -28,6 +28,7 @@ from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.power import memory_not_covered
 from vcmm.answer.inference.residual_tests import Ints, ResidualTests
 from vcmm.core.errors import DataError, choose_from
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
 from vcmm.part.fit import FittedElement
 from vcmm.part.gps import characteristics as gps
@@ -59,22 +60,31 @@ class EvaluatedCharacteristic:
     by_points: bool = False
 
     @property
+    def name(self) -> str:
+        return self.result.name
+
+    @property
     def unit(self) -> str:
         return self.result.unit
 
 
 @dataclass(frozen=True, eq=False)
-class EvaluatedPart:
+class EvaluatedPart(Readable):
     """All characteristics of one part; uncertainty: the evaluation behind them; task: where the machine stood."""
 
     part: str
     characteristics: tuple[EvaluatedCharacteristic, ...]
     uncertainty: UncertaintyResult
     warnings: tuple[str, ...]
+    reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         of = f" {self.part}" if self.part else ""
         return f"<EvaluatedPart{of}: {listed(f'{e.result.name} {answer(e.result)}' for e in self.characteristics)}>"
+
+    def __getitem__(self, name: str) -> EvaluatedCharacteristic:
+        """The characteristic of this name. KeyError: none has it."""
+        return of_name(self.characteristics, name)
 
     @cached_property
     def joint(self) -> JointJudgement | None:

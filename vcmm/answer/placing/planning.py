@@ -74,12 +74,40 @@ def optimise_plan(
     seed: int = 0,
     progress: Progress = lambda text, share: None,
 ) -> PlanResult:
-    """Points, styli and order that minimise sum weight (u / tolerance)^2 within a budget of seconds at the pose given.
+    """Points, styli and order that minimise the sum of weight (u / tolerance)^2 within a measuring time, at the pose given.
 
-    weights: characteristic -> weight (1 each); without a tolerance u of the present plan stands for it. criterion: U, or A
-    or D on the motions of the features. forms: feature -> standard deviation of its form, mm. drift: standard uncertainty of a
-    linear drift along x, y, z, mm/s, beyond the inputs. UsageError, ModelLimit: unknown names, places out of reach, or a
-    budget in which the features cannot be measured at all.
+    Parameters
+    ----------
+    scenario
+        The task; its part and styli are kept.
+    budget_s
+        Measuring time that the plan may take, s.
+    weights
+        Characteristic -> weight (1 each); without a tolerance u of the present plan stands for it.
+    criterion
+        "U", or "A" or "D" on the motions of the features.
+    forms
+        Feature -> standard deviation of its form, mm.
+    drift
+        Standard uncertainty of a linear drift along x, y, z, mm/s, beyond the inputs.
+    change_s
+        Seconds that a change of stylus takes.
+    most
+        Points that a plan may have at most.
+    seed
+        Seed of the search.
+    progress
+        Called with what is done and its share, 0 to 1.
+
+    Returns
+    -------
+    PlanResult
+        The chosen plan, and u against measuring time.
+
+    Raises
+    ------
+    UsageError, ModelLimit
+        Unknown names, places out of reach, or a budget in which the features cannot be measured at all.
     """
     known = _forms(scenario, forms)
     _check(scenario, budget_s, weights, criterion)

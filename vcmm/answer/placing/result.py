@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from vcmm.answer.placing.confirmation import Confirmation
 from vcmm.answer.placing.hindrances import Hindrance
 from vcmm.answer.placing.near_best import Map, Region
 from vcmm.answer.placing.objective import Uncertain
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
 from vcmm.show import charts
 
@@ -31,7 +32,7 @@ class At:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementResult:
+class PlacementResult(Readable):
     """The outcome. present: None where the present pose cannot be used; `problems` say why.
 
     before, after: the full evaluation at the present and the best pose (budgets, decisions). median and worst are those
@@ -56,6 +57,7 @@ class PlacementResult:
     after: UncertaintyResult
     seed: int
     warnings: tuple[str, ...]
+    reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         shift = ", ".join(f"{v:.1f}" for v in self.best.pose[:3])

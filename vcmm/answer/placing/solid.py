@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from vcmm.core.pose import Array, Pose, dot, length
-from vcmm.part.mesh import Mesh, surface_of
+from vcmm.part.mesh import Mesh, has_pyvista, surface_of
 
 FAR = 1e9
 VTK_FROM = 100_000  # points times triangles (40 ms) from which VTK, which sorts the triangles first (3 to 9 ms), is quicker
@@ -150,8 +150,8 @@ class Without:
 class MeshSolid:
     """A solid bounded by triangles, faces counter-clockwise seen from outside.
 
-    A closed surface in one piece is asked by VTK (130 times faster at 20 000 triangles), any other, and small questions, triangle
-    by triangle.
+    A closed surface in one piece is asked by VTK where it is installed (130 times faster at 20 000 triangles), any other, and small
+    questions, triangle by triangle.
     """
 
     mesh: Mesh
@@ -171,7 +171,7 @@ class MeshSolid:
 
     def distance(self, points: Array) -> Array:
         flat = np.ascontiguousarray(points.reshape(-1, 3))
-        if len(flat) * len(self.mesh.faces) > VTK_FROM and self._closed:
+        if len(flat) * len(self.mesh.faces) > VTK_FROM and has_pyvista() and self._closed:
             import pyvista
 
             found: Any = pyvista.PolyData(flat).compute_implicit_distance(surface_of(self.mesh))

@@ -14,6 +14,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.one_line import listed, of_name
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
@@ -30,6 +31,7 @@ from vcmm.answer.routes.estimate import (
 from vcmm.answer.routes.positions import Corrections, StandardReadings, corrections, several_positions
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Pose
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import T0_DEG_C, Array
 from vcmm.part.gps import characteristics as gps
 from vcmm.physics.structure.expansion import PartExpansion
@@ -75,13 +77,22 @@ class RoutedCharacteristic:
 
 
 @dataclass(frozen=True, eq=False)
-class RoutesResult:
+class RoutesResult(Readable):
     """All characteristics; simulated: everything was measured on a drawn machine. left_out: name -> why a route says nothing of it."""
 
     characteristics: tuple[RoutedCharacteristic, ...]
     simulated: bool
     seed: int
     remarks: tuple[str, ...]
+    reading: Reading | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        verdict = "all routes agree" if self.agree else "not all routes agree"
+        return f"<RoutesResult: {verdict}; {listed(c.name for c in self.characteristics)}>"
+
+    def __getitem__(self, name: str) -> RoutedCharacteristic:
+        """The characteristic of this name. KeyError: none has it."""
+        return of_name(self.characteristics, name)
 
     @property
     def agree(self) -> bool:

@@ -6,6 +6,7 @@ import gc
 import os
 import re
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from vcmm import __version__
@@ -41,10 +42,14 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "doctor": "Check the installation.",
     "schema": "Print the JSON Schema of a file format.",
 }
-JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate", "loop", "convert", "serve", "view", "merge",
-)  # fmt: skip
+GROUPS = {  # of `vcmm --help`
+    "Start": "demo new check list explain doctor schema",
+    "Measure": "measure uncertainty evaluate audit certificate routes place serve view",
+    "Machine": "field calibrate test diagnose compare",
+    "Cut": "nc cut compensate loop",
+    "Data": "convert merge rerun",
+}
+SUBCOMMANDS = {"calibrate": "vcmm.face.cli.calibrate_jobs:app"}  # verbs that are several jobs
 _NUMBER = re.compile(
     r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?"
 )  # as docs/scale.md says, and finite
@@ -57,19 +62,43 @@ def build_app() -> Any:
 
     app = App(
         name="vcmm",
-        help="Virtual CMM: from machine errors to task-specific measurement uncertainty. Start with: vcmm demo",
+        help=ABOUT,
         version=f"vcmm {__version__}",
         version_flags=["--version"],
         suppress_keyboard_interrupt=False,  # `run` says what happened
         config=_whole,
-        help_epilogue="Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted.",
+        help_epilogue=CODES,
     )
-    jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")
+    groups = {v: group for group in map(Group.create_ordered, GROUPS) for v in GROUPS[group.name].split()}
     for verb in VERBS:
-        group = jobs if verb in JOBS else about
-        app.command(f"vcmm.face.cli.{verb}:{verb}_command", name=verb, group=group, help=VERBS[verb])
+        where = SUBCOMMANDS.get(verb, f"vcmm.face.cli.{verb}:{verb}_command")
+        app.command(where, name=verb, group=groups[verb], help=VERBS[verb])
     app.register_install_completion_command(name="--install-completion")
     return app
+
+
+ABOUT = "Virtual CMM and virtual machining: from machine errors to task-specific measurement uncertainty. Start with: vcmm demo"
+CODES = (
+    "Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted."
+)
+WIDEST = 110  # of a line of help
+
+
+def help_text() -> str:
+    """What `vcmm --help` prints: the verbs in groups. Written here, since the parser takes ten times as long to load."""
+    import shutil
+    import textwrap
+
+    width = min(shutil.get_terminal_size().columns, WIDEST)
+    column = max(map(len, VERBS)) + 4
+    lines = ["Usage: vcmm COMMAND [OPTIONS]", "", *textwrap.wrap(ABOUT, width)]
+    for group, verbs in GROUPS.items():
+        lines += ["", group]
+        for verb in verbs.split():
+            first, *rest = textwrap.wrap(VERBS[verb], max(width - column, 30))
+            lines += [f"  {verb:<{column - 2}}{first}", *(" " * column + line for line in rest)]
+    also = "vcmm COMMAND --help says what a command takes. --version, --install-completion (of your shell)."
+    return "\n".join([*lines, "", *textwrap.wrap(also, width), *textwrap.wrap(CODES, width)])
 
 
 def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
@@ -152,7 +181,8 @@ def run(words: list[str]) -> int:
     except VcmmError as error:
         from vcmm.show.console.complaints import list_problems
 
-        print(list_problems(getattr(error, "problems", (str(error),))), file=sys.stderr)
+        problems = getattr(error, "problems", (str(error),))
+        print(list_problems((*problems, *_where_to_get_it(problems))), file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt as error:
         told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
@@ -185,6 +215,18 @@ def run(words: list[str]) -> int:
         return BUG
 
 
+def _where_to_get_it(problems: Sequence[str]) -> list[str]:
+    """What to do where a file is missing that has the name of an example: somebody follows a page without its first line."""
+    missing = (
+        re.fullmatch(r"(?:\S*/)?(\w+)\.toml does not exist\.?", problems[0]) if len(problems) == 1 else None
+    )
+    if missing is None:
+        return []
+    from vcmm.files.own.library import scenarios
+
+    return [f"vcmm new {missing[1]} writes an example of this name"] if missing[1] in scenarios() else []
+
+
 def _silence() -> None:
     """What is left in the buffer of stdout cannot be written: Python must not try again at its end."""
     import contextlib
@@ -194,11 +236,17 @@ def _silence() -> None:
 
 
 def _dispatch(words: list[str]) -> int:
+    if words and not words[0].startswith("-") and words[0] not in VERBS:
+        raise UsageError(f'unknown command "{words[0]}".{choose_from(words[0], VERBS)}')
+    if words in ([], ["--help"], ["-h"]):
+        print(help_text())
+        return 0
+    if words == ["--version"]:
+        print(f"vcmm {__version__}")
+        return 0
     from cyclopts import CycloptsError
     from rich.console import Console
 
-    if words and not words[0].startswith("-") and words[0] not in VERBS:
-        raise UsageError(f'unknown command "{words[0]}".{choose_from(words[0], VERBS)}')
     app = build_app()
     try:
         code = app(words, exit_on_error=False, print_error=False, result_action="return_value")

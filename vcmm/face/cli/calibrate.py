@@ -135,6 +135,7 @@ def _plan(design: Path | None, simulate: Path | None, wanted: Any, seed: int, js
 
 def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
     """The document or the tables, and the report."""
+    from vcmm.face.bodies import calibration_json
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.terminal import show_table
     from vcmm.show.tables.calibration import TESTS, independent_tests
@@ -144,7 +145,7 @@ def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
     if report is not None:
         _report(found, report)
     if json:
-        body = _body(found, wanted.out) | {"tests": records(TESTS, tests)}
+        body = calibration_json(found, wanted.out) | {"tests": records(TESTS, tests)}
         print_json(document("vcmm.calibration/1", body, files=wanted.read(), warnings=found.warnings))
         return
     _show(found)
@@ -219,29 +220,6 @@ def _report(found: Any, path: Path) -> None:
 
     write_text(path, calibration_page(found))
     say(f"wrote {path}")
-
-
-def _body(found: Any, out: Path | None) -> dict[str, Any]:
-    """The JSON document without its frame; its figures are those of the file that was written, read back."""
-    from vcmm.files.own.machine import load_machine
-    from vcmm.learn.calibration.acceptance import volume_figures
-    from vcmm.learn.calibration.result import rms
-    from vcmm.show.tables.calibration import FIGURES, RESIDUALS, residuals
-    from vcmm.show.tables.table import records
-
-    pulls = zip(found.posterior.own_names, found.posterior.own)
-    return {
-        "machine": None if out is None else str(out),
-        "identified": found.figures(),
-        "not_identified": found.identified.document(),
-        "interpolation": found.interpolation,
-        "condition": found.identified.condition,
-        "residual_um": rms(found.residual) * 1e3,
-        "residuals": records(RESIDUALS, residuals(found).rows),
-        "instruments": [{"input": name, "pull": float(v)} for name, v in pulls],
-        "nodes": {c.axis: len(c.nodes) for c in found.kept.curves},
-        "figures": records(FIGURES, volume_figures(load_machine(out))) if out is not None else [],
-    }
 
 
 def _show(found: Any) -> None:

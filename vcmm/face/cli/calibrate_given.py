@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+JOB_NAMES = ("fit", "design", "simulate", "thermal", "nodes", "compare")  # of vcmm.face.cli.calibrate_jobs
+
 
 @dataclass(frozen=True)
 class CalibrationInput:
@@ -33,8 +35,15 @@ class CalibrationFiles:
 
         if not self.files:
             raise UsageError(
-                "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
+                'calibrate needs recordings, for example vcmm calibrate fit laser.toml plate.toml --structure "w b Y X Z t" --out machine.toml, '
+                "or a plan: vcmm calibrate design plan.toml"
             )
+        first = self.files[0]
+        if not first.suffix and not first.exists():
+            from vcmm.core.errors import choose_from, did_you_mean
+
+            if did_you_mean(str(first), JOB_NAMES):
+                raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOB_NAMES)}')
 
     def reversals(self) -> list[Path]:
         """Files that are reversals."""

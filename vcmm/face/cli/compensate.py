@@ -186,6 +186,8 @@ def _rewritten(
     if shown[1]:
         _write_page(target.with_suffix(".html"), result, program)
     if json:
+        from vcmm.face.bodies import compensation_json
+
         body = compensation_json(result, target, proof)
         print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
     else:
@@ -229,35 +231,6 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
     for warning in result.warnings:
         say(f"note: {warning}")
     return 0
-
-
-def compensation_json(result: Any, target: Path, proof: Any) -> dict[str, Any]:
-    """The body of the JSON document; lengths in um, as people say them. met: of the cut, where one was made, else of the path."""
-    from vcmm.show.tables.compensation import departure_json, pointing_json, shifts_json
-    from vcmm.show.tables.proofs import proof_json
-
-    r, b = result.rounding, result.blocks
-    return {
-        "program": result.name, "dialect": result.dialect, "machine": result.machine, "file": str(target),
-        "tolerance_um": result.tolerance * 1e3, "tolerance_used_um": result.used * 1e3,
-        "met": result.met if proof.after is None else proof.met, **proof_json(proof),
-        "path_met": result.met,
-        "deviation": {
-            "before": departure_json(result.before), "offset_only": departure_json(result.offset_only), "after": departure_json(result.after),
-            "before_with_dynamic": departure_json(result.whole[0]) if result.whole else None,
-            "after_with_dynamic": departure_json(result.whole[1]) if result.whole else None,
-        },
-        "orientation": None if result.orientation is None else {
-            "before": pointing_json(result.orientation.before), "after": pointing_json(result.orientation.after),
-        },
-        "offset_shift_mm": shifts_json(result),
-        "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
-        "blocks": {
-            "before": b.before, "after": b.after, "growth": b.growth, "changed": b.changed, "added": b.added,
-            "rate_before_1_s": b.rate_before, "rate_after_1_s": b.rate_after, "rate_line": b.rate_line,
-        },
-        "hash": result.digest,
-    }  # fmt: skip
 
 
 def _show(result: Any, proof: Any) -> None:

@@ -19,11 +19,16 @@ REQUIRED_PACKAGES = (
     "scipy",
     "numba",
     "trimesh",
-    "pyvista",
     "pydantic",
     "cyclopts",
     "rich",
     "tomlkit",
+)
+
+
+EXTRA_PACKAGES = (
+    ("pyvista", "view", "windows, pictures of vcmm view, places on meshes"),
+    ("cadquery-ocp-novtk", "step", "STEP files"),
 )
 
 
@@ -49,6 +54,7 @@ def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="
         ["Python", platform.python_version(), "ok" if sys.version_info >= (3, 11) else "needs 3.11"],
     ]
     rows += [_package(name) for name in REQUIRED_PACKAGES]
+    rows += [_extra(name, extra, what) for name, extra, what in EXTRA_PACKAGES]
     if warm:
         rows.append(_warm_up())
     rows += [_rendering(), _cache(), ["cores", str(os.cpu_count()), "ok"]]
@@ -59,6 +65,13 @@ def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="
     else:
         show_table(listing("installation", ["", "found", "state"], rows, words=(0, 1, 2)))
     return 3 if missing else 0
+
+
+def _extra(name: str, extra: str, what: str) -> list[str]:
+    """A package of an extra, which most jobs do without."""
+    found = _package(name)
+    state = found[2] if found[2] == "ok" else f'not needed but for {what}: pip install "vcmm[{extra}]"'
+    return [name, found[1], state]
 
 
 def _package(name: str) -> list[str]:
@@ -72,6 +85,8 @@ def _package(name: str) -> list[str]:
 
 def _rendering() -> list[str]:
     """Rendering without EGL or OSMesa ends the process, so a child process tries it."""
+    if _package("pyvista")[2] != "ok":
+        return ["off-screen OpenGL", "–", "not looked at: pyvista is not installed"]
     code = (
         "import os; os.environ.setdefault('VTK_DEFAULT_OPENGL_WINDOW', 'vtkEGLRenderWindow'); import pyvista;"
         "p = pyvista.Plotter(off_screen=True, window_size=(32, 32)); p.add_mesh(pyvista.Sphere()); p.screenshot(return_img=True)"

@@ -46,16 +46,18 @@ def nc_command(
     json
         Print one JSON document.
     """
+    from vcmm.face.programs import at_level, understand_program
+
     loaded = _load_setup(setup) if setup else None
     if program.is_dir():
         from vcmm.face.cli.nc_folder import folder_job
 
-        return folder_job(program, dialect, _level(loaded, strict), json, out)
+        return folder_job(program, dialect, at_level(loaded, strict), json, out)
     if json and loaded is None and not (time or plot or write_setup):
         from vcmm.show.console.program_document import json_job
 
-        return json_job(program, dialect, _level(None, strict))
-    read = _read(program, dialect, loaded, strict)
+        return json_job(program, dialect, at_level(None, strict))
+    read = understand_program(program, dialect, loaded, strict)
     path = _time_program(read, loaded) if time else None
     written = _page(program, read, loaded, out) if plot else []
     if write_setup is not None:
@@ -87,19 +89,12 @@ def _tell(program: Path, read: Any, setup: Any, moves: bool, path: Any, written:
         say(f"wrote {text}")
 
 
-def _level(setup: Any, strict: bool) -> Any:
-    from dataclasses import replace
-
-    from vcmm.program.setup import Setup
-
-    return replace(setup or Setup(), strict=strict)
-
-
 def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path: Any) -> None:
+    from vcmm.face.programs import machine_of
     from vcmm.show.console.program_document import MoveFile, print_read, time_json
 
     files = [program] + ([setup] if setup else [])
-    machine = _machine(loaded)
+    machine = machine_of(loaded)
     with MoveFile(loaded, "".join(machine.axes) if machine else "ABC") as moves:
         moves.take(read.moves)
         print_read(read, moves, files, {"time": time_json(path)} if path is not None else {})
@@ -107,23 +102,15 @@ def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path:
 
 def _page(program: Path, read: Any, setup: Any, out: Path | None) -> list[Path]:
     """The page of --plot."""
+    from vcmm.face.programs import machine_of
     from vcmm.program.reading import read_bytes
     from vcmm.program.summary import summary
     from vcmm.show.console.files import write_text
     from vcmm.show.pages.program import program_page
 
-    machine = _machine(setup)
+    machine = machine_of(setup)
     html = program_page(program.name, read, summary(read.moves, setup), read_bytes(program), machine)
     return [write_text((out or Path()) / f"{program.stem}.html", html)]
-
-
-def _machine(setup: Any) -> Any:
-    """The machine that a set-up names; None without one, and where its file is missing."""
-    from vcmm.core.text import is_file
-    from vcmm.files.own.machine import load_machine
-
-    there = setup is not None and setup.machine is not None and is_file(Path(setup.machine))
-    return load_machine(setup.machine) if there else None
 
 
 def _write_setup(program: Path, read: Any, file: Path) -> Path:
@@ -135,29 +122,6 @@ def _write_setup(program: Path, read: Any, file: Path) -> Path:
     if file.exists():
         raise UsageError(f"{file} is there already; name another file with --write-setup")
     return write_text(file, blank_setup(read, program.name))
-
-
-def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
-    """The program, with remarks on whether it is sensible on the machine of the set-up."""
-    from dataclasses import replace
-
-    from vcmm.program.interpret import read_program
-    from vcmm.program.moves import Remark
-    from vcmm.program.sensible import remarks_on
-
-    read = read_program(program, dialect, _level(setup, strict))
-    if setup is None:
-        return read
-    machine = _machine(setup)
-    said = list(remarks_on(read, setup, machine))
-    if machine is not None and read.moves:
-        from vcmm.shop.motion.tool_centre import orient_moves
-
-        moves, singular = orient_moves(read.moves, machine, str(program))
-        read, said = replace(read, moves=moves), [*said, *singular]
-    if setup.machine and machine is None:
-        said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
-    return replace(read, warnings=(*read.warnings, *said))
 
 
 def _time_program(read: Any, setup: Any) -> Any:

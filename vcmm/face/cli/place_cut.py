@@ -8,6 +8,7 @@ from typing import Any
 
 def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
     """Place a cut part and say what was found. Exit code 0."""
+    from vcmm.face.bodies import placed_cut_json
     from vcmm.files.own.cut_scenario import load_cut
     from vcmm.shop.machining.placement import place_cut
     from vcmm.show.console.complaints import about
@@ -19,7 +20,7 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
         placed = place_cut(loaded, progress=report, **options)
     files = [*sources(scenario), loaded.program]
     content = document(
-        "vcmm.place/1", _json(placed), seed=placed.seed, files=files, warnings=placed.after.warnings
+        "vcmm.place/1", placed_cut_json(placed), seed=placed.seed, files=files, warnings=placed.after.warnings
     )
     if folder:
         _write(folder, scenario, loaded, placed, content)
@@ -28,37 +29,6 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
     else:
         show(placed)
     return 0
-
-
-def _json(placed: Any) -> dict[str, Any]:
-    from vcmm.answer.placing.result import freedom_key, map_json, pose_json
-    from vcmm.part.gps.characteristics import unit
-    from vcmm.show.tables.placement import GAINS, gains
-    from vcmm.show.tables.table import records
-
-    def at(one: Any) -> dict[str, Any]:
-        rows = [
-            {"name": c.name, f"deviation_{unit(c)}": float(d)}
-            for c, d in zip(placed.characteristics, one.deviations)
-        ]
-        return {"pose": pose_json(one.pose), "value": one.value, "characteristics": rows}
-
-    certificate, flat = placed.certificate, placed.region
-    return {
-        "pose": pose_json(placed.best.pose),
-        "objective": {"kind": {"deviation": 1.0}, "weights": placed.weights, **{k: at(placed.best)[k] for k in ("value", "characteristics")}},
-        "present": at(placed.present) | {"gain": placed.gain},
-        "median": at(placed.median),
-        "worst": at(placed.worst),
-        "certificate": {
-            "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned,
-            "better": certificate.better, "earlier": certificate.earlier, "hidden": certificate.hidden,
-            "spacing": certificate.spacing,
-        },
-        "flat": {"within": flat.within, "share": flat.share, "box": {freedom_key(n): list(r) for n, r in flat.box.items()}},
-        "conforming": records(GAINS, gains(placed).rows),
-        "map": map_json(placed.map),
-    }  # fmt: skip
 
 
 def show(placed: Any) -> None:

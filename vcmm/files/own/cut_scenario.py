@@ -59,7 +59,23 @@ GAUGE = {"offset": "0 0 0 mm", "tip_diameter": "1 mm"}
 
 
 def load_cut(path: str | Path) -> CutScenario:
-    """Read a cutting scenario. Raises DataError with every problem of the file (and of the files it names)."""
+    """Read a scenario (scenario/1) that cuts a part: one with a [cut] table.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    CutScenario
+        Program, machine tool, set-up, part and how it is inspected.
+
+    Raises
+    ------
+    DataError
+        Every problem of the file and of the files it names, each with its line.
+    """
     document = read_toml(path)
     check_version(document, "scenario")
     problems = Problems(document)

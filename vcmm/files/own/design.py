@@ -40,9 +40,22 @@ class DesignFile(Table):
 def load_design(
     path: str | Path,
 ) -> tuple[list[tuple[str, tuple[Recording, ...], float, InstrumentCertificate]], Machine, float | None]:
-    """(set-ups as name, recordings, minutes, certificate), machine, budget in minutes or None.
+    """Read a plan of set-ups of instruments (design/1).
 
-    Raises DataError with every problem, each with file and line.
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    tuple
+        Set-ups (name, recordings, minutes, certificate of the instrument), the machine, and the budget in minutes or None.
+
+    Raises
+    ------
+    DataError
+        Every problem of the file, each with its line.
     """
     document = read_toml(path)
     check_version(document, "design")

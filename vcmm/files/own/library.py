@@ -25,7 +25,23 @@ def scenarios() -> dict[str, str]:
 
 
 def example(name: str) -> Path:
-    """Path of an embedded scenario, also by its kind (mill, lathe). Raises UsageError with the closest name."""
+    """Path of a scenario that comes with the package.
+
+    Parameters
+    ----------
+    name
+        Its name (`vcmm list scenarios`), or its kind: mill, lathe.
+
+    Returns
+    -------
+    pathlib.Path
+        The file; `vcmm new NAME` copies it.
+
+    Raises
+    ------
+    UsageError
+        There is none of this name; the closest is named.
+    """
     known = scenarios()
     one = name if name in known else KINDS.get(name, name)
     if one not in known:

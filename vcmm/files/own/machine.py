@@ -29,7 +29,23 @@ from vcmm.task.certified.knowledge import CertifiedKnowledge, certified_knowledg
 
 
 def load_machine(path: str | Path) -> Machine:
-    """Read a machine file. Raises DataError with every problem of the file, each with its line."""
+    """Read a machine file (machine/1).
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Machine
+        Structure, axes, effects, and what is known of them; mm, rad.
+
+    Raises
+    ------
+    DataError
+        Every problem of the file, each with its line.
+    """
     document = read_toml(path)
     check_version(document, "machine")
     return machine_from(document, document.data, ())

@@ -53,10 +53,26 @@ PLACEMENTS = ("rigid", "alignment")  # nuisances of which a recording usually ha
 def load_recording(
     path: str | Path, machine: Machine | None = None, gaps: bool = False
 ) -> tuple[Recording, Machine]:
-    """Read a recording. machine: used instead of the one that the file names, which is then not read; gaps: blank cells of a
-    sensor and logs that end early are allowed, and `notes` of the recording say what was set aside (see vcmm.files.gaps).
+    """Read a recording (recording/1).
 
-    Raises DataError with every problem of the file and of the files it names, each with its line.
+    Parameters
+    ----------
+    path
+        The file.
+    machine
+        Used instead of the machine that the file names, which is then not read.
+    gaps
+        Blank cells of a sensor and logs that end early are allowed; `notes` of the recording say what was set aside.
+
+    Returns
+    -------
+    tuple of Recording and Machine
+        The observations, and the machine they were made on.
+
+    Raises
+    ------
+    DataError
+        Every problem of the file and of the files it names, each with its line.
     """
     document = read_toml(path)
     check_version(document, "recording")

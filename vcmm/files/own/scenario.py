@@ -96,9 +96,26 @@ class ScenarioFile(Table):
 def load_scenario(
     path: str | Path, machine: str | Path | None = None, certificate: dict[str, Any] | None = None
 ) -> Scenario:
-    """Read a scenario. Raises DataError with every problem of the file (and of the files it names).
+    """Read a scenario (scenario/1) that measures.
 
-    machine: a machine file that takes the place of the scenario's own. certificate: a [certificate] in place of its machine's.
+    Parameters
+    ----------
+    path
+        The file.
+    machine
+        A machine file that takes the place of the scenario's own.
+    certificate
+        A [certificate] table in place of that of its machine.
+
+    Returns
+    -------
+    Scenario
+        Machine, part, plan, pose and environment.
+
+    Raises
+    ------
+    DataError
+        Every problem of the file and of the files it names, each with its line.
     """
     document = read_toml(path)
     if certificate is not None:

@@ -126,7 +126,23 @@ class SetupFile(Table):
 
 
 def load_setup(path: str | Path) -> Setup:
-    """Read a set-up file. Raises DataError with every problem of the file, each with its line."""
+    """Read a set-up file (setup/1).
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Setup
+        Machine file, dialect, work offsets, tools, stock, and what the control does.
+
+    Raises
+    ------
+    DataError
+        Every problem of the file, each with its line.
+    """
     document = read_toml(path)
     check_version(document, "setup")
     problems = Problems(document)

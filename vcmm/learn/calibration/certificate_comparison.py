@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from vcmm.answer.evaluation.at_limit import CoveredMachines, covered_at_limit
+from vcmm.answer.evaluation.one_line import listed
 from vcmm.answer.evaluation.result import UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.core.errors import UsageError
+from vcmm.core.readable import Readable, Reading
 from vcmm.files.own.certificate import certificate_table
 from vcmm.files.own.machine import load_machine_of
 from vcmm.files.own.scenario import load_scenario
@@ -46,7 +48,7 @@ class CertifiedU:
 
 
 @dataclass(frozen=True)
-class CertificateWorth:
+class CertificateWorth(Readable):
     """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines drawn as stated.
 
     warnings: what the intervals that are counted leave in, such as a known bias.
@@ -59,6 +61,11 @@ class CertificateWorth:
     figures: tuple[Figure, ...]
     seed: int
     warnings: tuple[str, ...] = ()
+    reading: Reading | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        names = listed(dict.fromkeys(u.characteristic for u in self.by_prior))
+        return f"<CertificateWorth of {self.stated}: {names}>"
 
 
 def certificate_worth(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm.core.machine import Machine
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
 from vcmm.learn.calibration.identifiability import Identifiability, is_angle
 from vcmm.learn.calibration.model import ErrorModel
@@ -24,7 +25,7 @@ FINE = 121  # positions of a picture
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Readable):
     """machine: what was known before (structure, axes, prior errors). kept: the errors that are identified, as a model.
 
     theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
@@ -39,6 +40,14 @@ class Calibration:
     readings: tuple[Readings, ...]
     warnings: tuple[str, ...]
     interpolation: str = "spline"
+    reading: Reading | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        names, left = list(self.kept.names), 1e3 * rms(self.residual)
+        shown = ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+        return (
+            f"<Calibration: {shown}; residuals {left:.3g} µm rms, condition {self.identified.condition:.3g}>"
+        )
 
     @property
     def residual(self) -> Array:

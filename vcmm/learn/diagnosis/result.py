@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
+from vcmm.core.readable import Readable, Reading
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
 from vcmm.learn.diagnosis.discrepancy import Shape
 from vcmm.learn.diagnosis.estimates import Estimate, as_json
@@ -154,7 +155,7 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(Readable):
     """What `diagnose_recording` found; see contract section 5 for the meaning of every part."""
 
     verdict: str
@@ -182,6 +183,7 @@ class Diagnosis:
         0  # observations that the recording held, where `all of them` were chosen from more; else 0
     )
     failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
+    reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.found]

@@ -85,8 +85,30 @@ def diagnose_several(
     extra_effects: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
 ) -> Several:
-    """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`), or where one is
-    given twice.
+    """Diagnose recordings of one machine together: what is common, and what is each one's own.
+
+    Parameters
+    ----------
+    recordings
+        Two or more, of the same kind.
+    machine
+        The machine that all of them were made on.
+    seed
+        Seed of the null recordings that set the false-alarm threshold.
+    extra_effects
+        Effect classes of your own, looked for beside the list.
+    progress
+        Called with what is done and its share, 0 to 1.
+
+    Returns
+    -------
+    Several
+        The diagnosis of all rows, names with their sizes in each recording, and each recording by itself.
+
+    Raises
+    ------
+    UsageError
+        They cannot be joined, or one is given twice.
     """
     recordings = few_together(recordings)
     refuse_copies(recordings, machine)

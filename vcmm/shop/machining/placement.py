@@ -11,7 +11,7 @@ Turning the part would turn the program as well; only shifts are moved.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,7 @@ from vcmm.answer.placing.search import search
 from vcmm.answer.placing.travels import EDGE
 from vcmm.core.declaration import KnownRange
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array, Run
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import Characteristic
@@ -135,7 +136,7 @@ class AtPose:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedCut:
+class PlacedCut(Readable):
     """The outcome. before, after: the full results at the present and the best pose."""
 
     characteristics: tuple[Characteristic, ...]
@@ -151,6 +152,11 @@ class PlacedCut:
     before: CutResult
     after: CutResult
     seed: int
+    reading: Reading | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        shift = ", ".join(f"{v:.1f}" for v in self.best.pose[:3])
+        return f"<PlacedCut: best shift ({shift}) mm, gain {self.gain:.1%}>"
 
     @property
     def gain(self) -> float:

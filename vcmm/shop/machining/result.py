@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from vcmm.answer.evaluation.one_line import answer, listed
 from vcmm.answer.evaluation.result import LEAST_U, BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.core.declaration import OWNERS
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
 from vcmm.physics import BY_NAME
 from vcmm.shop.machining.blank import Blank
@@ -72,7 +73,7 @@ class SurfaceExtremes:
 
 
 @dataclass(frozen=True, eq=False)
-class CutResult:
+class CutResult(Readable):
     """uncertainty: characteristics of the finished part; seconds: cycle time; shares: characteristic -> group -> u^2 share.
 
     repeats, scatters: characteristic -> standard uncertainty of what all parts of a batch share, and of what differs.
@@ -93,6 +94,7 @@ class CutResult:
     )
     threads: tuple[CutThread, ...] = ()
     grooves: tuple[CutGroove, ...] = ()
+    reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         return f"<CutResult: {listed(f'{c.name} {answer(c)}' for c in self.characteristics)}>"

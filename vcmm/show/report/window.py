@@ -7,6 +7,7 @@ The parent writes the items, waits, and says what the child could not do; nothin
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import pickle
 import subprocess
@@ -49,6 +50,8 @@ def show(items: Sequence[Item], title: str, picture: Path | None = None) -> None
     )
     if picture is None and not display:
         raise Environment("there is no display for a window; write a picture instead: --png picture.png")
+    if importlib.util.find_spec("pyvista") is None:
+        raise Environment('windows and their pictures are drawn by pyvista: pip install "vcmm[view]"')
     surroundings = dict(os.environ)
     if not display:
         surroundings["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkEGLRenderWindow"

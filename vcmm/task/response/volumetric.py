@@ -12,6 +12,7 @@ import numpy as np
 from vcmm.core.axes import LINEAR
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
+from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import T0_DEG_C, Array, Run
 from vcmm.task.response.known_volume import known_box, known_rows, tip_uncertainty, without_unknown
 
@@ -33,7 +34,7 @@ class Diagonal:
 
 
 @dataclass(frozen=True, eq=False)
-class ErrorField:
+class ErrorField(Readable):
     """tip_error (n, 3) mm at the rows of `run`; the four body diagonals (empty without three linear axes, and where an effect is not known at their ends).
 
     u (n, 3) mm: standard uncertainty of the tip error at one positioning, None where the machine states no Inputs that move the tip;
@@ -47,6 +48,11 @@ class ErrorField:
     u: Array | None = None
     left_out: tuple[str, ...] = ()
     within: tuple[tuple[str, float, float], ...] = ()
+    reading: Reading | None = None
+
+    def __repr__(self) -> str:
+        engine = "exact" if self.exact else "first order"
+        return f"<ErrorField: {self.run.n} positions, at most {1e3 * float(self.size.max(initial=0.0)):.4g} µm, {engine}>"
 
     @property
     def size(self) -> Array:

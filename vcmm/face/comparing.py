@@ -1,0 +1,59 @@
+"""Simulation against recording for any machine files: what each of them leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vcmm.learn.diagnosis.comparison import Comparison
+
+
+def compare_files(
+    recordings: Sequence[Path], machines: Sequence[Path], seed: int
+) -> tuple[list[Comparison], list[str], list[Path]]:
+    """(a row for each machine, that of the recordings first; what was left out, in words; all files that were read)."""
+    from vcmm.files.own.machine import load_machine
+    from vcmm.show.console.documents import sources
+
+    read = list(recordings)
+    others = [(file, load_machine(file)) for file in machines]
+    rows = [_compare(read, None, None, seed), *(_compare(read, file, known, seed) for file, known in others)]
+    inputs = [p for path in (*read, *machines) for p in sources(path)]
+    return rows, _left_out(rows), list(dict.fromkeys(inputs))
+
+
+def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int) -> Any:
+    """One machine (None: the one that each recording names) against all recordings."""
+    from dataclasses import replace
+
+    from vcmm.files.own.recording import load_recording
+    from vcmm.learn.diagnosis.comparison import compare_machines
+    from vcmm.show.console.complaints import about
+
+    pairs = []
+    for path in recordings:
+        recording, known = load_recording(path, machine, gaps=True)
+        pairs.append((replace(recording, name=str(path)) if len(recordings) > 1 else recording, known))
+    with about(recordings[0]):
+        return compare_machines(str(file) if file else _machine_name(recordings), pairs, seed)
+
+
+def _left_out(rows: list[Any]) -> list[str]:
+    """What of the recordings was set aside, and what they have no columns for, in words."""
+    aside = dict.fromkeys(note for row in rows for part in row.parts for note in part.recording.notes)
+    return [*aside] + [
+        f"{row.file}: {name} is not predicted, the recording lacks a column that it needs"
+        for row in rows
+        for name in sorted({n for part in row.parts for n in part.left_out})
+    ]
+
+
+def _machine_name(recordings: list[Path]) -> str:
+    """Name of the machine file that the recordings name."""
+    from vcmm.files.toml import read_toml
+
+    named = [read_toml(path).data.get("machine") for path in recordings]
+    beside = [str(p.parent / n) if isinstance(n, str) else str(p) for p, n in zip(recordings, named)]
+    return ", ".join(dict.fromkeys(beside))

@@ -1,0 +1,87 @@
+"""Files of other systems made into vcmm files, and read back before anybody relies on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[Any, list[str]]:
+    """The files, and what `vcmm check` says against them. A characteristic that contradicts the drawing is left out."""
+    from vcmm.files.foreign.convert import Beside, convert
+
+    name, centre = _machine_beside(machine, target)
+    made = convert(file, Beside(name, centre))
+    found = _understood(made, target)
+    wrong = {found.characteristics[i]: text for i, text in found.contradictory.items()}
+    if wrong:
+        made = convert(file, Beside(name, centre, wrong))
+        found = _understood(made, target)
+    return made, found.problems
+
+
+@dataclass(frozen=True)
+class _Understood:
+    """What was read back: names of the characteristics, those that contradict the drawing, every problem."""
+
+    characteristics: list[str]
+    contradictory: dict[int, str]
+    problems: list[str]
+
+
+def _understood(made: Any, target: Path) -> _Understood:
+    """The files read back from a folder beside the one that they are for."""
+    import re
+    import tempfile
+    import tomllib
+
+    from vcmm.core.errors import VcmmError
+    from vcmm.files.own.machine import load_machine
+    from vcmm.files.own.scenario import load_scenario
+
+    if not made.check:
+        return _Understood([], {}, [])
+    names = [c["name"] for c in tomllib.loads(made.texts.get("part.toml", "")).get("characteristics", [])]
+    parent = target.resolve().parent
+    with tempfile.TemporaryDirectory(prefix=".vcmm-", dir=parent if parent.is_dir() else None) as folder:
+        for name, text in made.texts.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        try:
+            (load_machine if made.check == "machine.toml" else load_scenario)(Path(folder) / made.check)
+        except VcmmError as error:
+            problems = [p.replace(f"{folder}/", "") for p in getattr(error, "problems", (str(error),))]
+            at = [
+                (m, p)
+                for p in problems
+                if (m := re.match(r"part\.toml:\d+: \[characteristics (\d+)\] (.*)", p))
+            ]
+            return _Understood(names, {int(m[1]) - 1: m[2].rstrip(".") for m, _ in at}, problems)
+    return _Understood(names, {}, [])
+
+
+def _machine_beside(machine: Path | None, folder: Path) -> tuple[str | None, list[float] | None]:
+    """How the scenario names the machine file, and the middle of its volume in mm."""
+    import os
+
+    if machine is None:
+        return None, None
+    from vcmm.files.own.machine import load_machine
+
+    axes = load_machine(machine).axes
+    return os.path.relpath(machine, folder), [sum(axes[a].travel) / 2 if a in axes else 0.0 for a in "XYZ"]
+
+
+def written_files(file: Path, machine: Path | None, out: Path | None) -> tuple[Any, list[str], list[Path]]:
+    """(what was made, what `vcmm check` says against it, the files that were written). UsageError where one of them is there already."""
+    from vcmm.core.errors import UsageError
+    from vcmm.show.console.files import output_folder, write_files
+
+    target = out or Path(file.stem)
+    made, problems = convert_file(file, machine, target)
+    folder = output_folder(target)
+    taken = [folder / n for n in made.texts if (folder / n).exists()]
+    if taken:
+        raise UsageError(f"{taken[0]} exists already and is not overwritten; name another folder with --out")
+    write_files(folder, made.texts)
+    return made, problems, [folder / n for n in made.texts]

@@ -1,0 +1,81 @@
+"""Files of measured points and values: which of them go together, and what they hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.errors import DataError, UsageError, choose_from
+
+if TYPE_CHECKING:
+    from vcmm.answer.inference.given import GivenPoints
+    from vcmm.answer.inference.job import EvaluatedPart
+    from vcmm.task.measuring.scenario import Scenario
+    from vcmm.task.measuring.settings import Settings
+
+
+def check_inputs(
+    points: str | Path | None, values: str | Path | None, frame: str = "part", tip_centres: bool = False
+) -> None:
+    """UsageError: not one of points and values, an unknown frame, or words about points beside values."""
+    from vcmm.answer.inference.points import FRAMES
+
+    if (points is None) == (values is None):
+        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
+    if frame not in FRAMES:
+        raise UsageError(f'frame = "{frame}".{choose_from(frame, FRAMES)}')
+    if points is None and (frame != "part" or tip_centres):
+        raise UsageError("--frame and --tip-centres are about points; values have neither")
+
+
+def evaluate_listed(
+    scenario: Scenario, values: str | Path, settings: Settings, progress: Progress | None
+) -> tuple[EvaluatedPart, ...]:
+    """Values of a file of ours or of an export, with what the export could not say."""
+    from vcmm.answer.inference.job import evaluate_values
+    from vcmm.files.foreign.cmm_exports import exported_values
+    from vcmm.files.own.measured_data import read_measured_values
+
+    found = exported_values(values, [c.name for c in scenario.part.characteristics])
+    listed, said = found or (read_measured_values(values), "")
+    parts = evaluate_values(scenario, listed, settings=settings, progress=progress)
+    return tuple(replace(p, warnings=(*p.warnings, said)) for p in parts) if said else parts
+
+
+def given_points(
+    scenario: Scenario, path: str | Path, tip_centres: bool
+) -> tuple[tuple[GivenPoints, ...], bool, tuple[str, ...]]:
+    """Points of a CSV or QIF file or of a bare list, whether they are centres of the tip, and what the file could not say.
+
+    UsageError and DataError where a QIF file says otherwise than the call or the plan: it states its own tip.
+    """
+    from vcmm.files.foreign.point_lists import read_point_list
+    from vcmm.files.foreign.qif import is_qif
+    from vcmm.files.own.measured_data import read_measured_points
+
+    if not is_qif(path):
+        listed = read_point_list(path)
+        return (
+            (read_measured_points(path), tip_centres, ())
+            if listed is None
+            else ((listed.points,), tip_centres, listed.notes)
+        )
+    from vcmm.files.foreign.qif_points import TIP, read_qif_points
+
+    found = read_qif_points(path)
+    if found.tip_radius is None:
+        if tip_centres:
+            raise UsageError(
+                f"{path} says that its points are compensated for the tip; leave --tip-centres out"
+            )
+        return found.parts, False, found.notes
+    other = [n for n, s in scenario.plan.styli.items() if abs(s.tip_radius - found.tip_radius) > TIP]
+    if other:
+        raise DataError(
+            f"{path}: its points are centres of a tip of radius {found.tip_radius:.9g} mm, and the stylus "
+            f'"{other[0]}" of the plan has {scenario.plan.styli[other[0]].tip_radius:.9g} mm; write '
+            f'tip_diameter = "{2 * found.tip_radius:.12g} mm"'
+        )
+    return found.parts, True, found.notes

@@ -1,0 +1,46 @@
+"""What an NC program means on the machine of its set-up: read, and looked at for what is not sensible."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+
+def machine_of(setup: Any) -> Any:
+    """The machine that a set-up names; None without one, and where its file is missing."""
+    from vcmm.core.text import is_file
+    from vcmm.files.own.machine import load_machine
+
+    there = setup is not None and setup.machine is not None and is_file(Path(setup.machine))
+    return load_machine(setup.machine) if there else None
+
+
+def understand_program(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
+    """The program, with remarks on whether it is sensible on the machine of the set-up."""
+    from dataclasses import replace
+
+    from vcmm.program.interpret import read_program
+    from vcmm.program.moves import Remark
+    from vcmm.program.sensible import remarks_on
+
+    read = read_program(program, dialect, at_level(setup, strict))
+    if setup is None:
+        return read
+    machine = machine_of(setup)
+    said = list(remarks_on(read, setup, machine))
+    if machine is not None and read.moves:
+        from vcmm.shop.motion.tool_centre import orient_moves
+
+        moves, singular = orient_moves(read.moves, machine, str(program))
+        read, said = replace(read, moves=moves), [*said, *singular]
+    if setup.machine and machine is None:
+        said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
+    return replace(read, warnings=(*read.warnings, *said))
+
+
+def at_level(setup: Any, strict: bool) -> Any:
+    from dataclasses import replace
+
+    from vcmm.program.setup import Setup
+
+    return replace(setup or Setup(), strict=strict)
