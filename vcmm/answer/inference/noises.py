@@ -24,13 +24,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vcmm.answer.evaluation.allowed import split
+from vcmm.answer.evaluation.form_family import Ints
 from vcmm.answer.evaluation.linear import LinearModel, term_of
 from vcmm.answer.evaluation.montecarlo import Term, covariance
 from vcmm.answer.evaluation.pairs import SMALLEST
 from vcmm.answer.evaluation.part_forms import FORM
 from vcmm.core.laws import Law, Normal
 from vcmm.core.run import Array
-from vcmm.task.measuring.plan import Ints
 
 LEAST_NOISE, HALF = (
     1 / 16,
