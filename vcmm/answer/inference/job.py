@@ -25,7 +25,7 @@ from vcmm.answer.inference.doubts import LARGEST, doubts_of, without_claim
 from vcmm.answer.inference.formed import UNSEEN, is_moved_by_form, with_form
 from vcmm.answer.inference.given import GivenPoints, GivenValue
 from vcmm.answer.inference.points import task_and_rows
-from vcmm.answer.inference.power import memory_not_covered
+from vcmm.answer.inference.power import NO_POINTS, memory_not_covered
 from vcmm.answer.inference.residual_tests import Ints, ResidualTests
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.run import Array
@@ -213,6 +213,7 @@ def evaluate_values(
             settings=chosen,
             report=report,
             said=known.result.warnings,
+            unseen=(NO_POINTS,),
         )
         for values, y in zip(given, measured)
     )
@@ -300,7 +301,8 @@ def _part(
     for n, (i, y, own) in enumerate(found):
         report(f"true value of {results[i].name}", n / len(found))
         one = without_claim(with_form(results[i], (forms or {}).get(i, ())), doubts)
-        one = replace(one, not_covered=(*one.not_covered, *unseen))
+        if forms is not None or isinstance(one.truth, TrueValueByBelt):
+            one = replace(one, not_covered=(*one.not_covered, *unseen))
         out.append(EvaluatedCharacteristic(_read(one, y, own, settings), y, forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(

@@ -22,6 +22,7 @@ from vcmm.show.tables.evaluated import (
     budget_rows,
     computation_table,
     more_than_rounding,
+    not_covered,
     results,
     stated_with,
     undecided_because,
@@ -33,7 +34,8 @@ from vcmm.task.measuring.scenario import Scenario
 
 def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
-    why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
+    found = result.characteristics
+    why = [*stated_with(found), *undecided_because(found), *not_covered(found)]
     leaves = [
         [
             r.heading("Results"),
