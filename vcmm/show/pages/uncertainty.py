@@ -17,6 +17,7 @@ from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
+from vcmm.show.tables.ends_known import how_well_known
 from vcmm.show.tables.evaluated import (
     BUDGET,
     budget_rows,
@@ -35,7 +36,7 @@ from vcmm.task.measuring.scenario import Scenario
 def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
     found = result.characteristics
-    why = [*stated_with(found), *undecided_because(found), *not_covered(found)]
+    why = [*stated_with(found), *undecided_because(found), *not_covered(found), *how_well_known(found)]
     leaves = [
         [
             r.heading("Results"),
