@@ -16,7 +16,7 @@ from pathlib import Path
 
 from vcmm.answer.evaluation.inversion import inversion_of
 from vcmm.answer.evaluation.pairs import both
-from vcmm.answer.inference.audit import AuditResult, audit, beside_oracle
+from vcmm.answer.inference.audit import AuditResult, audit_task, beside_oracle
 from vcmm.answer.inference.oracle import IntervalLengths
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.tables.audited import verdict
@@ -115,7 +115,9 @@ def scenario_of(name: str, density: str, folder: Path) -> Scenario:
 
 def rows_of(name: str, density: str, parts: int, folder: Path) -> tuple[AuditResult, ...]:
     scenario = scenario_of(name, density, folder)
-    return audit(scenario, parts=parts, settings=replace(scenario.settings, seed=SEED))
+    return audit_task(
+        scenario.task(), replace(scenario.settings, seed=SEED), parts
+    )  # belts: the columns of the page
 
 
 def oracle_of(name: str, density: str, parts: int) -> IntervalLengths | None:
