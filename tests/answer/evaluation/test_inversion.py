@@ -139,6 +139,21 @@ def test_too_few_points_claim_nothing():
     assert between.redraw == "part"
 
 
+def test_only_forms_that_the_residuals_allow_cost_a_claim(squared):
+    """Forms of 20 times a noise of 1 um leave residuals of about 20 um: a part with residuals of 1 um is none of these, one with 20 um
+    may be. (A bore far inside its tolerance was undecided because 91 % of parts 20 times as rough were held.)
+    """
+    belts = squared.truth.inversion
+    drawn = belts.draw_parts(0)
+    noise = belts.drawing.noise["bore"]
+    assert noise == pytest.approx(1e-3, rel=0.15)
+    assert not drawn.is_possible(20.0, 0, noise)
+    assert drawn.is_possible(20.0, 0, 20.0 * noise)
+    smooth, rough = (belts.inverse(0, 2e-3, rest).counted for rest in (noise, 20.0 * noise))
+    assert smooth[0] >= rough[0]  # the least of fewer counts
+    assert smooth[1] == rough[1]
+
+
 def test_belts_reach_as_far_as_what_was_indicated():
     """Roundness of 25 points at 1 um: a ring of 400 um is read as well as one of 15 um, of parts drawn for it."""
     found = evaluate(job((RING,), (Around(25),), (ROUND,)).task(), QUICK).characteristics[0]
