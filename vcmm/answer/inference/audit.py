@@ -120,7 +120,10 @@ def audit(
 
     sharing: who counts; key: of the job by all that it reads, where finished blocks are kept (`vcmm.core.blocks.key_of`).
     """
-    return audit_task(scenario.task(), settings or scenario.settings, parts, progress, sharing, key, scenario)
+    return audit_task(
+        scenario.task(), settings or scenario.settings, parts,
+        progress=progress, sharing=sharing, key=key, scenario=scenario,
+    )  # fmt: skip
 
 
 Piece = tuple[int, int]  # exact measurements: first and count; parts of a kind: its number and 0; BY_POINTS

@@ -130,4 +130,4 @@ def _count(i: int, kind: str, found: Sequence[EvaluatedPart], true: Array) -> He
     held = sum(low <= t <= high for (low, high), t in spans)
     width = float(np.mean([high - low for (low, high), _ in spans])) if spans else 0.0
     why = next((r.why_not_shown for r, _ in there if r.why_not_shown), "") if not claimed else ""
-    return HeldByPoints(i, kind, len(there), len(claimed), held, width, why)
+    return HeldByPoints(i, kind, parts=len(there), claimed=len(claimed), held=held, width=width, why=why)
