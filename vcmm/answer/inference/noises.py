@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.allowed import split
+from vcmm.answer.evaluation.bound_shares import split
 from vcmm.answer.evaluation.form_family import Ints
 from vcmm.answer.evaluation.linear import LinearModel, term_of
 from vcmm.answer.evaluation.montecarlo import Term, covariance
