@@ -16,7 +16,7 @@ from pathlib import Path
 
 from vcmm.answer.evaluation.inversion import inversion_of
 from vcmm.answer.evaluation.pairs import both
-from vcmm.answer.inference.audit import AuditResult, audit, beside_oracle
+from vcmm.answer.inference.audit import AuditResult, audit_task, beside_oracle
 from vcmm.answer.inference.oracle import IntervalLengths
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.tables.audit import verdict
@@ -115,7 +115,9 @@ def scenario_of(name: str, density: str, folder: Path) -> Scenario:
 
 def rows_of(name: str, density: str, parts: int, folder: Path) -> tuple[AuditResult, ...]:
     scenario = scenario_of(name, density, folder)
-    return audit(scenario, parts=parts, settings=replace(scenario.settings, seed=SEED))
+    return audit_task(
+        scenario.task(), replace(scenario.settings, seed=SEED), parts
+    )  # belts: the columns of the page
 
 
 def oracle_of(name: str, density: str, parts: int) -> IntervalLengths | None:
@@ -242,6 +244,10 @@ the whole prior (forms from nothing to 40 times the noise of the machine); forms
 family of forms that the inverse has never seen. *Claimed* is what `vcmm evaluate` says of itself (`coverage_claimed`); what is not claimed
 is decided by nobody. {len(rows)} of {len(order)} tasks are counted; the next run counts those that are missing or have too few parts, and
 `--fresh` all of them. A count of 200 parts errs by 1.5 %, one of 2000 by 0.5 % (one standard deviation). How it works: [evaluate](evaluate.md).
+
+This table counts the belts by themselves, on machines as they are stated. `vcmm audit` of a scenario counts besides what users get: points of parts with form (sizes
+and distances among them) are evaluated as a file is, on machines from perfect to the limit, and each row names the family that was drawn. A judge that
+shares nothing with vcmm counts too: [referee](referee.md).
 
 | task | parts | {" | ".join(COLUMNS)} | length | coverage |
 |---|---|---|---|---|---|---|---|---|---|

@@ -10,6 +10,7 @@ from scipy.stats import rice
 
 from tests.build import BORE, FORM, scenario
 from vcmm.answer.evaluation import inversion
+from vcmm.answer.evaluation.belts import coverage
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import HIDDEN_FORM, TrueValueByBelt
 from vcmm.answer.evaluation.uncertainty import evaluate
@@ -137,6 +138,26 @@ def test_too_few_points_claim_nothing():
     assert (found.decision.text, found.decision.p_conform) == ("undecided", None)
     between = next(b for b in found.budget if b.input.startswith("form[bore]"))
     assert between.redraw == "part"
+
+
+def test_only_forms_that_the_residuals_allow_cost_a_claim(squared):
+    """Forms of 20 times the noise leave residuals of about as much: a part whose residuals are the noise is none of these, one with 20
+    times as much may be. (A bore far inside its tolerance was undecided because 91 % of parts 20 times as rough were held.)
+    """
+    belts = squared.truth.inversion
+    drawn = belts.draw_parts(0)
+    noise = belts.drawing.noise["bore"]
+    assert noise == pytest.approx(
+        1e-3 * np.sqrt(11 / 16), rel=0.03
+    )  # 16 points less the five freedoms of a cylinder
+    assert not drawn.is_possible(20.0, 0, noise)
+    assert drawn.is_possible(20.0, 0, 20.0 * noise)
+    counted = belts.inverse(0, 2e-3, noise).counted
+    held = [
+        coverage(belts.inverse(0, 2e-3, noise).inverse, 0, one, 0.95, True)
+        for one in (*drawn.anew, *drawn.fixed(0.0))
+    ]
+    assert counted[0] == min(held)
 
 
 def test_belts_reach_as_far_as_what_was_indicated():

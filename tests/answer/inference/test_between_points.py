@@ -15,6 +15,7 @@ import pytest
 
 from vcmm.answer.evaluation.linear import prepare_model
 from vcmm.answer.inference.between_points import forms_of
+from vcmm.answer.inference.noises import STATED
 from vcmm.face.cli import run
 from vcmm.files.own.scenario import load_scenario
 
@@ -211,7 +212,7 @@ def test_reach_of_an_oval_by_own_least_squares(tmp_path) -> None:
     across = 2.0 * np.linalg.pinv(np.stack([t**0, np.cos(t), np.sin(t)], 1))[0]
     by_hand = math.hypot(float(across @ np.cos(2 * t)), float(across @ np.sin(2 * t)))
     (forms,) = forms_of(model, [0], {})
-    (oval,) = (s for s in forms.shapes if s.words == "2 lobes")
+    (oval,) = (s for s in forms.shapes(STATED) if s.words == "2 lobes")
     assert np.linalg.norm(oval.reach[0]) == pytest.approx(by_hand, rel=1e-6)
     assert forms.noise == pytest.approx(TOUCH, rel=1e-3)
 

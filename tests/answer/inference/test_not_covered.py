@@ -42,12 +42,27 @@ def test_thirty_six_points_say_what_they_do_not_see(
     )  # 2 of 60, and three standard deviations of a binomial
     assert found["diameter"] == [memory]  # a scratch hardly moves a least-squares circle
     assert "form: not covered: defects narrower" in " ".join(said.split())
-    assert "2.6 mm on ring" in (tmp_path / "out" / "sheet.html").read_text(encoding="utf-8")
+    for page in ("sheet.html", "report.html"):
+        assert "2.6 mm on ring" in (tmp_path / "out" / page).read_text(encoding="utf-8")
 
 
 def test_eight_points_are_not_tested_for_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found, _ = document(capsys, tmp_path, 8)
     assert "no feature has the 12 points" in found["form"][-1]
+
+
+def test_values_alone_show_no_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario, values = tmp_path / "s.toml", tmp_path / "v.csv"
+    scenario.write_text(outside.scenario(form=True))
+    values.write_text("characteristic,value_mm\nform,0.002\ndiameter,30.0\n")
+    run(["evaluate", str(scenario), "--values", str(values), "--json"])
+    form, size = json.loads(capsys.readouterr().out)["characteristics"]
+    if form["name"] != "form":
+        form, size = size, form
+    assert form["true_value"]["not_covered"][-1].startswith(
+        "noise that goes on from touch to touch: values alone"
+    )
+    assert size["true_value"] is None
 
 
 def test_spacing_is_that_of_the_loneliest_point() -> None:

@@ -52,6 +52,7 @@ NUMBERS = 6e6  # points of all parts for the belts, at most
 COUNT_TRIALS = 600, 2000  # drawn anew to count, between these as many as trials
 FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
 FIXED_RATIOS = (0.0, 6.0, 20.0)
+EXCLUDED = 0.005  # a tenth of what an interval may miss: sizes of form that leave residuals as small no more often are not counted
 LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
 FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is told
@@ -153,7 +154,7 @@ class Inversion:
     numbers: tuple[int, ...]
     _expected: dict[Reach, set[int]] = field(default_factory=dict, repr=False)
     _parts: dict[Reach, list[DrawnParts]] = field(default_factory=dict, repr=False)
-    _inverses: dict[tuple[int, Reach, bool], CountedInverse | NoInverse] = field(
+    _inverses: dict[tuple[int, Reach, tuple[float, ...] | None], CountedInverse | NoInverse] = field(
         default_factory=dict, repr=False
     )
     _fixed: dict[float, list[FixedParts]] = field(default_factory=dict, repr=False)
@@ -182,10 +183,13 @@ class Inversion:
     def inverse(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
         """The belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
         c = self.characteristic(i)
-        place = (i, self.reach(i, y, rest), rest is not None and sorted_by_roughness(c))
+        reach = self.reach(i, y, rest)
+        drawn, seen = self.draw_parts(i, reach), None
+        if rest is not None and sorted_by_roughness(c):
+            seen = tuple(r for r in FIXED if r == 0.0 or drawn.is_possible(r, i, rest))
+        place = (i, reach, seen)
         if place not in self._inverses:
-            drawn = self.draw_parts(i, place[1])
-            self._inverses[place] = _count_coverage(c, drawn.column(i), drawn, self.settings.p, place[2])
+            self._inverses[place] = _count_coverage(c, drawn.column(i), drawn, self.settings.p, seen)
         return self._inverses[place]
 
     def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
@@ -317,6 +321,13 @@ class DrawnParts:
         drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
         return [together(of_share) for of_share in drawn]
 
+    def is_possible(self, ratio: float, i: int, rest: float) -> bool:
+        """Whether parts whose form is so many times the noise leave residuals as small as were found (root mean square, mm) more often
+        than EXCLUDED: otherwise the part is none of them, and how often they are held says nothing of it.
+        """
+        found = np.concatenate([one.rest[:, self.column(i)] for one in self.fixed(ratio)])
+        return bool((found <= rest).mean() >= EXCLUDED)
+
     def _families(
         self,
         what: str,
@@ -350,17 +361,19 @@ def in_contact(task: Task) -> bool:
 
 
 def _count_coverage(
-    c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: bool
+    c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: tuple[float, ...] | None
 ) -> CountedInverse | NoInverse:
-    """k: its column. seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
+    """k: its column. seen: read with the roughness of every part, as points tell it, and the fixed sizes of form that it leaves possible;
+    None: blind, from the value alone.
+    """
     without = max(lost_share(k, one) for one in drawn.own_families)
     if without > MOST_LOST:
         largest = 1e3 * drawn.most.form * max(drawn.drawing.unit(n) for n in gps.needs(c))
         return NoInverse(NO_ELEMENT.format(without, largest))
     of_share = [inverse_of(c, k, one) for one in drawn.known_of_shares]
     inverse = of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share))
-    blind = sorted_by_roughness(c) and not seen
-    at = FIXED_BLIND if blind else FIXED
+    blind = sorted_by_roughness(c) and seen is None
+    at = FIXED_BLIND if blind else FIXED if seen is None else seen
     held = [coverage(inverse, k, one, p, not blind) for one in drawn.anew]
     for ratio in at:
         column, parts = drawn.inversion.fixed(drawn.numbers[k], ratio)

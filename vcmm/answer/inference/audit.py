@@ -2,14 +2,15 @@
 
 A size, distance or angle is drawn with the exact engine (transforms multiplied, contact found, fits iterated) on parts as the
 scenario states them. Extreme values are counted on parts with forms: over the whole prior, at fixed sizes of the form (so many
-times the noise of the machine), and on parts of another family, which the inverse does not know.
+times the noise of the machine), and on parts of another family, which the inverse does not know. Then all of them are counted by
+the door that users take, points in and answers out (`audit_by_points`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -27,10 +28,16 @@ from vcmm.answer.evaluation.inversion import (
     NoInverse,
     TrueValueByBelt,
 )
-from vcmm.answer.evaluation.pairs import Pairs, both, pairs
+from vcmm.answer.evaluation.pairs import UNIT, Pairs, both, pairs
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.inference.audit_by_points import (
+    IN_WORDS,
+    HeldByPoints,
+    count_by_points,
+    why_not_by_points,
+)
 from vcmm.answer.inference.job import PreparedTask
 from vcmm.answer.inference.oracle import IntervalLengths, lengths
 from vcmm.core.blocks import Sharing, blocks_of
@@ -97,7 +104,7 @@ def wilson(share: float, count: int, z: float = 1.959964) -> tuple[float, float]
     """Score interval of a binomial share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
     middle = (share + z * z / (2 * count)) / (1 + z * z / count)
     half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+    return min(max(middle - half, 0.0), share), max(min(middle + half, 1.0), share)
 
 
 def audit(
@@ -113,10 +120,14 @@ def audit(
 
     sharing: who counts; key: of the job by all that it reads, where finished blocks are kept (`vcmm.core.blocks.key_of`).
     """
-    return audit_task(scenario.task(), settings or scenario.settings, parts, progress, sharing, key)
+    return audit_task(
+        scenario.task(), settings or scenario.settings, parts,
+        progress=progress, sharing=sharing, key=key, scenario=scenario,
+    )  # fmt: skip
 
 
-Piece = tuple[int, int]  # exact measurements: first and count; parts of a kind: its number and 0
+Piece = tuple[int, int]  # exact measurements: first and count; parts of a kind: its number and 0; BY_POINTS
+BY_POINTS: Piece = (-1, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +136,7 @@ class CountingJob:
 
     known: PreparedTask
     parts: int
+    scenario: Scenario | None = None
 
 
 def audit_task(
@@ -134,30 +146,44 @@ def audit_task(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
     key: str = "",
+    scenario: Scenario | None = None,
 ) -> tuple[AuditResult, ...]:
+    """scenario: whose points are evaluated, None: they are not."""
     report = progress or (lambda text, share: None)
     known = PreparedTask(task, evaluate(task, settings, progress, read=False))
     extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, TrueValueByBelt)]
     additive = [i for i in range(len(known.result.characteristics)) if i not in extreme]
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
     kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
+    door: list[Piece] = [BY_POINTS] if scenario is not None and not why_not_by_points(scenario) else []
     found = (sharing or Sharing()).all_of(
-        key, piece, CountingJob(known, parts), [*exact, *kinds], partial(report, "drawn parts")
+        key,
+        piece,
+        CountingJob(known, parts, scenario),
+        [*exact, *kinds, *door],
+        partial(report, "drawn parts"),
     )
     rows: dict[int, list[AuditResult]] = {i: [] for i in range(len(known.result.characteristics))}
     if additive:
         indicated = np.concatenate([np.array(block) for block in found[: len(exact)]])
         for i, row in _held_exactly(known, additive, indicated):
             rows[i].append(row)
-    for counted in found[len(exact) :]:
+    for counted in found[len(exact) : len(exact) + len(kinds)]:
         for i, row in zip(extreme, counted):
             rows[i].append(AuditResult(**row))
+    for row in found[-1] if door else ():
+        one = HeldByPoints(**row)
+        rows[one.i].append(_by_points(known.result.characteristics[one.i], one))
     return tuple(row for found in rows.values() for row in found)
 
 
 def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
     """One block of an audit, by any worker: indicated values (count, C), or the counts of one kind of part as plain values."""
     first, count = asked
+    if (first, count) == BY_POINTS:
+        assert job.scenario is not None
+        settings = replace(job.scenario.settings, seed=job.known.result.seed)
+        return [asdict(one) for one in count_by_points(job.scenario, settings, job.parts)]
     model, inversion = job.known.result.model, job.known.inversion
     if count or inversion is None:
         drawn = draw_inputs(model, job.known.result.seed + 1000, first, count)
@@ -176,7 +202,28 @@ def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
     if number > len(RATIOS):
         return ANOTHER, pairs(drawing, parts, fresh + 9, OTHER)
     ratio = RATIOS[number - 1]
-    return f"form {ratio:g} x noise", both(drawing, parts, fresh + number, ratio=ratio)
+    return fixed_form_in_words(drawing.bound, ratio), both(drawing, parts, fresh + number, ratio=ratio)
+
+
+def fixed_form_in_words(bound: bool, ratio: float) -> str:
+    """Of parts whose forms are all of one size: standard deviations of the noise of the machine, um where a limit is all that is known."""
+    if ratio == 0.0:
+        return "parts without form"
+    return (
+        f"forms of {1e3 * UNIT * ratio:.3g} um"
+        if bound
+        else f"forms {ratio:g} times the noise of the machine"
+    )
+
+
+def _by_points(result: CharacteristicResult, one: HeldByPoints) -> AuditResult:
+    """What was claimed is counted; where nothing was, all are, without a verdict."""
+    other, p, counted = IN_WORDS[OTHER] in one.kind, result.p, one.claimed or one.parts
+    return AuditResult(
+        name=result.name, unit=result.unit, kind=one.kind, target=p, attained=one.held / max(counted, 1),
+        parts=counted, width=one.width, claimed=one.claimed > 0, least=p - (0.95 - LEAST_OTHER) if other else p - BAND,
+        most=1.0, why="" if one.claimed else one.why,
+    )  # fmt: skip
 
 
 def _count_held(

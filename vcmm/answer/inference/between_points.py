@@ -20,18 +20,16 @@ Law of s before: H. Jeffreys, Proc. R. Soc. A 186 (1946) 453, which favours no s
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vcmm.answer.evaluation.dense import all_over
 from vcmm.answer.evaluation.form_family import ALONG, AROUND, Ground, Ints, motions
-from vcmm.answer.evaluation.linear import LinearModel, term_of
-from vcmm.answer.evaluation.montecarlo import Term, covariance
-from vcmm.answer.evaluation.pairs import LEAST, MOST, SMALLEST
-from vcmm.answer.evaluation.part_forms import FORM
+from vcmm.answer.evaluation.linear import LinearModel
+from vcmm.answer.evaluation.pairs import LEAST, MOST
 from vcmm.answer.evaluation.truth import MORE_MISSES
-from vcmm.core.laws import Law, Normal
+from vcmm.answer.inference.noises import STATED, Noises, Rung, noises_of
 from vcmm.core.run import Array
 from vcmm.part.part import Feature, normal
 
@@ -80,34 +78,71 @@ class Shape:
         likelihood = 0.5 * (z**2 * share - np.log(more)).sum(axis=1)
         return np.asarray(likelihood + np.log(before / before.sum()))
 
-    def amounts(self, residuals: Array, grid: Array, weight: Array, normals: Array) -> Array:
-        """(c, m) mm: drawn given the residuals, sizes of the grid with these weights (g,); normals (c, m)."""
+    def amounts(self, residuals: Array, size: Array, normals: Array) -> Array:
+        """(c, m) mm: drawn given the residuals, of forms of these sizes (m,); normals (c, m)."""
         z, s = self.seen @ residuals, self.strength
-        at = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + 0.5) / DRAWS).clip(0, len(grid) - 1)
-        size = grid[np.random.default_rng(2).permutation(at)]
         more, k = 1.0 + np.multiply.outer(s**2, size**2), len(s)
         held = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
         return np.concatenate([held, size * normals[k : self.waves]])
 
 
 @dataclass(frozen=True, eq=False)
-class FeatureForms:
-    """All shapes of one feature, and the noise that the machine leaves in its residuals, root mean square, mm. Of many points the
-    residuals of one in `every` is read.
+class Waves:
+    """Waves of one feature: words and weights (c,) of every kind of form; what the fit leaves of them at the points (n, c), and all
+    over (N, c); basis (n, d): orthonormal, of what is left; met: per characteristic what each wave moves it by (c,).
     """
+
+    kinds: tuple[tuple[str, Array], ...]
+    left: Array
+    whole: Array
+    basis: Array
+    met: Mapping[int, Array]
+
+    @property
+    def most(self) -> int:
+        """Waves of the kind that has most of them."""
+        return max(int((weight > 0).sum()) for _, weight in self.kinds)
+
+    def shapes(self, whitening: Array) -> tuple[Shape, ...]:
+        """As residuals show them whose noise this (d, d) makes independent."""
+        seeing = whitening @ self.basis.T
+        return tuple(_shape(words, w, (self.left, self.whole), seeing, self.met) for words, w in self.kinds)
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureForms:
+    """All shapes of one feature, and what the machine may add to its residuals. Of many points the residuals of one in `every` is read."""
 
     name: str
     points: int
     every: int
-    shapes: tuple[Shape, ...]
-    noise: float
+    waves: Waves
+    noises: Noises
     known: Array  # (n,) what of the known errors of the machine stands in the residuals
     normals: Array  # (c, m) standard normal numbers, the same for every part
+    _shapes: dict[Rung, tuple[Shape, ...]] = field(default_factory=dict, repr=False)
 
     @property
     def moves(self) -> tuple[int, ...]:
         """Numbers of the characteristics that this form moves."""
-        return tuple(self.shapes[0].reach)
+        return tuple(self.waves.met)
+
+    @property
+    def noise(self) -> float:
+        """Of a point, root mean square, mm: all that the machine may add."""
+        return self.noises.whitening(STATED)[1]
+
+    def without_form(self, rung: Rung, residuals: Array) -> float:
+        """log P(residuals) with this noise alone, but for a constant."""
+        whitening = self.noises.whitening(rung)[0]
+        independent = whitening @ (self.waves.basis.T @ residuals)
+        return float(np.log(np.diag(whitening)).sum() - 0.5 * independent @ independent)
+
+    def shapes(self, rung: Rung) -> tuple[Shape, ...]:
+        """As residuals with this noise show them."""
+        if rung not in self._shapes:
+            self._shapes[rung] = self.waves.shapes(self.noises.whitening(rung)[0])
+        return self._shapes[rung]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,16 +186,13 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     kept = np.linalg.norm(whole, axis=0) > 1e-6 * np.sqrt(len(whole))
     basis, strengths, _ = np.linalg.svd(left[:, kept] / np.sqrt(len(few)), full_matrices=False)
     basis = basis[:, strengths > LEAST_SHAPE]
-    whitening, noise = _whitening(model, few, basis)
-    shapes = [
-        _shape(words, weight * kept, (left, whole), whitening @ basis.T, met)
-        for words, weight in _kinds(feature)
-        if (weight * kept).any()
-    ]
-    normals = np.random.default_rng(0).standard_normal((max(s.waves for s in shapes), DRAWS))
+    kinds = [(words, weight * kept) for words, weight in _kinds(feature) if (weight * kept).any()]
+    waves = Waves(tuple(kinds), left, whole, basis, met)
+    normals = np.random.default_rng(0).standard_normal((waves.most, DRAWS))
     known = error - moved @ (moved.T @ error)
     return FeatureForms(
-        name=feature.name, points=len(rows), every=every, shapes=tuple(shapes), noise=noise, known=known, normals=normals
+        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), known=known,
+        normals=normals,
     )  # fmt: skip
 
 
@@ -181,28 +213,6 @@ def _motions(feature: Feature, points: Array) -> Array:
     columns = columns[:, largest > 1e-9] / largest[largest > 1e-9]
     basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(basis[:, sizes > 1e-9 * sizes[0]])
-
-
-def _whitening(model: LinearModel, rows: Ints, basis: Array) -> tuple[Array, float]:
-    """What turns basis' r into independent numbers of variance 1 where the machine alone acts, and its root mean square at a point."""
-    d = basis.shape[1]
-    operator = np.zeros((d, model.task.touches.run.n))
-    operator[:, rows] = basis.T
-    terms = [
-        _finite(term_of(f, model.along_normal(f), operator))
-        for f in model.influences
-        if f.input.effect != FORM
-    ]
-    spread = covariance(terms) if d and terms else np.zeros((d, d))
-    spread = spread + SMALLEST**2 * np.eye(d)
-    noise = float(np.sqrt(np.trace(spread) / d)) if d else SMALLEST
-    return np.linalg.inv(np.linalg.cholesky(spread)) if d else spread, max(noise, SMALLEST)
-
-
-def _finite(term: Term) -> Term:
-    """A law without a variance counts by its scale: the noise is then not taken for larger than it is."""
-    law = term.law
-    return replace(term, law=Normal(law.scale)) if isinstance(law, Law) and not np.isfinite(law.u) else term
 
 
 def _kinds(feature: Feature) -> list[tuple[str, Array]]:
@@ -251,29 +261,64 @@ def _shape(
 def told_by(
     forms: FeatureForms, residuals: Array, p: float, floors: Mapping[int, float]
 ) -> dict[int, FormTold]:
-    """By residuals (n,) along the normals: how far the form moves each characteristic. floors: half of its U without any form, mm or rad."""
+    """By residuals (n,) along the normals: how far the form moves each characteristic. floors: half of its U without any form, mm or rad.
+
+    Of all noises that the machine may have the one that leaves most possible.
+    """
     residuals = residuals[:: forms.every] - forms.known
-    found = float(np.sqrt((residuals**2).mean()))
-    grid = np.geomspace(LEAST * forms.noise, CAP * max(forms.noise, found), SIZES)
-    logs = [s.evidence(residuals, grid) for s in forms.shapes]
+    moved: dict[int, tuple[Array, str]] = {i: (np.zeros(1), "") for i in floors}
+    unseen: dict[int, dict[str, None]] = {i: {} for i in floors}
+    for rungs in forms.noises.rungs(residuals, 1.0 / slim(p)):
+        _read_with(forms, rungs, residuals, p, floors, (moved, unseen))
+    return {i: FormTold(forms.name, forms.points, *moved[i], tuple(unseen[i])) for i in floors}
+
+
+def _read_with(
+    forms: FeatureForms,
+    rungs: Sequence[Rung],
+    residuals: Array,
+    p: float,
+    floors: Mapping[int, float],
+    told: tuple[dict[int, tuple[Array, str]], dict[int, dict[str, None]]],
+) -> None:
+    """Puts into `told` what moves a characteristic by more than what is there, and shapes that have no bound. rungs: noises of
+    which the residuals say how likely each is.
+    """
+    (moved, unseen), of_rungs = told, [forms.shapes(rung) for rung in rungs]
+    noises, found = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
+    grid = np.geomspace(LEAST * min(noises), CAP * max(*noises, found), SIZES)
+    alone = np.array([forms.without_form(rung, residuals) for rung in rungs])
+    of_shapes = list(zip(*of_rungs))  # (shape, rung)
+    logs = [
+        np.array([s.evidence(residuals, grid) for s in one]) + alone[:, None] for one in of_shapes
+    ]  # each (rung, size)
     weights = [np.exp(log - max(float(x.max()) for x in logs)) for log in logs]
     evidence = np.array([w.sum() for w in weights])
     weights = [w / max(float(w.sum()), 1e-300) for w in weights]
-    endless = [float(w[grid > grid[-1] / 2].sum()) > MOVES * (1.0 - p) for w in weights]
-    unseen = {
-        i: tuple(s.words for s, e in zip(forms.shapes, endless) if e and _matters(s.reach[i], forms, floor))
-        for i, floor in floors.items()
-    }
-    moved: dict[int, tuple[Array, str]] = {i: (np.zeros(1), "") for i in floors}
-    for shape, weight, own, open_ in zip(forms.shapes, weights, evidence, endless):
-        if open_ or own * slim(p) < evidence.mean():
+    endless = [float(w[:, grid > grid[-1] / 2].sum()) > MOVES * (1.0 - p) for w in weights]
+    for i, floor in floors.items():
+        open_ones = [one[-1] for one, e in zip(of_shapes, endless) if e]
+        unseen[i] |= {s.words: None for s in open_ones if _matters(s.reach[i], forms, floor)}
+    for one, weight, own, is_open in zip(of_shapes, weights, evidence, endless):
+        if is_open or own * slim(p) < evidence.mean():
             continue
-        drawn = shape.amounts(residuals, grid, weight, forms.normals)
+        drawn = _amounts(one, residuals, grid, weight, forms.normals)
         for i in floors:
-            sizes = np.abs(shape.reach[i] @ drawn)
+            sizes = np.abs(np.concatenate([s.reach[i] @ d for s, d in zip(one, drawn)]))
             if np.quantile(sizes, p) > np.quantile(moved[i][0], p):
-                moved[i] = sizes, shape.words
-    return {i: FormTold(forms.name, forms.points, *moved[i], unseen[i]) for i in floors}
+                moved[i] = sizes, one[0].words
+
+
+def _amounts(
+    of_rungs: Sequence[Shape], residuals: Array, grid: Array, weight: Array, normals: Array
+) -> list[Array]:
+    """For every rung (c, m) mm of amounts, drawn given the residuals, as many of each as its weights (rung, size) say, DRAWS in all."""
+    at = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + 0.5) / DRAWS).clip(0, weight.size - 1)
+    at = np.random.default_rng(2).permutation(at)
+    rung, size = np.divmod(at, len(grid))
+    return [
+        s.amounts(residuals, grid[size[rung == k]], normals[:, rung == k]) for k, s in enumerate(of_rungs)
+    ]
 
 
 def _matters(reach: Array, forms: FeatureForms, floor: float) -> bool:

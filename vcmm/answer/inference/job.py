@@ -25,7 +25,7 @@ from vcmm.answer.inference.form_between_points import UNSEEN, is_moved_by_form, 
 from vcmm.answer.inference.given import GivenPoints, GivenValue
 from vcmm.answer.inference.point_checks import repetition_remarks
 from vcmm.answer.inference.points import task_and_rows
-from vcmm.answer.inference.power import memory_not_covered
+from vcmm.answer.inference.power import NO_POINTS, memory_not_covered
 from vcmm.answer.inference.residual_tests import Ints, ResidualTests
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.readable import Readable, Reading
@@ -227,7 +227,15 @@ def evaluate_values(
     known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
     order = [c.name for c in scenario.part.characteristics]
     read = [
-        (known, ReadPart(v[0].part, np.array([y.get(n, np.nan) for n in order]), said=known.result.warnings))
+        (
+            known,
+            ReadPart(
+                v[0].part,
+                np.array([y.get(n, np.nan) for n in order]),
+                said=known.result.warnings,
+                unseen=(NO_POINTS,),
+            ),
+        )
         for v, y in zip(given, measured)
     ]
     return _all_parts(scenario, read, chosen, report)
@@ -313,7 +321,8 @@ def _part(
     for n, (i, y, own) in enumerate(part.found):
         report(f"true value of {results[i].name}", n / len(part.found))
         one = without_claim(with_form(results[i], (part.forms or {}).get(i, ())), part.doubts)
-        one = replace(one, not_covered=(*one.not_covered, *part.unseen))
+        if part.forms is not None or isinstance(one.truth, TrueValueByBelt):
+            one = replace(one, not_covered=(*one.not_covered, *part.unseen))
         out.append(EvaluatedCharacteristic(_read(one, y, own, settings), y, part.forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(

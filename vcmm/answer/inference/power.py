@@ -42,6 +42,7 @@ NOT_COUNTED = (
     "{most} points in all"
 )
 NOT_TESTED = "noise that goes on from touch to touch: {why}"
+NO_POINTS = NOT_TESTED.format(why="values alone do not show it; hand in the points (--points)")
 SHORT, LONG = (
     f"no feature has the {LEAST_SCAN} points from which it is looked for",
     f"it is not looked for on features of more than {MOST_FORM_POINTS} points",

@@ -169,9 +169,14 @@ class ResidualTests:
         return tuple(found.values())
 
     def _p(self, score: float, size: float) -> float:
-        """P value of the most suspicious point of a part, the largest over what the form may be."""
+        """P value of the most suspicious point of a part, the largest over what the form may be.
+
+        What a machine may do by its limits alone excuses no point that contradicts the others: a worse limit would.
+        """
         scores, sizes = self.nulls
         above = self.draws - np.min([np.searchsorted(row, score, side="left") for row in scores])
+        if any(f.input.bound for f in self.model.influences):
+            return float(1 + above) / (self.draws + 1)
         larger = self.draws - np.searchsorted(sizes, abs(size), side="left")
         return float(1 + max(above, larger)) / (self.draws + 1)
 

@@ -9,6 +9,7 @@ from typing import Any
 def show_parts(parts: Any, warnings: Collection[str]) -> None:
     """Values, true values and decisions; of one part contributions too, of several one table."""
     from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.tables.ends_known import how_well_known
     from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
     from vcmm.show.tables.uncertainty import (
         largest,
@@ -22,7 +23,10 @@ def show_parts(parts: Any, warnings: Collection[str]) -> None:
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
     show_table(batch(parts) if several else part_table(parts[0]))
     said = told_once(
-        [(n, [*stated_with(found), *undecided_because(found), *not_covered(found)]) for n, found in results]
+        [
+            (n, [*stated_with(found), *undecided_because(found), *not_covered(found), *how_well_known(found)])
+            for n, found in results
+        ]
     )
     for sentence in (*said, *(wholes(parts) if several else joint_words(parts[0].joint))):
         say(sentence)

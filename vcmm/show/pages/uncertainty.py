@@ -17,6 +17,7 @@ from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
+from vcmm.show.tables.ends_known import how_well_known
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
 from vcmm.show.tables.uncertainty import (
@@ -24,6 +25,7 @@ from vcmm.show.tables.uncertainty import (
     budget_rows,
     computation_table,
     more_than_rounding,
+    not_covered,
     results,
     stated_with,
     undecided_because,
@@ -33,7 +35,8 @@ from vcmm.task.measuring.scenario import Scenario
 
 def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
-    why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
+    found = result.characteristics
+    why = [*stated_with(found), *undecided_because(found), *not_covered(found), *how_well_known(found)]
     leaves = [
         [
             r.heading("Results"),

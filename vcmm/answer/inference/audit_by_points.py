@@ -1,0 +1,133 @@
+"""The audit through the door that users take: points of drawn parts are evaluated as a file of points is, and its intervals counted.
+
+    part       forms of the families that vcmm draws (`vcmm.answer.evaluation.form_family`) on all features, sizes and distances among
+               them; its true values from its surface all over
+    machine    drawn from the Inputs; where limits are all that is known from perfect to its limit, one share after another
+    points     surface + what the machine does to it, known errors among it
+    claims     what `vcmm evaluate --points` says of each: the interval, and whether its coverage is claimed
+
+Outliers, noise with memory and what points cannot bound cost claims here as there. Intervals are counted where they are claimed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.form_family import KNOWN, OTHER
+from vcmm.answer.evaluation.pairs import Drawing, Largest, prepare_drawing, surfaces, values
+from vcmm.answer.evaluation.sampling import Progress
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.job import EvaluatedPart, evaluate_points
+from vcmm.core.run import Array
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.settings import Settings
+from vcmm.task.measuring.task import Task, measured_points
+
+SHARE, MOST_PARTS = (
+    0.1,
+    100,
+)  # of the parts asked for, and at most, of a kind: each is evaluated from its points, which takes 0.1 s
+ANEW = 2000  # added to the seed: parts that nothing was made of
+IN_WORDS = {
+    "waves": "waves of all numbers",
+    "lobes": "lobes or half waves of one number",
+    "edges": "steps and edges",
+}
+KINDS: tuple[tuple[str, float | None], ...] = (
+    *((family, None) for family in KNOWN),
+    (KNOWN[0], 0.0),
+    (OTHER, None),
+)
+
+
+@dataclass(frozen=True)
+class HeldByPoints:
+    """Of one characteristic and one kind of parts: how many were claimed, and how many of these (of all, where none was) hold the
+    true value; width: mean, mm or rad; why: the first reason where nothing was claimed.
+    """
+
+    i: int
+    kind: str
+    parts: int
+    claimed: int
+    held: int
+    width: float
+    why: str
+
+
+def why_not_by_points(scenario: Scenario) -> str:
+    """Why parts of a scenario cannot be drawn with forms; empty where they can."""
+    task = scenario.task()
+    if task.forms:
+        return "the scenario states forms of its features: parts are not drawn with others"
+    kinds = {task.part.features[n].kind for n in task.touches.rows}
+    return "its surfaces come from a file" if kinds & {"mesh", "points", "point"} else ""
+
+
+def count_by_points(
+    scenario: Scenario, settings: Settings, parts: int, progress: Progress | None = None
+) -> tuple[HeldByPoints, ...]:
+    """Every characteristic, kind after kind. Raises what `evaluate_points` raises."""
+    task = scenario.task()
+    names = task.part.characteristics
+    drawing = prepare_drawing(task, settings.seed, range(len(names)))
+    count = min(max(int(SHARE * parts), 1), MOST_PARTS)
+    drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in KINDS]
+    given = [one for _, files in drawn for one in files]
+    found = evaluate_points(scenario, given, settings=settings, progress=progress)
+    out = []
+    for k, (kind, (true, _)) in enumerate(zip(KINDS, drawn)):
+        mine = found[k * count : (k + 1) * count]
+        out += [_count(i, _kind_in_words(drawing, *kind), mine, true[:, i]) for i in range(len(names))]
+    return tuple(out)
+
+
+def _kind_in_words(drawing: Drawing, family: str, ratio: float | None) -> str:
+    shares = "; machines from perfect to the limit" if len(drawing.machines.shares) > 1 else ""
+    form = "no form" if ratio == 0.0 else f"forms of any size: {IN_WORDS[family]}"
+    return f"evaluated from points, {form}{shares}"
+
+
+def _draw(
+    task: Task, drawing: Drawing, seed: int, count: int, kind: tuple[str, float | None]
+) -> tuple[Array, list[GivenPoints]]:
+    """True values (count, C), and the points of every part as if they came from a file."""
+    family, ratio = kind
+    touched, surface = surfaces(drawing, count, (seed, 0), (family, Largest(), ratio))
+    true = values(drawing.surface, surface)
+    shares = drawing.machines.shares
+    moved = [drawing.machines.errors(seed, 0, count, share) for share in shares]
+    known = task.machine.indication_error(task.touches.run)
+    names = _names(task)
+    form, files = np.zeros(task.touches.run.n), []
+    for n in range(count):
+        form[drawing.kept] = touched[n] + moved[n % len(shares)][n]
+        points = measured_points(replace(task, form=form.copy()), known)
+        where = tuple(f"drawn part {n}, point {k + 1}" for k in range(len(points)))
+        styli = (
+            tuple(str(s) for s in task.touches.run.labels["stylus"])
+            if "stylus" in task.touches.run.labels
+            else None
+        )
+        files.append(GivenPoints(str(n), points, where, features=names, styli=styli))
+    return true, files
+
+
+def _names(task: Task) -> tuple[str, ...]:
+    return tuple(str(f) for f in task.touches.run.labels["feature"])
+
+
+def _count(i: int, kind: str, found: Sequence[EvaluatedPart], true: Array) -> HeldByPoints:
+    """Of the claimed ones; where nothing is claimed, of all."""
+    there = [(p.characteristics[i].result, float(t)) for p, t in zip(found, true) if np.isfinite(t)]
+    claimed = [
+        (r, t) for r, t in there if r.coverage_shown and (r.true_value is None or r.true_value.claimed)
+    ]
+    spans = [(r.true_value.interval if r.true_value else r.interval, t) for r, t in claimed or there]
+    held = sum(low <= t <= high for (low, high), t in spans)
+    width = float(np.mean([high - low for (low, high), _ in spans])) if spans else 0.0
+    why = next((r.why_not_shown for r, _ in there if r.why_not_shown), "") if not claimed else ""
+    return HeldByPoints(i, kind, parts=len(there), claimed=len(claimed), held=held, width=width, why=why)

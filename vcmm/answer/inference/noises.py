@@ -1,0 +1,149 @@
+"""What stands in the residuals of a feature beside its form: from the least that is known of the machine to its limits.
+
+    C = C_known + a^2 C_own + b^2 I         covariance of residuals along orthonormal waves
+
+A limit is no observation: residuals may be read with any error between none and the limit, and each reading leaves another form
+possible. With little of it all residuals are form; with much of it a form may hide behind it. So what is said of a machine of which
+limits are known must not hang on them:
+
+    b    what differs from touch to touch, scatter and roughness of the surface together: of any size, known by the residuals alone
+         (its law before: every size alike by its logarithm, H. Jeffreys, Proc. R. Soc. A 186 (1946) 453); R0 has no say
+    a    errors of the machine itself: none, and all sizes up to the limit, on a ladder of which each rung is twice the one before and
+         which depends on the residuals: a worse limit adds rungs and takes none away. The result holds for every rung.
+
+The ladders end where residuals exclude more. Independent departures of standard deviation s leave residuals below |r| = s q with
+a small probability, q^2 that quantile of chi-squared, and a form on top makes small residuals less likely still (T. W. Anderson,
+Proc. Am. Math. Soc. 6 (1955) 170). Errors of the machine lie along few waves, so they may be MOST_OWN times what was found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.bound_shares import split
+from vcmm.answer.evaluation.form_family import Ints
+from vcmm.answer.evaluation.linear import LinearModel, term_of
+from vcmm.answer.evaluation.montecarlo import Term, covariance
+from vcmm.answer.evaluation.pairs import SMALLEST
+from vcmm.answer.evaluation.part_forms import FORM
+from vcmm.core.laws import Law, Normal
+from vcmm.core.run import Array
+
+LEAST_NOISE, HALF = (
+    1 / 16,
+    1 / 2,
+)  # of the residuals: taken for none; from here on two rungs to a doubling instead of one
+FIRST_OWN, MOST_OWN = 1 / 4, 8.0  # of the residuals: the first and the last rung of the machine's own errors
+NONE = -999  # rung of no error at all
+
+
+@dataclass(frozen=True)
+class Rung:
+    """own, white: half powers of two of a mm, 2^(n / 2); both None: all that is stated, where nothing is a mere limit."""
+
+    own: int | None
+    white: int | None
+
+
+STATED = Rung(None, None)
+
+
+@dataclass(frozen=True, eq=False)
+class Noises:
+    """Covariances (d, d) of what stands in the residuals along a base of d orthonormal waves, of n points."""
+
+    known: Array
+    own: Array
+    scatter: Array
+    points: int
+    _whitenings: dict[Rung, tuple[Array, float]] = field(default_factory=dict, repr=False)
+
+    @property
+    def is_bound(self) -> bool:
+        """Whether a limit is all that is known of some of it."""
+        return bool(self.own.any() or self.scatter.any())
+
+    def rungs(self, residuals: Array, excluded: float) -> tuple[tuple[Rung, ...], ...]:
+        """Noises to read residuals (n,) with: for every size of the machine's own errors those of all else. excluded: see above."""
+        found = float(np.sqrt((residuals**2).mean()))
+        if not self.is_bound or found <= SMALLEST:
+            return ((STATED,),)
+        own = [NONE]
+        if self.own.any():
+            last = min(_size(self.own), MOST_OWN * found)
+            own += range(2 * _power(FIRST_OWN * found), 2 * math.ceil(math.log2(last)) + 1, 2)
+        return tuple(tuple(Rung(a, b) for b in self._white(found, excluded)) for a in own)
+
+    def _white(self, found: float, excluded: float) -> list[int]:
+        if not self.scatter.any():
+            return [NONE]
+        half = 2 * _power(HALF * found)
+        most = found * math.sqrt(self.points / _chi_squared(excluded, len(self.known)))
+        return [
+            *range(2 * _power(LEAST_NOISE * found), half, 2),
+            *range(half, math.ceil(2 * math.log2(most)) + 1),
+        ]
+
+    def whitening(self, rung: Rung) -> tuple[Array, float]:
+        """What turns amounts of the waves in the residuals into independent numbers of variance 1, and the noise of a point, root mean
+        square, mm.
+        """
+        if rung not in self._whitenings:
+            self._whitenings[rung] = self._whitening(rung)
+        return self._whitenings[rung]
+
+    def _whitening(self, rung: Rung) -> tuple[Array, float]:
+        d = len(self.known)
+        if rung.own is None or rung.white is None:
+            spread = self.known + self.own + self.scatter
+        else:
+            own, white = (0.0 if n == NONE else 2.0 ** (n / 2) for n in (rung.own, rung.white))
+            spread = (
+                self.known + self.own * (own / max(_size(self.own), SMALLEST)) ** 2 + white**2 * np.eye(d)
+            )
+        spread = spread + SMALLEST**2 * np.eye(d)
+        noise = float(np.sqrt(np.trace(spread) / d)) if d else SMALLEST
+        return np.linalg.inv(np.linalg.cholesky(spread)) if d else spread, max(noise, SMALLEST)
+
+
+def _size(spread: Array) -> float:
+    """Root mean square at a point."""
+    return float(np.sqrt(np.trace(spread) / len(spread))) if len(spread) else 0.0
+
+
+def _power(size: float) -> int:
+    return round(math.log2(size))
+
+
+def _chi_squared(p: float, d: int) -> float:
+    """Quantile of chi-squared with d degrees of freedom."""
+    from scipy.special import gammaincinv
+
+    return max(2.0 * float(gammaincinv(0.5 * max(d, 1), p)), 1e-6)
+
+
+def noises_of(model: LinearModel, rows: Ints, basis: Array) -> Noises:
+    """rows (n,): touches of the feature whose residuals are read; basis (n, d): orthonormal waves in them."""
+    operator = np.zeros((basis.shape[1], model.task.touches.run.n))
+    operator[:, rows] = basis.T
+    known, own, scatter = (_covariance(part, operator) for part in split(model))
+    return Noises(known, own, scatter, len(rows))
+
+
+def _covariance(model: LinearModel, operator: Array) -> Array:
+    terms = [
+        _finite(term_of(f, model.along_normal(f), operator))
+        for f in model.influences
+        if f.input.effect != FORM
+    ]
+    d = len(operator)
+    return covariance(terms) if d and terms else np.zeros((d, d))
+
+
+def _finite(term: Term) -> Term:
+    """A law without a variance counts by its scale: the noise is then not taken for larger than it is."""
+    law = term.law
+    return replace(term, law=Normal(law.scale)) if isinstance(law, Law) and not np.isfinite(law.u) else term
