@@ -17,13 +17,13 @@ from vcmm.program.limits import LEAST_PAUSE, Control, Limits
 from vcmm.program.moves import Move
 from vcmm.shop.motion.blend import (
     STRAIGHT,
-    chain_joints,
     direction_jump,
     needed_reach,
     reach_of_blends,
     turns_back,
 )
 from vcmm.shop.motion.curves import TINY, Curves, Ints
+from vcmm.shop.motion.smoothing import Asked, Pieces, crowded_joints, no_pieces, smooth_pieces
 
 GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
 Bools = np.typing.NDArray[np.bool_]
@@ -33,13 +33,11 @@ Bools = np.typing.NDArray[np.bool_]
 class Joints:
     """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves.
 
-    before, after (n-1,) mm: how far the rounding reaches into either move, 0 for none.   bends: q_ss (n-1, 6) at its ends
-    in addition to that of the moves.
+    reach (n-1,) mm: how far the rounding of a corner reaches into either move, 0 for none.   smooth: rows of short lines.
     """
 
-    before: Array
-    after: Array
-    bends: tuple[Array, Array]
+    reach: Array
+    smooth: Pieces
     stop: Bools
     pause: Array
     tool_changes: int
@@ -53,29 +51,46 @@ def joints_of(
     between = pause[1:-1] if len(moving) else np.zeros(0)
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
-        none = np.zeros((0, 6))
-        return Joints(np.zeros(0), np.zeros(0), (none, none), np.zeros(0, dtype=bool), pause, changes)
+        return Joints(np.zeros(0), no_pieces(len(moving)), np.zeros(0, dtype=bool), pause, changes)
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
     apart_in_space = _gaps(curves, first, second) > GAP
     pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
     stop |= apart_in_space
-    tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
+    tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]], dtype=float)
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
+    feed = _feed(kept)
     if limits is not None:
-        reach = np.minimum(reach, needed_reach(turn, bend, _feed(kept), limits))
+        reach = np.minimum(reach, needed_reach(turn, bend, np.minimum(feed[:-1], feed[1:]), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
     stop |= ~straight & (reach < TINY)
-    before, after, bends = chain_joints(curves, np.where(stop, 0.0, reach), tolerance)
-    return Joints(before, after, bends, stop, pause, changes)
+    reach = np.where(stop, 0.0, reach)
+    smooth = no_pieces(len(moving))
+    if limits is not None:
+        chosen = crowded_joints(curves, reach, tolerance, stop)
+        asked = Asked(np.minimum(feed, _fastest(curves, limits)), _per_line(tolerance), limits)
+        smooth = smooth_pieces(curves, chosen, reach, asked)
+        reach = np.where(chosen, 0.0, reach)
+    return Joints(reach, smooth, stop, pause, changes)
 
 
 def _feed(moves: Sequence[Move]) -> Array:
-    """Speed (n-1,) mm/s at which each joint is to be passed; infinite between rapids."""
-    feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
-    return np.minimum(feed[:-1], feed[1:])
+    """Feed (n,) mm/s, infinite for rapids."""
+    return np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
+
+
+def _fastest(curves: Curves, limits: Limits) -> Array:
+    """Speed (n,) mm/s that the axes allow at the start of each curve."""
+    direction = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1))
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / (direction / limits.speed).max(axis=1))
+
+
+def _per_line(tolerance: Array) -> Array:
+    """The smaller tolerance (n,) of the joints (n-1,) at both ends of a move."""
+    return np.minimum(np.append(tolerance, np.inf), np.insert(tolerance, 0, np.inf))
 
 
 def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Array, int, Bools]:

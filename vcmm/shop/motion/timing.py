@@ -182,23 +182,25 @@ def _elements(
     moves: Sequence[Move], own: Curves, joints: Joints, limits: Limits
 ) -> tuple[Elements, Curves, Ints, Ints]:
     """(elements, curves with the roundings behind those of the moves, first and last element of each stretch)."""
-    n, rounded = own.n, np.flatnonzero(joints.before > 0)
-    before, after = joints.before[rounded], joints.after[rounded]
-    bends = joints.bends[0][rounded], joints.bends[1][rounded]
-    curves = own.with_polynomials(
-        blend_coefficients(own, rounded, rounded + 1, before, after, bends), before + after
-    )
-    lead = np.concatenate([np.zeros(min(n, 1)), joints.after])
+    n, rounded, smooth = own.n, np.flatnonzero(joints.reach > 0), joints.smooth
+    reach = joints.reach[rounded]
+    curves = own.with_polynomials(blend_coefficients(own, rounded, rounded + 1, reach, reach), 2 * reach)
+    curves = curves.with_polynomials(smooth.coefficients, smooth.length)
+    lead = np.concatenate([np.zeros(min(n, 1)), joints.reach])
     begins = np.cumsum(own.length) - own.length
-    straight = own.length - lead - np.concatenate([joints.before, np.zeros(min(n, 1))])
-    kept = np.flatnonzero(straight > TINY)
-    order = np.lexsort((np.repeat([0, 1], [len(kept), len(rounded)]), np.concatenate([kept, rounded])))
-    curve = np.concatenate([kept, n + np.arange(len(rounded))])[order]
-    starts = np.concatenate([begins[kept] + lead[kept], begins[rounded + 1] - before])[order]
-    offset = np.concatenate([lead[kept], np.zeros(len(rounded))])[order]
+    straight = own.length - lead - np.concatenate([joints.reach, np.zeros(min(n, 1))])
+    kept = np.flatnonzero((straight > TINY) & ~smooth.whole)
+    corners, pieces = len(rounded), len(smooth.begin)
+    kind = np.repeat([0, 0, 1], [len(kept), pieces, corners])  # a rounding comes after its move
+    owner = np.concatenate([kept, smooth.move, rounded])
+    starts = np.concatenate([begins[kept] + lead[kept], smooth.begin, begins[rounded + 1] - reach])
+    order = np.lexsort((starts, kind, owner))
+    curve = np.concatenate([kept, n + corners + np.arange(pieces), n + np.arange(corners)])[order]
+    offset = np.concatenate([lead[kept], np.zeros(pieces + corners)])[order]
     feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
-    feeds = np.concatenate([feed[kept], np.minimum(feed[rounded], feed[rounded + 1])])[order]
-    owner = np.concatenate([kept, rounded])[order]
+    corner_feed = np.minimum(feed[rounded], feed[rounded + 1])
+    feeds = np.concatenate([feed[kept], feed[smooth.move], corner_feed])[order]
+    starts, owner = starts[order], owner[order]
     stops = np.flatnonzero(joints.stop)
     later: Ints = np.searchsorted(owner, stops, side="right")
     first = np.concatenate([np.zeros(min(n, 1), dtype=np.intp), later])
