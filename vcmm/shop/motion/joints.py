@@ -22,6 +22,7 @@ from vcmm.shop.motion.blend import (
     reach_of_blends,
     turns_back,
 )
+from vcmm.shop.motion.corners import is_corner, stops_that_pay
 from vcmm.shop.motion.curves import TINY, Curves, Ints
 from vcmm.shop.motion.smoothing import Asked, Pieces, crowded_joints, no_pieces, smooth_pieces
 
@@ -31,7 +32,7 @@ Bools = np.typing.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves.
+    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves, rounded (n-1,): corners, no tangent joints.
 
     reach (n-1,) mm: how far the rounding of a corner reaches into either move, 0 for none.   smooth: rows of short lines.
     """
@@ -41,17 +42,21 @@ class Joints:
     stop: Bools
     pause: Array
     tool_changes: int
+    rounded: Bools
 
 
 def joints_of(
-    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits | None = None
+    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits, halt: Bools | None = None
 ) -> Joints:
-    """curves: those of the moving moves only, in order. limits: no corner is rounded more than its feed asks for."""
+    """curves: those of the moving moves only, in order. halt (n-1,): corners at which to stop in any case.
+
+    No corner is rounded more than its feed asks for, and none where to stop is faster.
+    """
     pause, changes, apart = _pauses(moves, moving, control)
     between = pause[1:-1] if len(moving) else np.zeros(0)
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
-        return Joints(np.zeros(0), no_pieces(len(moving)), np.zeros(0, dtype=bool), pause, changes)
+        return Joints(np.zeros(0), no_pieces(len(moving)), np.zeros(0, dtype=bool), pause, changes, np.zeros(0, dtype=bool))
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
@@ -62,18 +67,18 @@ def joints_of(
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
     feed = _feed(kept)
-    if limits is not None:
-        reach = np.minimum(reach, needed_reach(turn, bend, np.minimum(feed[:-1], feed[1:]), limits))
+    reach = np.minimum(reach, needed_reach(turn, bend, np.minimum(feed[:-1], feed[1:]), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
     stop |= ~straight & (reach < TINY)
     reach = np.where(stop, 0.0, reach)
-    smooth = no_pieces(len(moving))
-    if limits is not None:
-        chosen = crowded_joints(curves, reach, tolerance, stop)
-        asked = Asked(np.minimum(feed, _fastest(curves, limits)), _per_line(tolerance), limits)
-        smooth = smooth_pieces(curves, chosen, reach, asked)
-        reach = np.where(chosen, 0.0, reach)
-    return Joints(reach, smooth, stop, pause, changes)
+    chosen = crowded_joints(curves, reach, tolerance, stop)
+    speed, alone = np.minimum(feed, _fastest(curves, limits)), np.where(chosen, 0.0, reach)
+    corner = is_corner(turn, alone)
+    held = corner & halt if halt is not None else np.zeros_like(stop)
+    held |= stops_that_pay(curves, turn, alone, stop | (alone > 0), speed, limits)
+    stop, alone = stop | held, np.where(held, 0.0, alone)
+    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, _per_line(tolerance), limits))
+    return Joints(alone, smooth, stop, pause, changes, corner & ~held)
 
 
 def _feed(moves: Sequence[Move]) -> Array:

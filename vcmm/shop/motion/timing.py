@@ -22,7 +22,7 @@ from vcmm.program.limits import AXES, Control, Limits, axis_limits
 from vcmm.program.moves import Move, Program
 from vcmm.shop.motion.blend import blend_coefficients
 from vcmm.shop.motion.curves import TINY, Curves, Ints, curves_of, largest_derivatives
-from vcmm.shop.motion.joints import Joints, joints_of
+from vcmm.shop.motion.joints import Bools, Joints, joints_of
 
 ON_CURVES = 0.6  # share of the acceleration that a bend may take; the rest is for speeding up and braking
 ON_ARCS = 0.8  # on arcs both are at right angles: 0.8 sideways leaves 0.6 along, 0.8^2 + 0.6^2 = 1
@@ -136,17 +136,47 @@ def plan_motion(
     _check(moves, curves, limits)
     moving = np.flatnonzero(curves.length > TINY)
     own = _only(curves, moving)
-    joints = joints_of(moves, moving, own, control, limits)
-    elements, all_curves, first, last = _elements([moves[i] for i in moving], own, joints, limits)
-    phase, stretch = plan_stretches(elements, first, last, kernel)
+    work = _Work(moves, moving, own, control, limits, kernel)
+    timing = _planned(work, None)
+    if not timing.joints.rounded.any():
+        return timing
+    halting = _planned(work, timing.joints.rounded)
+    slower = _way_seconds(halting, timing.joints.stop) < _way_seconds(timing, timing.joints.stop) * (1 - 1e-12)
+    way = np.cumsum(np.append(0, timing.joints.stop))[1:]
+    return _planned(work, slower[way]) if slower.any() else timing
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """What is to be planned: moves, those that move, their curves."""
+
+    moves: Sequence[Move]
+    moving: Ints
+    own: Curves
+    control: Control
+    limits: Limits
+    kernel: bool
+
+
+def _planned(work: _Work, halt: Bools | None) -> Timing:
+    """The motion with a stop at the corners `halt`."""
+    own, moves = work.own, work.moves
+    joints = joints_of(moves, work.moving, own, work.control, work.limits, halt)
+    elements, all_curves, first, last = _elements([moves[i] for i in work.moving], own, joints, work.limits)
+    phase, stretch = plan_stretches(elements, first, last, work.kernel)
     start = np.cumsum(phase[:, 4]) - phase[:, 4]
     held = np.concatenate([joints.pause[:1], joints.pause[1:-1][joints.stop]]) if len(first) else np.zeros(0)
     start += np.cumsum(held)[stretch]
-    ends = np.cumsum(own.length)
     return Timing(
-        moves=moves, moving=moving, ends=ends, curves=all_curves, elements=elements, joints=joints, first=first, last=last,
-        phase=phase, stretch=stretch, start=start, limits=limits, control=control,
+        moves=tuple(moves), moving=work.moving, ends=np.cumsum(own.length), curves=all_curves, elements=elements, joints=joints,
+        first=first, last=last, phase=phase, stretch=stretch, start=start, limits=work.limits, control=work.control,
     )  # fmt: skip
+
+
+def _way_seconds(timing: Timing, stop: Bools) -> Array:
+    """Time of motion between the joints `stop` (n-1,), at each of which `timing` stops, too."""
+    own = np.append(0, np.cumsum(stop))[np.append(0, np.flatnonzero(timing.joints.stop) + 1)]
+    return np.asarray(np.bincount(own[timing.stretch], weights=timing.phase[:, 4]))
 
 
 def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:
