@@ -32,7 +32,9 @@ Bools = np.typing.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves, rounded (n-1,): corners, no tangent joints.
+    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves, rounded (n-1,): corners that
+    are rounded, no tangent joints; held (n-1,): corners at which only the time is saved by a stop; overlapped (n-1,): those at which the next move
+    starts before the one before has ended, no stops then.   tolerance (n-1,) mm.
 
     reach (n-1,) mm: how far the rounding of a corner reaches into either move, 0 for none.   smooth: rows of short lines.
     """
@@ -43,6 +45,9 @@ class Joints:
     pause: Array
     tool_changes: int
     rounded: Bools
+    held: Bools
+    overlapped: Bools
+    tolerance: Array
 
 
 def joints_of(
@@ -56,7 +61,8 @@ def joints_of(
     between = pause[1:-1] if len(moving) else np.zeros(0)
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
-        return Joints(np.zeros(0), no_pieces(len(moving)), np.zeros(0, dtype=bool), pause, changes, np.zeros(0, dtype=bool))
+        no = np.zeros(0, dtype=bool)
+        return Joints(np.zeros(0), no_pieces(len(moving)), no, pause, changes, no, no, no, np.zeros(0))
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
@@ -78,7 +84,7 @@ def joints_of(
     held |= stops_that_pay(curves, turn, alone, stop | (alone > 0), speed, limits)
     stop, alone = stop | held, np.where(held, 0.0, alone)
     smooth = smooth_pieces(curves, chosen, alone, Asked(speed, _per_line(tolerance), limits))
-    return Joints(alone, smooth, stop, pause, changes, corner & ~held)
+    return Joints(alone, smooth, stop, pause, changes, corner & ~held, held, np.zeros_like(held), tolerance)
 
 
 def _feed(moves: Sequence[Move]) -> Array:
