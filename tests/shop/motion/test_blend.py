@@ -16,7 +16,7 @@ from vcmm.shop.motion.timing import Timing, plan_motion
 def test_corner_is_left_38_um_early_for_10_um():
     """0.010 x 16 / (3 sqrt 2) = 0.037712 mm, and the middle of the rounding lies 10 um from the corner."""
     timing = plan_motion(corner(0.010), mill())
-    assert timing.joints.before[0] == pytest.approx(0.0377124, abs=1e-7)
+    assert timing.joints.reach[0] == pytest.approx(0.0377124, abs=1e-7)
     assert deviation_from_corner(timing, 50.0) == pytest.approx(0.010, rel=1e-6)
     # a = 3/4 sqrt2/sqrt2 v^2 / d per axis <= 0.6 x 1000, j = 1.5 v^3 / d^2 <= 0.5 x 10000: v = 1.680 mm/s
     assert timing.elements.speed[1] == pytest.approx((5000 * 0.0377124**2 / 1.5) ** (1 / 3), rel=1e-5)
@@ -34,7 +34,7 @@ def test_a_tangent_arc_is_run_through_within_the_tolerance():
     arc = Move("arc", AT, (50, 0, 0), (75, 25, 0), centre=(50, 25, 0), clockwise=False, feed=3000.0)
     timing = plan_motion([line((0, 0, 0), (50, 0, 0), 3000.0), arc], mill())
     assert len(timing.first) == 1
-    assert timing.joints.before[0] > 0.5  # deviations of a tangent joint grow with d^2 only: it is long
+    assert timing.joints.reach[0] > 0.5  # deviations of a tangent joint grow with d^2 only: it is long
     assert worst_from_contour(timing, [(0, 50)], [((50, 25), 25)]) < 0.010
 
 

@@ -40,7 +40,7 @@ def stops_that_pay(curves: Curves, turn: Array, reach: Array, ends: Bools, speed
     pace = np.minimum(_steady_speed(turn[corner], reach[corner], limits), np.minimum(speed[:-1], speed[1:])[corner])
     way = np.cumsum(np.append(0, ends))
     length = np.bincount(way, weights=curves.length)[way]
-    a, j = _path_limits(curves, limits)
+    a, j = path_limits(curves, limits)
     gain = np.zeros(len(corner))
     for side in (corner, corner + 1):
         top, size = speed[side], length[side]
@@ -61,7 +61,7 @@ def _steady_speed(turn: Array, reach: Array, limits: Limits) -> Array:
         return np.asarray(np.minimum(bend, np.cbrt(0.5 / (1.5 * u / d**2 / limits.jerk).max(axis=1))))
 
 
-def _path_limits(curves: Curves, limits: Limits) -> tuple[Array, Array]:
+def path_limits(curves: Curves, limits: Limits) -> tuple[Array, Array]:
     """Acceleration and jerk (n,) along each curve, by its direction at its start."""
     direction = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1))
     with np.errstate(divide="ignore"):

@@ -22,7 +22,7 @@ from vcmm.shop.motion.blend import (
     reach_of_blends,
     turns_back,
 )
-from vcmm.shop.motion.corners import is_corner, stops_that_pay
+from vcmm.shop.motion.corners import is_corner, path_limits, stops_that_pay
 from vcmm.shop.motion.curves import TINY, Curves, Ints
 from vcmm.shop.motion.smoothing import Asked, Pieces, crowded_joints, no_pieces, smooth_pieces
 
@@ -32,11 +32,12 @@ Bools = np.typing.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves, rounded (n-1,): corners that
-    are rounded, no tangent joints; held (n-1,): corners at which only the time is saved by a stop; overlapped (n-1,): those at which the next move
-    starts before the one before has ended, no stops then.   tolerance (n-1,) mm.
+    """For n moving moves: pause (n+1,) s before, between and after them; for the joints between them (n-1,):
 
-    reach (n-1,) mm: how far the rounding of a corner reaches into either move, 0 for none.   smooth: rows of short lines.
+    reach: mm, how far the rounding of a corner reaches into either move, 0 for none.   stop: where the motion comes to rest.
+    ordered: stops that do not depend on how corners are taken.   rounded: corners that are rounded, no tangent joints.
+    held: corners at which a stop is faster.   overlapped: those of them at which the next move starts before the one before
+    has ended; these are no stops.   tolerance: mm.   smooth: rows of short lines.
     """
 
     reach: Array
@@ -44,16 +45,26 @@ class Joints:
     stop: Bools
     pause: Array
     tool_changes: int
+    ordered: Bools
     rounded: Bools
     held: Bools
     overlapped: Bools
     tolerance: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What a plan is tried with, for the joints (n-1,): corners at which to stop, tolerances to keep below, further stops. None: nothing."""
+
+    halt: Bools | None = None
+    below: Array | None = None
+    stop: Bools | None = None
+
+
 def joints_of(
-    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits, halt: Bools | None = None
+    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits, wish: Wish = Wish()
 ) -> Joints:
-    """curves: those of the moving moves only, in order. halt (n-1,): corners at which to stop in any case.
+    """curves: those of the moving moves only, in order.
 
     No corner is rounded more than its feed asks for, and none where to stop is faster.
     """
@@ -62,7 +73,7 @@ def joints_of(
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
         no = np.zeros(0, dtype=bool)
-        return Joints(np.zeros(0), no_pieces(len(moving)), no, pause, changes, no, no, no, np.zeros(0))
+        return Joints(np.zeros(0), no_pieces(len(moving)), no, pause, changes, no, no, no, no, np.zeros(0))
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
@@ -70,6 +81,10 @@ def joints_of(
     pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
     stop |= apart_in_space
     tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]], dtype=float)
+    if wish.stop is not None:
+        stop |= wish.stop
+    if wish.below is not None:
+        tolerance = np.minimum(tolerance, wish.below)
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
     feed = _feed(kept)
@@ -80,11 +95,14 @@ def joints_of(
     chosen = crowded_joints(curves, reach, tolerance, stop)
     speed, alone = np.minimum(feed, _fastest(curves, limits)), np.where(chosen, 0.0, reach)
     corner = is_corner(turn, alone)
-    held = corner & halt if halt is not None else np.zeros_like(stop)
+    held = corner & wish.halt if wish.halt is not None else np.zeros_like(stop)
     held |= stops_that_pay(curves, turn, alone, stop | (alone > 0), speed, limits)
+    ordered = stop
     stop, alone = stop | held, np.where(held, 0.0, alone)
-    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, _per_line(tolerance), limits))
-    return Joints(alone, smooth, stop, pause, changes, corner & ~held, held, np.zeros_like(held), tolerance)
+    stops = np.concatenate([[0.0], np.cumsum(curves.length)[:-1][stop], [curves.length.sum()]])
+    narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
+    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits))
+    return Joints(alone, smooth, stop, pause, changes, ordered, corner & ~held, held, np.zeros_like(held), tolerance)
 
 
 def _feed(moves: Sequence[Move]) -> Array:
@@ -100,7 +118,7 @@ def _fastest(curves: Curves, limits: Limits) -> Array:
 
 
 def _per_line(tolerance: Array) -> Array:
-    """The smaller tolerance (n,) of the joints (n-1,) at both ends of a move."""
+    """The smaller tolerance (n,) of the joints (n-1,) at both ends of a move; infinite where neither is smoothed."""
     return np.minimum(np.append(tolerance, np.inf), np.insert(tolerance, 0, np.inf))
 
 

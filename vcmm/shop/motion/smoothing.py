@@ -17,7 +17,7 @@ Manuf. Technol. 76 (2015) 1731 (FIR smoothing of corners), here over the way ins
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,8 @@ Bools = np.typing.NDArray[np.bool_]
 class Pieces:
     """k pieces of cubics: begin (k,) and length (k,) in programmed distance, coefficients (k, 6, 6), move (k,).
 
-    joints (m,): those that are smoothed;  whole (n,): moves that the pieces replace altogether.
+    joints (m,): those that are smoothed;  kept_short (m,): whose h the tolerance limits;  whole (n,): moves that the pieces replace
+    altogether.
     """
 
     begin: Array
@@ -49,6 +50,7 @@ class Pieces:
     coefficients: Array
     move: Ints
     joints: Ints
+    kept_short: Bools
     whole: Bools
 
 
@@ -63,20 +65,31 @@ class Rows:
     row: Ints
     limit: Array  # (m,) mm: distance to the nearer end of the row, 0 at the ends
 
+    def take(self, at: Ints) -> Rows:
+        return Rows(*(getattr(self, f.name)[at] for f in fields(self)))
+
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What the moves want: speed (n,) mm/s, tolerance (n,) mm per line; limits of the axes."""
+    """What the moves want: speed (n,) mm/s, tolerance (n,) mm and jerk along the path (n,) mm/s^3 per line; stops at (k,) mm; axes."""
 
     speed: Array
     tolerance: Array
+    jerk: Array
+    stops: Array
     limits: Limits
+
+    def speed_at(self, s: Array, line: Ints) -> Array:
+        """Highest speed (b,) at s: from rest at a stop x away no more than (9/2 j x^2)^(1/3), from x = j t^3 / 6, v = j t^2 / 2."""
+        k = np.clip(np.searchsorted(self.stops, s), 1, len(self.stops) - 1)
+        x = np.minimum(np.abs(s - self.stops[k - 1]), np.abs(self.stops[k] - s))
+        return np.asarray(np.minimum(self.speed[line], np.cbrt(4.5 * self.jerk[line] * x**2)))
 
 
 def no_pieces(n: int) -> Pieces:
     """Nothing is smoothed."""
     none = np.zeros(0, dtype=np.intp)
-    return Pieces(np.zeros(0), np.zeros(0), np.zeros((0, 6, 6)), none, none, np.zeros(n, dtype=bool))
+    return Pieces(np.zeros(0), np.zeros(0), np.zeros((0, 6, 6)), none, none, none.astype(bool), np.zeros(n, dtype=bool))
 
 
 def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) -> Bools:
@@ -102,24 +115,29 @@ def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: Asked) -> 
     if not chosen.any():
         return no_pieces(curves.n)
     rows = _rows(curves, chosen, np.where(chosen, 0.0, reach))
-    width = _first_widths(rows, asked)
-    cap = rows.limit.copy()
-    for _ in range(ROUNDS):
-        path = _path(rows, width)
-        off, slow = _worst(rows, path, asked)
-        cap = np.where(off > KEPT, SHRINK * width, cap)
-        wanted = np.where(slow > 1.0, GROWTH * width, width)
-        after = np.minimum(wanted, cap)
-        if (after == width).all():
+    width, short = _widths(rows, asked)
+    return _pieces(rows, _path(rows, width), short, curves.n)
+
+
+def _widths(rows: Rows, asked: Asked) -> tuple[Array, Bools]:
+    """(h (m,) mm, where the tolerance decides on it): h grows until the feed is carried, and shrinks until the tolerance is kept."""
+    width, cap = _first_widths(rows, asked), rows.limit.copy()
+    short, unsettled = np.zeros(len(width), dtype=bool), np.ones(len(width), dtype=bool)
+    for turn in range(ROUNDS + LAST_ROUNDS):
+        at = np.flatnonzero(unsettled)
+        part = rows.take(at)
+        off, slow = _worst(part, _path(part, width[at]), asked)
+        cap[at] = np.where(off > KEPT, SHRINK * width[at], cap[at])
+        short[at] = (cap[at] < rows.limit[at]) | (slow > 1.0)
+        wanted = np.where((slow > 1.0) & (turn < ROUNDS), GROWTH * width[at], width[at])
+        after = np.minimum(wanted, cap[at])
+        changed = np.zeros(int(rows.row[-1]) + 1, dtype=bool)
+        changed[part.row[after != width[at]]] = True
+        width[at] = after
+        unsettled = changed[rows.row]
+        if not unsettled.any():
             break
-        width = after
-    for _ in range(LAST_ROUNDS):
-        path = _path(rows, width)
-        off, _ = _worst(rows, path, asked)
-        if not (off > KEPT).any():
-            break
-        width = np.where(off > KEPT, SHRINK * width, width)
-    return _pieces(rows, path, curves.n)
+    return width, short
 
 
 def _rows(curves: Curves, chosen: Bools, reach: Array) -> Rows:
@@ -201,9 +219,9 @@ def _breaks(rows: Rows, width: Array) -> tuple[Array, Ints, Ints]:
     between = np.repeat([False, True], [len(rows.s), 2 * int(inside.sum())])
     order = np.lexsort((between, s, row))
     s, row, between = s[order], row[order], between[order]
-    same = (np.diff(s) < NEAR) & (np.diff(row) == 0)
-    point_next = np.append(same & ~between[1:], False)
-    kept = ~between | ~(np.append(False, same) | point_next)
+    opens = np.append(True, (np.diff(s) >= NEAR) | (np.diff(row) != 0))
+    heap = np.cumsum(opens) - 1
+    kept = ~between | (opens & (np.bincount(heap, weights=~between)[heap] == 0))
     s, row, between = s[kept], row[kept], between[kept]
     return s, row, np.cumsum(~between) - 1
 
@@ -242,7 +260,8 @@ def _moved_outwards(rows: Rows, width: Array, inside: Ints, s: Array, g: Any) ->
 def _worst(rows: Rows, path: Path, asked: Asked) -> tuple[Array, Array]:
     """For each point (m,): largest share of the tolerance, and of what the axes carry at the feed, where its turn is spread."""
     off = np.linalg.norm(path.off * WEIGHT, axis=1) / asked.tolerance[path.line]
-    bend, third, v = path.q[2], _third(path), asked.speed[path.line[:-1]][:, None]
+    bend, third, line = path.q[2], _third(path), path.line[:-1]
+    v = np.maximum(asked.speed_at(path.s[:-1], line), asked.speed_at(path.s[1:], line))[:, None]
     most = np.maximum(np.abs(bend[:-1]), np.abs(bend[1:]))
     slow = np.maximum(
         most * v**2 / (ACCELERATION * asked.limits.acceleration), third * v**3 / (JERK * asked.limits.jerk)
@@ -262,7 +281,7 @@ def _third(path: Path) -> Array:
     return np.abs(np.diff(path.q[2], axis=0)) / np.where(length > 0, length, np.inf)
 
 
-def _pieces(rows: Rows, path: Path, n: int) -> Pieces:
+def _pieces(rows: Rows, path: Path, short: Bools, n: int) -> Pieces:
     """Cubics between the breaks, by Taylor from each."""
     begin = np.flatnonzero(np.diff(path.row) == 0)
     length = path.s[begin + 1] - path.s[begin]
@@ -274,4 +293,5 @@ def _pieces(rows: Rows, path: Path, n: int) -> Pieces:
     coefficients[:, 3] = (path.q[2][begin + 1] - path.q[2][begin]) * step**2 / 6
     whole = np.zeros(n, dtype=bool)
     whole[rows.line] = True
-    return Pieces(path.s[begin], length, coefficients, path.line[begin], rows.joint[rows.joint >= 0], whole)
+    inside = rows.joint >= 0
+    return Pieces(path.s[begin], length, coefficients, path.line[begin], rows.joint[inside], short[inside], whole)

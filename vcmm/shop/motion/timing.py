@@ -22,8 +22,13 @@ from vcmm.program.limits import AXES, Control, Limits, axis_limits
 from vcmm.program.moves import Move, Program
 from vcmm.shop.motion.curves import TINY, Curves, Ints, curves_of
 from vcmm.shop.motion.elements import Elements, elements_of, plan_stretches
-from vcmm.shop.motion.joints import Bools, Joints, joints_of
+from vcmm.shop.motion.joints import Bools, Joints, Wish, joints_of
 from vcmm.shop.motion.overlap import Plan, overlap_stops
+
+TRIED = tuple(x * 10.0**n for n in (-3, -2, -1, 0) for x in (1.0, 2.0, 3.0, 5.0))  # mm: tolerances below that of a corner
+
+MOST_TRIED = 2000  # moves for which that is done; beyond, only the stop is tried
+
 
 @dataclass(frozen=True, eq=False)
 class AxisState:
@@ -83,7 +88,8 @@ class Timing:
         since = times - self.start[row]
         resting = (since > length * (1 + 1e-12)) | (since < 0)
         t = np.clip(since, 0.0, length)
-        s = s0 + t * (v0 + t * (a0 / 2 + t * jerk / 6))
+        end = self.elements.edge[self.last[self.stretch[row]] + 1] if len(self.last) else s0
+        s = np.minimum(s0 + t * (v0 + t * (a0 / 2 + t * jerk / 6)), end)
         v = np.where(resting, 0.0, v0 + t * (a0 + t * jerk / 2))
         a = np.where(resting, 0.0, a0 + t * jerk)
         return self.state_on_path(s, v, a, np.where(resting, 0.0, jerk), self.stretch[row])
@@ -121,14 +127,45 @@ def plan_motion(
     _check(moves, curves, limits)
     moving = np.flatnonzero(curves.length > TINY)
     own = _only(curves, moving)
-    work = _Work(moves, moving, own, control, limits, kernel)
-    timing = _planned(work, None)
-    if not timing.joints.rounded.any():
+    return _fastest(_Work(moves, moving, own, control, limits, kernel))
+
+
+def _fastest(work: _Work) -> Timing:
+    """Each way between two ordered stops with the tolerance, or less of it, or a stop at its corners: whichever takes least time.
+
+    So nothing is slower than stopping, and a wider tolerance is not slower than a narrower one of `TRIED`. Where only rows of short lines
+    or a great many moves are open, the trials that cannot help or would last are left out.
+    """
+    timing = _planned(work, Wish())
+    joints = timing.joints
+    way = np.cumsum(np.append(0, joints.ordered))
+    matters = joints.rounded | joints.held
+    matters[joints.smooth.joints] |= joints.smooth.kept_short
+    open_ways = np.unique(way[:-1][matters])
+    part = np.flatnonzero(np.isin(way, open_ways))
+    if not len(part) or (len(part) > MOST_TRIED and not joints.rounded.any()):
         return timing
-    halting = _planned(work, timing.joints.rounded)
-    slower = _way_seconds(halting, timing.joints.stop) < _way_seconds(timing, timing.joints.stop) * (1 - 1e-12)
-    way = np.cumsum(np.append(0, timing.joints.stop))[1:]
-    return _planned(work, slower[way]) if slower.any() else timing
+    best, halt, below = _try(work, part, way[part], float(joints.tolerance.max()))
+    if not best.any():
+        return timing
+    chosen = np.zeros(way[-1] + 1, dtype=bool), np.full(way[-1] + 1, np.inf)
+    chosen[0][open_ways], chosen[1][open_ways] = halt, below
+    return _planned(work, Wish(chosen[0][way[:-1]], chosen[1][way[:-1]]))
+
+
+def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bools, Array]:
+    """For each way of the moves `part`: (is a trial faster than the tolerance itself, does it stop at corners, its tolerance)."""
+    kept = [work.moves[i] for i in work.moving[part]]
+    small = replace(work, moves=kept, moving=np.arange(len(part)), own=_only(work.own, part))
+    ends = np.diff(way) > 0
+    joints = len(ends)
+    trials = [Wish(stop=ends), Wish(np.ones(joints, dtype=bool), stop=ends)]
+    tried = [x for x in TRIED if x < widest] if len(part) <= MOST_TRIED else []
+    trials += [Wish(below=np.full(joints, x), stop=ends) for x in tried]
+    seconds = np.stack([_way_seconds(_planned(small, wish), ends) for wish in trials])
+    faster = seconds < seconds[0] * (1 - 1e-9)
+    which = np.where(faster.any(axis=0), np.where(faster, seconds, np.inf).argmin(axis=0), 0)
+    return which > 0, which == 1, np.concatenate([[np.inf, np.inf], tried])[which]
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,10 +180,10 @@ class _Work:
     kernel: bool
 
 
-def _planned(work: _Work, halt: Bools | None) -> Timing:
-    """The motion with a stop at the corners `halt`."""
+def _planned(work: _Work, wish: Wish) -> Timing:
+    """The motion with a stop at some corners, or below some tolerance."""
     own, moves = work.own, work.moves
-    joints = joints_of(moves, work.moving, own, work.control, work.limits, halt)
+    joints = joints_of(moves, work.moving, own, work.control, work.limits, wish)
     elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
     phase, stretch = plan_stretches(elements, first, last, work.kernel)
     plan, overlapped = overlap_stops(Plan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits)
