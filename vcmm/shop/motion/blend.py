@@ -99,9 +99,7 @@ def _fit_reach(curves: Curves, first: Ints, second: Ints, room: Array, tolerance
     return reach
 
 
-def deviations(
-    curves: Curves, first: Ints, second: Ints, before: Array, after: Array
-) -> Array:
+def deviations(curves: Curves, first: Ints, second: Ints, before: Array, after: Array) -> Array:
     """Largest distance (k,) mm between rounding and programmed path at the same s; rotary axes at their arm."""
     length = before + after
     blend = Curves(
@@ -122,9 +120,7 @@ def deviations(
     return worst
 
 
-def blend_coefficients(
-    curves: Curves, first: Ints, second: Ints, before: Array, after: Array
-) -> Array:
+def blend_coefficients(curves: Curves, first: Ints, second: Ints, before: Array, after: Array) -> Array:
     """Coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree from `before` to `after` the joint."""
     leave, join, h = curves.length[first] - before, after, (before + after)[:, None]
     p0, v0, a0 = (curves.at(first, leave, order) * h**order for order in range(3))

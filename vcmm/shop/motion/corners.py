@@ -28,7 +28,9 @@ def is_corner(turn: Array, reach: Array) -> Bools:
     return np.asarray((reach > 0) & (np.abs(turn).max(axis=1) > CORNER))
 
 
-def stops_that_pay(curves: Curves, turn: Array, reach: Array, ends: Bools, speed: Array, limits: Limits) -> Bools:
+def stops_that_pay(
+    curves: Curves, turn: Array, reach: Array, ends: Bools, speed: Array, limits: Limits
+) -> Bools:
     """Rounded corners (n-1,) that are better stopped at.
 
     turn (n-1, 6): change of direction; reach (n-1,) mm, 0 where nothing is rounded; ends (n-1,): joints that part two ways;
@@ -37,7 +39,9 @@ def stops_that_pay(curves: Curves, turn: Array, reach: Array, ends: Bools, speed
     corner = np.flatnonzero(is_corner(turn, reach))
     if not len(corner):
         return np.zeros(len(reach), dtype=bool)
-    pace = np.minimum(_steady_speed(turn[corner], reach[corner], limits), np.minimum(speed[:-1], speed[1:])[corner])
+    pace = np.minimum(
+        _steady_speed(turn[corner], reach[corner], limits), np.minimum(speed[:-1], speed[1:])[corner]
+    )
     way = np.cumsum(np.append(0, ends))
     length = np.bincount(way, weights=curves.length)[way]
     a, j = path_limits(curves, limits)
@@ -65,7 +69,9 @@ def path_limits(curves: Curves, limits: Limits) -> tuple[Array, Array]:
     """Acceleration and jerk (n,) along each curve, by its direction at its start."""
     direction = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1))
     with np.errstate(divide="ignore"):
-        return 1.0 / (direction / limits.acceleration).max(axis=1), 1.0 / (direction / limits.jerk).max(axis=1)
+        return 1.0 / (direction / limits.acceleration).max(axis=1), 1.0 / (direction / limits.jerk).max(
+            axis=1
+        )
 
 
 def _seconds(v: Array, top: Array, length: Array, a: Array, j: Array) -> Array:

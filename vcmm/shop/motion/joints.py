@@ -80,7 +80,9 @@ def joints_of(
     apart_in_space = _gaps(curves, first, second) > GAP
     pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
     stop |= apart_in_space
-    tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]], dtype=float)
+    tolerance = np.array(
+        [control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]], dtype=float
+    )
     if wish.stop is not None:
         stop |= wish.stop
     if wish.below is not None:
@@ -102,7 +104,9 @@ def joints_of(
     stops = np.concatenate([[0.0], np.cumsum(curves.length)[:-1][stop], [curves.length.sum()]])
     narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
     smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits))
-    return Joints(alone, smooth, stop, pause, changes, ordered, corner & ~held, held, np.zeros_like(held), tolerance)
+    return Joints(
+        alone, smooth, stop, pause, changes, ordered, corner & ~held, held, np.zeros_like(held), tolerance
+    )
 
 
 def _feed(moves: Sequence[Move]) -> Array:

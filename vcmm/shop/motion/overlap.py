@@ -28,7 +28,7 @@ from vcmm.shop.motion.elements import Elements
 from vcmm.shop.motion.joints import Joints
 
 Bools = np.typing.NDArray[np.bool_]
-LEAST = 1e-6  # s: an overlap below is none
+LEAST = 1e-5  # mm: an overlap over less of a move is none
 SAME = 1e-9  # share by which the jerk of an axis may be exceeded: rounding
 
 
@@ -92,7 +92,7 @@ def _overlaps(plan: Plan, own: Curves, joints: Joints, limits: Limits) -> _Overl
     for row, element, jerk in ((last, end, j1), (last + 1, begin, j2)):
         length = plan.elements.edge[element + 1] - plan.elements.edge[element]
         seconds = np.minimum(seconds, np.minimum(plan.phase[row, 4], np.cbrt(6 * length / jerk)))
-    kept = able & (seconds > LEAST)
+    kept = able & (np.minimum(j1, j2) * seconds**3 / 6 > LEAST)
     return _Overlaps(*(x[kept] for x in (stop, seconds, j1, j2, u1, u2, corner)))
 
 

@@ -29,9 +29,14 @@ from vcmm.shop.motion.curves import Curves, Ints
 
 SHARP = 0.5  # rad: a turn above is a corner of its own
 CROWDED = 1.0 - 1e-9  # share of half a line from which its two roundings would meet
-ROUNDS, GROWTH, SHRINK = 16, 1.4, 0.7  # of the search for h: it grows until the feed is carried, and shrinks into the tolerance
+ROUNDS, GROWTH, SHRINK = (
+    16,
+    1.4,
+    0.7,
+)  # of the search for h: it grows until the feed is carried, and shrinks into the tolerance
 LAST_ROUNDS = 60
 NEAR = 1e-9  # mm: breaks closer than this are one
+LOOKS = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of a piece at which the deviation is looked at
 KEPT = 0.98  # share of the tolerance that may be used at the points that are compared
 ACCELERATION, JERK = 0.6, 0.5  # shares of the limits that bends may take (vcmm.shop.motion.timing)
 Bools = np.typing.NDArray[np.bool_]
@@ -89,7 +94,9 @@ class Asked:
 def no_pieces(n: int) -> Pieces:
     """Nothing is smoothed."""
     none = np.zeros(0, dtype=np.intp)
-    return Pieces(np.zeros(0), np.zeros(0), np.zeros((0, 6, 6)), none, none, none.astype(bool), np.zeros(n, dtype=bool))
+    return Pieces(
+        np.zeros(0), np.zeros(0), np.zeros((0, 6, 6)), none, none, none.astype(bool), np.zeros(n, dtype=bool)
+    )
 
 
 def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) -> Bools:
@@ -159,15 +166,15 @@ def _rows(curves: Curves, chosen: Bools, reach: Array) -> Rows:
 
 
 def _first_widths(rows: Rows, asked: Asked) -> Array:
-    """h (m,) mm to begin with: what a turn alone needs at its feed, between a quarter and the whole of the lines beside it."""
+    """h (m,) mm to begin with: what a turn alone needs at its feed, between the shorter and the mean of the lines beside it."""
     turn = np.abs(_turns(rows, rows.place))
     v = asked.speed[rows.line][:, None]
     needed = np.maximum(
         turn * v**2 / (ACCELERATION * asked.limits.acceleration),
         np.sqrt(turn * v**3 / (JERK * asked.limits.jerk)),
     ).max(axis=1)
-    beside = 0.5 * (np.diff(rows.s, prepend=rows.s[:1]) + np.diff(rows.s, append=rows.s[-1:]))
-    return np.minimum(np.clip(needed, 0.25 * beside, beside), rows.limit)
+    before, after = np.diff(rows.s, prepend=rows.s[:1]), np.diff(rows.s, append=rows.s[-1:])
+    return np.minimum(np.clip(needed, np.minimum(before, after), 0.5 * (before + after)), rows.limit)
 
 
 def _turns(rows: Rows, place: Array) -> Array:
@@ -259,7 +266,7 @@ def _moved_outwards(rows: Rows, width: Array, inside: Ints, s: Array, g: Any) ->
 
 def _worst(rows: Rows, path: Path, asked: Asked) -> tuple[Array, Array]:
     """For each point (m,): largest share of the tolerance, and of what the axes carry at the feed, where its turn is spread."""
-    off = np.linalg.norm(path.off * WEIGHT, axis=1) / asked.tolerance[path.line]
+    off = np.append(_deviation(path) / asked.tolerance[path.line[:-1]], 0.0)
     bend, third, line = path.q[2], _third(path), path.line[:-1]
     v = np.maximum(asked.speed_at(path.s[:-1], line), asked.speed_at(path.s[1:], line))[:, None]
     most = np.maximum(np.abs(bend[:-1]), np.abs(bend[1:]))
@@ -270,9 +277,21 @@ def _worst(rows: Rows, path: Path, asked: Asked) -> tuple[Array, Array]:
     inside = np.flatnonzero(rows.joint >= 0)
     ends = np.stack([path.first[inside], path.last[inside]], axis=1).ravel()
     out_off, out_slow = np.zeros(len(rows.s)), np.zeros(len(rows.s))
-    out_off[inside] = np.maximum.reduceat(off, ends)[::2]
+    out_off[inside] = np.maximum.reduceat(off, ends)[
+        ::2
+    ]  # of the pieces between the first and the last break
     out_slow[inside] = np.maximum.reduceat(np.append(slow, 0.0), ends)[::2]
     return out_off, out_slow
+
+
+def _deviation(path: Path) -> Array:
+    """Largest distance (b-1,) mm from the program at five places between two breaks, where it is a cubic; 0 between two rows."""
+    length, bend, worst = np.diff(path.s)[:, None], path.q[2], np.zeros(len(path.s) - 1)
+    for t in LOOKS:
+        a, b = (1 - t) ** 3 - (1 - t), t**3 - t
+        off = (1 - t) * path.off[:-1] + t * path.off[1:] + length**2 / 6 * (a * bend[:-1] + b * bend[1:])
+        worst = np.maximum(worst, np.linalg.norm(off * WEIGHT, axis=1))
+    return np.where(np.diff(path.row) == 0, worst, 0.0)
 
 
 def _third(path: Path) -> Array:
@@ -294,4 +313,6 @@ def _pieces(rows: Rows, path: Path, short: Bools, n: int) -> Pieces:
     whole = np.zeros(n, dtype=bool)
     whole[rows.line] = True
     inside = rows.joint >= 0
-    return Pieces(path.s[begin], length, coefficients, path.line[begin], rows.joint[inside], short[inside], whole)
+    return Pieces(
+        path.s[begin], length, coefficients, path.line[begin], rows.joint[inside], short[inside], whole
+    )

@@ -25,7 +25,9 @@ from vcmm.shop.motion.elements import Elements, elements_of, plan_stretches
 from vcmm.shop.motion.joints import Bools, Joints, Wish, joints_of
 from vcmm.shop.motion.overlap import Plan, overlap_stops
 
-TRIED = tuple(x * 10.0**n for n in (-3, -2, -1, 0) for x in (1.0, 2.0, 3.0, 5.0))  # mm: tolerances below that of a corner
+TRIED = tuple(
+    x * 10.0**n for n in (-3, -2, -1, 0) for x in (1.0, 2.0, 3.0, 5.0)
+)  # mm: tolerances below that of a corner
 
 MOST_TRIED = 2000  # moves for which that is done; beyond, only the stop is tried
 
@@ -186,7 +188,9 @@ def _planned(work: _Work, wish: Wish) -> Timing:
     joints = joints_of(moves, work.moving, own, work.control, work.limits, wish)
     elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
     phase, stretch = plan_stretches(elements, first, last, work.kernel)
-    plan, overlapped = overlap_stops(Plan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits)
+    plan, overlapped = overlap_stops(
+        Plan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits
+    )
     stop = joints.stop & ~overlapped
     start = np.cumsum(plan.phase[:, 4]) - plan.phase[:, 4]
     held = np.concatenate([joints.pause[:1], joints.pause[1:-1][stop]]) if len(first) else np.zeros(0)
