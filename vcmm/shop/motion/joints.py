@@ -59,6 +59,7 @@ class Wish:
     halt: Bools | None = None
     below: Array | None = None
     stop: Bools | None = None
+    kernel: bool = True
 
 
 def joints_of(
@@ -103,7 +104,7 @@ def joints_of(
     stop, alone = stop | held, np.where(held, 0.0, alone)
     stops = np.concatenate([[0.0], np.cumsum(curves.length)[:-1][stop], [curves.length.sum()]])
     narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
-    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits))
+    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits, wish.kernel))
     return Joints(
         alone, smooth, stop, pause, changes, ordered, corner & ~held, held, np.zeros_like(held), tolerance
     )

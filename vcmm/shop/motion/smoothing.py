@@ -18,7 +18,6 @@ Manuf. Technol. 76 (2015) 1731 (FIR smoothing of corners), here over the way ins
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
@@ -83,6 +82,7 @@ class Asked:
     jerk: Array
     stops: Array
     limits: Limits
+    kernel: bool = True
 
     def speed_at(self, s: Array, line: Ints) -> Array:
         """Highest speed (b,) at s: from rest at a stop x away no more than (9/2 j x^2)^(1/3), from x = j t^3 / 6, v = j t^2 / 2."""
@@ -123,7 +123,7 @@ def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: Asked) -> 
         return no_pieces(curves.n)
     rows = _rows(curves, chosen, np.where(chosen, 0.0, reach))
     width, short = _widths(rows, asked)
-    return _pieces(rows, _path(rows, width), short, curves.n)
+    return _pieces(rows, _path(rows, width, asked.kernel), short, curves.n)
 
 
 def _widths(rows: Rows, asked: Asked) -> tuple[Array, Bools]:
@@ -133,7 +133,7 @@ def _widths(rows: Rows, asked: Asked) -> tuple[Array, Bools]:
     for turn in range(ROUNDS + LAST_ROUNDS):
         at = np.flatnonzero(unsettled)
         part = rows.take(at)
-        off, slow = _worst(part, _path(part, width[at]), asked)
+        off, slow = _worst(part, _path(part, width[at], asked.kernel), asked)
         cap[at] = np.where(off > KEPT, SHRINK * width[at], cap[at])
         short[at] = (cap[at] < rows.limit[at]) | (slow > 1.0)
         wanted = np.where((slow > 1.0) & (turn < ROUNDS), GROWTH * width[at], width[at])
@@ -203,18 +203,18 @@ class Path:
     last: Ints
 
 
-def _path(rows: Rows, width: Array) -> Path:
+def _path(rows: Rows, width: Array, kernel: bool = True) -> Path:
     """Breaks of the sum of spread turns, and the path there."""
     s, row, point = _breaks(rows, width)
     inside = np.flatnonzero((rows.joint >= 0) & (width > 0))
     first = np.searchsorted(s, rows.s - width - NEAR, side="left")
     last = np.searchsorted(s, rows.s + width + NEAR, side="right") - 1
-    hats = _hats(rows, width, s, inside, first[inside], last[inside])
-    place = _moved_outwards(rows, width, inside, s, hats[0])
+    spread = _Spread(s, rows.s[inside], width[inside], first[inside], last[inside], kernel)
+    place = _moved_outwards(rows, width, spread.sum(_turns(rows, rows.place)[inside], 0), s)
     turn = _turns(rows, place)[inside]
     base, slope = _on_lines(rows, place, s, point)
     programmed, _ = _on_lines(rows, rows.place, s, point)
-    q = base + hats[0] @ turn, slope + hats[1] @ turn, hats[2] @ turn
+    q = base + spread.sum(turn, 0), slope + spread.sum(turn, 1), spread.sum(turn, 2)
     return Path(s, rows.line[point], row, q, q[0] - programmed, first, last)
 
 
@@ -233,18 +233,34 @@ def _breaks(rows: Rows, width: Array) -> tuple[Array, Ints, Ints]:
     return s, row, np.cumsum(~between) - 1
 
 
-def _hats(rows: Rows, width: Array, s: Array, inside: Ints, first: Ints, last: Ints) -> tuple[Any, Any, Any]:
-    """Sparse (b, k): g, its slope to the right of a break, and its second derivative, for each spread turn at the breaks."""
-    from scipy.sparse import csr_matrix
+@dataclass(frozen=True, eq=False)
+class _Spread:
+    """Where k turns are spread: breaks s (b,), at (k,) and width (k,) mm, first and last break of each."""
 
-    count = last - first + 1
-    turn = np.repeat(np.arange(len(inside)), count)
-    at = np.arange(len(turn)) - np.repeat(np.cumsum(count) - count, count) + first[turn]
-    h, x = width[inside][turn], s[at] - rows.s[inside][turn]
-    rest, side = np.maximum(h - np.abs(x), 0.0), np.where(x >= 0, -1.0, 1.0)
-    values = rest**3 / (6 * h**2), side * rest**2 / (2 * h**2), rest / h**2
-    g, slope, bend = (csr_matrix((v, (at, turn)), shape=(len(s), len(inside))) for v in values)
-    return g, slope, bend
+    s: Array
+    at: Array
+    width: Array
+    first: Ints
+    last: Ints
+    kernel: bool
+
+    def sum(self, turn: Array, order: int) -> Array:
+        """Sum (b, 6) of turn (k, 6) times g (order 0), its slope to the right of a break (1) or its second derivative (2)."""
+        if self.kernel:
+            from vcmm.shop.motion._smoothing_kernels import spread_turns
+
+            return np.asarray(spread_turns(self.s, self.at, self.width, self.first, self.last, turn, order))
+        count = self.last - self.first + 1
+        k = np.repeat(np.arange(len(self.at)), count)
+        i = np.arange(len(k)) - np.repeat(np.cumsum(count) - count, count) + self.first[k]
+        h, x = self.width[k], self.s[i] - self.at[k]
+        rest, side = np.maximum(h - np.abs(x), 0.0), np.where(x >= 0, -1.0, 1.0)
+        value = (rest * rest * rest / (6 * (h * h)), side * (rest * rest) / (2 * (h * h)), rest / (h * h))[
+            order
+        ]
+        out = np.zeros((len(self.s), turn.shape[1]))
+        np.add.at(out, i, value[:, None] * turn[k])
+        return out
 
 
 def _on_lines(rows: Rows, place: Array, s: Array, point: Ints) -> tuple[Array, Array]:
@@ -255,9 +271,11 @@ def _on_lines(rows: Rows, place: Array, s: Array, point: Ints) -> tuple[Array, A
     return place[at] + slope * (s - rows.s[at])[:, None], slope
 
 
-def _moved_outwards(rows: Rows, width: Array, inside: Ints, s: Array, g: Any) -> Array:
-    """Points (m, 6) moved by what smoothing takes from them where ways overlap: not up to h = half the longer line beside, wholly from h = that line."""
-    off = g @ _turns(rows, rows.place)[inside]
+def _moved_outwards(rows: Rows, width: Array, off: Array, s: Array) -> Array:
+    """Points (m, 6) moved by what smoothing takes from them, off (b, 6), where ways overlap.
+
+    Not at all up to h = half the longer line beside, wholly from h = that line.
+    """
     longer = np.maximum(np.diff(rows.s, prepend=rows.s[:1]), np.diff(rows.s, append=rows.s[-1:]))
     share = np.clip(2 * width / np.where(longer > 0, longer, 1.0) - 1.0, 0.0, 1.0)
     share[rows.joint < 0] = 0.0

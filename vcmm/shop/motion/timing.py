@@ -185,7 +185,7 @@ class _Work:
 def _planned(work: _Work, wish: Wish) -> Timing:
     """The motion with a stop at some corners, or below some tolerance."""
     own, moves = work.own, work.moves
-    joints = joints_of(moves, work.moving, own, work.control, work.limits, wish)
+    joints = joints_of(moves, work.moving, own, work.control, work.limits, replace(wish, kernel=work.kernel))
     elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
     phase, stretch = plan_stretches(elements, first, last, work.kernel)
     plan, overlapped = overlap_stops(
