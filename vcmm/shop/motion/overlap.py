@@ -32,7 +32,7 @@ LEAST = 1e-5  # mm: an overlap over less of a move is none
 SAME = 1e-9  # share by which the jerk of an axis may be exceeded: rounding
 
 
-class Plan(NamedTuple):
+class StretchPlan(NamedTuple):
     """Elements, their curves, first and last element of each stretch, phases (k, 5) and the stretch of each."""
 
     elements: Elements
@@ -60,7 +60,9 @@ class _Overlaps(NamedTuple):
         return np.stack([self.before, self.after], axis=1) * (self.seconds**3 / 6)[:, None]
 
 
-def overlap_stops(plan: Plan, own: Curves, joints: Joints, limits: Limits) -> tuple[Plan, Bools]:
+def overlap_stops(
+    plan: StretchPlan, own: Curves, joints: Joints, limits: Limits
+) -> tuple[StretchPlan, Bools]:
     """(the plan with overlaps at the stops that only a corner asks for, which of the joints (n-1,) they are)."""
     none = np.zeros(len(joints.stop), dtype=bool)
     if not joints.held.any():
@@ -73,7 +75,7 @@ def overlap_stops(plan: Plan, own: Curves, joints: Joints, limits: Limits) -> tu
     return _joined(plan, found), overlapped
 
 
-def _overlaps(plan: Plan, own: Curves, joints: Joints, limits: Limits) -> _Overlaps:
+def _overlaps(plan: StretchPlan, own: Curves, joints: Joints, limits: Limits) -> _Overlaps:
     """The stops at corners of two lines whose axes can do both at once, with the longest overlap that tolerance and phases allow."""
     joint = np.flatnonzero(joints.stop)
     stop = np.flatnonzero(joints.held[joint])
@@ -96,12 +98,12 @@ def _overlaps(plan: Plan, own: Curves, joints: Joints, limits: Limits) -> _Overl
     return _Overlaps(*(x[kept] for x in (stop, seconds, j1, j2, u1, u2, corner)))
 
 
-def _is_straight(plan: Plan, element: Ints) -> Bools:
+def _is_straight(plan: StretchPlan, element: Ints) -> Bools:
     curve = plan.elements.curve[element]
     return np.asarray((plan.curves.arc[curve] < 0) & ~plan.curves.coefficients[curve, 2:].any(axis=(1, 2)))
 
 
-def _joined(plan: Plan, found: _Overlaps) -> Plan:
+def _joined(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
     """Two stretches and the overlap between them as one."""
     e, d = plan.elements, found.reach
     begin = plan.first[found.stop + 1]  # the elements behind the corners
@@ -125,7 +127,7 @@ def _joined(plan: Plan, found: _Overlaps) -> Plan:
     first = first + np.searchsorted(begin, first, side="left")
     last = np.append(first[1:], len(elements.curve)) - 1
     phase, stretch = _phases(plan, found, corner, stays)
-    return Plan(elements, curves, first, last.astype(np.intp), phase, stretch)
+    return StretchPlan(elements, curves, first, last.astype(np.intp), phase, stretch)
 
 
 def _coefficients(found: _Overlaps) -> Array:
@@ -137,7 +139,7 @@ def _coefficients(found: _Overlaps) -> Array:
     )
 
 
-def _phases(plan: Plan, found: _Overlaps, corner: Array, stays: Bools) -> tuple[Array, Ints]:
+def _phases(plan: StretchPlan, found: _Overlaps, corner: Array, stays: Bools) -> tuple[Array, Ints]:
     """Phases with the last T before and the first T behind each corner as one of constant jerk j1 + j2."""
     phase, t, d = plan.phase.copy(), found.seconds, found.reach
     behind = np.searchsorted(plan.stretch, found.stop + 1, side="left")

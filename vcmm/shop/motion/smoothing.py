@@ -59,7 +59,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class ShortLines:
     """Points of all rows, one after another: s (m,), place (m, 6), line (m,) that begins there, joint (m,) or -1 at the ends."""
 
     s: Array
@@ -69,8 +69,8 @@ class Rows:
     row: Ints
     limit: Array  # (m,) mm: distance to the nearer end of the row, 0 at the ends
 
-    def take(self, at: Ints) -> Rows:
-        return Rows(*(getattr(self, f.name)[at] for f in fields(self)))
+    def take(self, at: Ints) -> ShortLines:
+        return ShortLines(*(getattr(self, f.name)[at] for f in fields(self)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: Asked) -> 
     return _pieces(rows, _path(rows, width, asked.kernel), short, curves.n)
 
 
-def _widths(rows: Rows, asked: Asked) -> tuple[Array, Bools]:
+def _widths(rows: ShortLines, asked: Asked) -> tuple[Array, Bools]:
     """(h (m,) mm, where the tolerance decides on it): h grows until the feed is carried, and shrinks until the tolerance is kept."""
     width, cap = _first_widths(rows, asked), rows.limit.copy()
     short, unsettled = np.zeros(len(width), dtype=bool), np.ones(len(width), dtype=bool)
@@ -147,7 +147,7 @@ def _widths(rows: Rows, asked: Asked) -> tuple[Array, Bools]:
     return width, short
 
 
-def _rows(curves: Curves, chosen: Bools, reach: Array) -> Rows:
+def _rows(curves: Curves, chosen: Bools, reach: Array) -> ShortLines:
     """Points of the rows: where a rounding before them ends, the joints, where one after them begins."""
     begins, ends = np.cumsum(curves.length) - curves.length, np.cumsum(curves.length)
     joints = np.flatnonzero(chosen)
@@ -162,10 +162,10 @@ def _rows(curves: Curves, chosen: Bools, reach: Array) -> Rows:
     s, line, joint = s[order], line[order], joint[order]
     row = np.searchsorted(heads, line, side="right") - 1
     low, high = s[np.searchsorted(row, row, side="left")], s[np.searchsorted(row, row, side="right") - 1]
-    return Rows(s, curves.at(line, s - begins[line]), line, joint, row, np.minimum(s - low, high - s))
+    return ShortLines(s, curves.at(line, s - begins[line]), line, joint, row, np.minimum(s - low, high - s))
 
 
-def _first_widths(rows: Rows, asked: Asked) -> Array:
+def _first_widths(rows: ShortLines, asked: Asked) -> Array:
     """h (m,) mm to begin with: what a turn alone needs at its feed, between the shorter and the mean of the lines beside it."""
     turn = np.abs(_turns(rows, rows.place))
     v = asked.speed[rows.line][:, None]
@@ -177,7 +177,7 @@ def _first_widths(rows: Rows, asked: Asked) -> Array:
     return np.minimum(np.clip(needed, np.minimum(before, after), 0.5 * (before + after)), rows.limit)
 
 
-def _turns(rows: Rows, place: Array) -> Array:
+def _turns(rows: ShortLines, place: Array) -> Array:
     """Change of direction (m, 6) at the joints of lines through `place` (m, 6); 0 at the ends of the rows."""
     length = np.diff(rows.s)[:, None]
     slope = np.diff(place, axis=0) / np.where(length > 0, length, 1.0)
@@ -203,7 +203,7 @@ class Path:
     last: Ints
 
 
-def _path(rows: Rows, width: Array, kernel: bool = True) -> Path:
+def _path(rows: ShortLines, width: Array, kernel: bool = True) -> Path:
     """Breaks of the sum of spread turns, and the path there."""
     s, row, point = _breaks(rows, width)
     inside = np.flatnonzero((rows.joint >= 0) & (width > 0))
@@ -218,7 +218,7 @@ def _path(rows: Rows, width: Array, kernel: bool = True) -> Path:
     return Path(s, rows.line[point], row, q, q[0] - programmed, first, last)
 
 
-def _breaks(rows: Rows, width: Array) -> tuple[Array, Ints, Ints]:
+def _breaks(rows: ShortLines, width: Array) -> tuple[Array, Ints, Ints]:
     """(s, row, point at or before) (b,) of the breaks: points, and where spread turns begin and end; those closer than NEAR are one."""
     inside = rows.joint >= 0
     s = np.concatenate([rows.s, (rows.s - width)[inside], (rows.s + width)[inside]])
@@ -263,7 +263,7 @@ class _Spread:
         return out
 
 
-def _on_lines(rows: Rows, place: Array, s: Array, point: Ints) -> tuple[Array, Array]:
+def _on_lines(rows: ShortLines, place: Array, s: Array, point: Ints) -> tuple[Array, Array]:
     """(position, direction) (b, 6) at s on the lines through `place`; at the end of a row the direction before it."""
     opens = np.append(rows.row[1:] == rows.row[:-1], False)
     at = np.where(opens[point], point, point - 1)
@@ -271,7 +271,7 @@ def _on_lines(rows: Rows, place: Array, s: Array, point: Ints) -> tuple[Array, A
     return place[at] + slope * (s - rows.s[at])[:, None], slope
 
 
-def _moved_outwards(rows: Rows, width: Array, off: Array, s: Array) -> Array:
+def _moved_outwards(rows: ShortLines, width: Array, off: Array, s: Array) -> Array:
     """Points (m, 6) moved by what smoothing takes from them, off (b, 6), where ways overlap.
 
     Not at all up to h = half the longer line beside, wholly from h = that line.
@@ -282,7 +282,7 @@ def _moved_outwards(rows: Rows, width: Array, off: Array, s: Array) -> Array:
     return np.asarray(rows.place - share[:, None] * off[np.searchsorted(s, rows.s, side="left")])
 
 
-def _worst(rows: Rows, path: Path, asked: Asked) -> tuple[Array, Array]:
+def _worst(rows: ShortLines, path: Path, asked: Asked) -> tuple[Array, Array]:
     """For each point (m,): largest share of the tolerance, and of what the axes carry at the feed, where its turn is spread."""
     off = np.append(_deviation(path) / asked.tolerance[path.line[:-1]], 0.0)
     bend, third, line = path.q[2], _third(path), path.line[:-1]
@@ -318,7 +318,7 @@ def _third(path: Path) -> Array:
     return np.abs(np.diff(path.q[2], axis=0)) / np.where(length > 0, length, np.inf)
 
 
-def _pieces(rows: Rows, path: Path, short: Bools, n: int) -> Pieces:
+def _pieces(rows: ShortLines, path: Path, short: Bools, n: int) -> Pieces:
     """Cubics between the breaks, by Taylor from each."""
     begin = np.flatnonzero(np.diff(path.row) == 0)
     length = path.s[begin + 1] - path.s[begin]

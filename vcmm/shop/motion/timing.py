@@ -23,7 +23,7 @@ from vcmm.program.moves import Move, Program
 from vcmm.shop.motion.curves import TINY, Curves, Ints, curves_of
 from vcmm.shop.motion.elements import Elements, elements_of, plan_stretches
 from vcmm.shop.motion.joints import Bools, Joints, Wish, joints_of
-from vcmm.shop.motion.overlap import Plan, overlap_stops
+from vcmm.shop.motion.overlap import StretchPlan, overlap_stops
 
 TRIED = tuple(
     x * 10.0**n for n in (-3, -2, -1, 0) for x in (1.0, 2.0, 3.0, 5.0)
@@ -119,7 +119,7 @@ class Timing:
 def plan_motion(
     program: Program | Sequence[Move], machine: Machine, control: Control | None = None, kernel: bool = True
 ) -> Timing:
-    """Plan the whole program. kernel=False takes the twin in plain Python.
+    """StretchPlan the whole program. kernel=False takes the twin in plain Python.
 
     Raises UsageError, naming the line, where a move needs an axis the machine lacks or a feed that is missing.
     """
@@ -189,7 +189,7 @@ def _planned(work: _Work, wish: Wish) -> Timing:
     elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
     phase, stretch = plan_stretches(elements, first, last, work.kernel)
     plan, overlapped = overlap_stops(
-        Plan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits
+        StretchPlan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits
     )
     stop = joints.stop & ~overlapped
     start = np.cumsum(plan.phase[:, 4]) - plan.phase[:, 4]
