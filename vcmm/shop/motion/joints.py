@@ -74,7 +74,10 @@ def joints_of(
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
         no = np.zeros(0, dtype=bool)
-        return Joints(np.zeros(0), no_pieces(len(moving)), no, pause, changes, no, no, no, no, np.zeros(0))
+        return Joints(
+            reach=np.zeros(0), smooth=no_pieces(len(moving)), stop=no, pause=pause, tool_changes=changes, ordered=no,
+            rounded=no, held=no, overlapped=no, tolerance=np.zeros(0),
+        )  # fmt: skip
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
@@ -106,8 +109,9 @@ def joints_of(
     narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
     smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits, wish.kernel))
     return Joints(
-        alone, smooth, stop, pause, changes, ordered, corner & ~held, held, np.zeros_like(held), tolerance
-    )
+        reach=alone, smooth=smooth, stop=stop, pause=pause, tool_changes=changes, ordered=ordered,
+        rounded=corner & ~held, held=held, overlapped=np.zeros_like(held), tolerance=tolerance,
+    )  # fmt: skip
 
 
 def _feed(moves: Sequence[Move]) -> Array:

@@ -95,8 +95,9 @@ def no_pieces(n: int) -> Pieces:
     """Nothing is smoothed."""
     none = np.zeros(0, dtype=np.intp)
     return Pieces(
-        np.zeros(0), np.zeros(0), np.zeros((0, 6, 6)), none, none, none.astype(bool), np.zeros(n, dtype=bool)
-    )
+        begin=np.zeros(0), length=np.zeros(0), coefficients=np.zeros((0, 6, 6)), move=none, joints=none,
+        kept_short=none.astype(bool), whole=np.zeros(n, dtype=bool),
+    )  # fmt: skip
 
 
 def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) -> Bools:
@@ -215,7 +216,7 @@ def _path(rows: ShortLines, width: Array, kernel: bool = True) -> Path:
     base, slope = _on_lines(rows, place, s, point)
     programmed, _ = _on_lines(rows, rows.place, s, point)
     q = base + spread.sum(turn, 0), slope + spread.sum(turn, 1), spread.sum(turn, 2)
-    return Path(s, rows.line[point], row, q, q[0] - programmed, first, last)
+    return Path(s, rows.line[point], row, q, off=q[0] - programmed, first=first, last=last)
 
 
 def _breaks(rows: ShortLines, width: Array) -> tuple[Array, Ints, Ints]:
@@ -249,7 +250,9 @@ class _Spread:
         if self.kernel:
             from vcmm.shop.motion._smoothing_kernels import spread_turns
 
-            return np.asarray(spread_turns(self.s, self.at, self.width, self.first, self.last, turn, order))
+            return np.asarray(
+                spread_turns(self.s, self.at, self.width, self.first, self.last, turn=turn, order=order)
+            )
         count = self.last - self.first + 1
         k = np.repeat(np.arange(len(self.at)), count)
         i = np.arange(len(k)) - np.repeat(np.cumsum(count) - count, count) + self.first[k]
@@ -332,5 +335,6 @@ def _pieces(rows: ShortLines, path: Path, short: Bools, n: int) -> Pieces:
     whole[rows.line] = True
     inside = rows.joint >= 0
     return Pieces(
-        path.s[begin], length, coefficients, path.line[begin], rows.joint[inside], short[inside], whole
-    )
+        begin=path.s[begin], length=length, coefficients=coefficients, move=path.line[begin],
+        joints=rows.joint[inside], kept_short=short[inside], whole=whole,
+    )  # fmt: skip
