@@ -270,12 +270,12 @@ zone = "0.02 mm"
 
 
 def test_the_deepest_cut_at_a_rounded_corner_lies_between_steps(tmp_path):
-    """The tangent point of a wall in a pocket corner, tool R 10, rounding 10 um: 0.0647 um are left.
+    """The tangent point of a wall in a pocket corner, tool R 10, rounding 10 um: 0.1224 um are left.
 
-    The control leaves the wall d = 0.010 x 16 / (3 sqrt 2) = 0.03771 mm before the corner (vcmm.shop.motion.blend): at t = s / 2d the
-    tool is at a = d - 2d (t - t^3 + t^4 / 2) before the corner and b = 2d (t^3 - t^4 / 2) off the wall, and leaves
-    b + a^2 / 2R at the tangent point. Least where 6 t^2 = 2d / R (1 - 2t), t = 0.0342: 0.0030 + 0.0617 um.
-    The nearest steps, 0.02 and 0.05 mm before the corner, leave 0.86 and 0.05^2 / 20 = 0.125 um.
+    Both moves overlap from d = 8 x 0.010 / sqrt 2 = 0.05657 mm before the corner (vcmm.shop.motion.overlap): at u = t / T the tool is at
+    a = d (1 - u)^3 before the corner and b = d u^3 off the wall, and leaves b + a^2 / 2R at the tangent point. Least where
+    u^2 = d / R (1 - u)^5, u = 0.0638: 0.0147 + 0.1077 um.
+    The nearest steps, 0.05 and 0.1 mm before the corner, leave 0.125 and 0.1^2 / 20 = 0.5 um.
     """
     program = shop.PROGRAM[: shop.PROGRAM.index("G54")] + "G54 G0 X60. Y0. S3000 M3\nG43 H1 Z5.\nZ-10.\n"
     program += "G1 X0. Y0. F6000\nG1 Y60.\nG0 Z50.\nM30\n%\n"
@@ -291,9 +291,9 @@ zone = "0.02 mm"
     path = shop.write(tmp_path, "", shop.SCENARIO[:start] + wall + shop.SCENARIO[end:], program)
     (patch,) = surface_map(set_up(vcmm.load_cut(path)))
     x = patch.net.points[:, 0]
-    assert patch.height[np.abs(x) < 1e-9] == pytest.approx(0.0647e-3, abs=0.0001e-3)
-    d, t = 0.010 * 16 / (3 * np.sqrt(2)), np.linspace(0.0, 0.5, 20001)
-    a, b = d - 2 * d * (t - t**3 + t**4 / 2), 2 * d * (t**3 - t**4 / 2)
+    assert patch.height[np.abs(x) < 1e-9] == pytest.approx(0.1224e-3, abs=0.0001e-3)
+    d, u = 0.010 * 8 / np.sqrt(2), np.linspace(0.0, 0.5, 20001)
+    a, b = d * (1 - u) ** 3, d * u**3
     left = (b + 10 - np.sqrt(100 - (a - x[:, None]) ** 2)).min(axis=1)
     assert patch.height == pytest.approx(left, abs=1e-9)
 

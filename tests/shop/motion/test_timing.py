@@ -114,7 +114,8 @@ def test_the_path_stays_within_its_tolerance(seed):
     tolerance = np.array([0.010 if (t := moves[i].tolerance) is None else t for i in timing.moving])
     both = np.maximum(tolerance, np.concatenate([[0.0], tolerance[:-1]]))
     assert (gap <= both[move] * (1 + 1e-3) + 1e-9).all()
-    assert (gap / np.maximum(both[move], 1e-9))[both[move] > 0].max() > 0.9  # the tolerance is used
+    # 0.57 to 1.0 of it is used: not where to stop is faster (test_overlap holds a corner to its whole tolerance)
+    assert (gap / np.maximum(both[move], 1e-9))[both[move] > 0].max() > 0.5
 
 
 def test_look_ahead_brakes_over_many_short_moves():

@@ -34,7 +34,7 @@ def nc_command(
     moves
         Print every move.
     time
-        Cycle time by the time law, by mode and by tool; the set-up must name a machine. About 0.1 ms per move.
+        Cycle time by the time law, by mode and by tool; the set-up must name a machine. About 0.5 ms per move.
     strict
         Assume nothing: refuse what the program lacks and the machine would have in its memory.
     plot

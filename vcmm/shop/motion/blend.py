@@ -10,7 +10,7 @@ which leaves the corner by 3/16 d |u2 - u1| (at most, at t = 1/2), with q'' at m
 deviation is the largest distance at the same s, which is never below the distance between the two curves.
 A quarter turn with 10 um tolerance is left 38 um before the corner: 0.010 x 16 / (3 sqrt 2) = 0.0377 mm.
 
-Rows of short lines are taken as one curve (`chained`): their roundings meet in the middle of each line.
+Rows of short lines are taken as one curve: `vcmm.shop.motion.smoothing`.
 """
 
 from __future__ import annotations
@@ -27,9 +27,6 @@ CHECK_SHARES = np.array(
 )  # places of a rounding at which it is compared
 STRAIGHT = 1e-9  # directions and curvatures that differ by less go on as one
 BACK = -0.99  # cosine of the angle beyond which a corner is a reversal: the control stops there
-UNEVEN, SHARP = 3.0, 0.5  # what a chain of lines may hold: ratio of neighbouring lengths, turn in rad
-ATTEMPTS = 50  # rounds of sorting out what is no chain
-Bends = tuple[Array, Array]
 WEIGHT = np.array([1.0, 1.0, 1.0, ROTARY_ARM, ROTARY_ARM, ROTARY_ARM])
 
 
@@ -49,6 +46,11 @@ def turns_back(curves: Curves, first: Ints, second: Ints) -> np.typing.NDArray[n
     return np.einsum("ki,ki->k", a, b) < BACK * size
 
 
+def widest_reach(angle: Array, tolerance: Array) -> Array:
+    """d (k,) mm at which the rounding between two lines leaves the corner by the tolerance; angle: |u2 - u1|."""
+    return np.asarray(16.0 * tolerance / (3.0 * np.maximum(angle, 1e-300)))
+
+
 def reach_of_blends(curves: Curves, first: Ints, second: Ints, tolerance: Array) -> Array:
     """d (k,) mm for each joint: as large as the tolerance (k,) and half of either move allow; 0 where none is due."""
     turn, bend = direction_jump(curves, first, second)
@@ -56,7 +58,7 @@ def reach_of_blends(curves: Curves, first: Ints, second: Ints, tolerance: Array)
     room = 0.5 * np.minimum(_room(curves, first), _room(curves, second))
     straight = (angle < STRAIGHT) & (curvature < STRAIGHT)
     lines = (curves.arc[first] < 0) & (curves.arc[second] < 0)
-    reach = np.minimum(room, 16.0 * tolerance / (3.0 * np.maximum(angle, 1e-300)))
+    reach = np.minimum(room, widest_reach(angle, tolerance))
     curved = np.flatnonzero(~lines & ~straight & (tolerance > 0))
     reach[curved] = _fit_reach(curves, first[curved], second[curved], room[curved], tolerance[curved])
     return np.where(straight | (tolerance <= 0), 0.0, reach)
@@ -97,13 +99,11 @@ def _fit_reach(curves: Curves, first: Ints, second: Ints, room: Array, tolerance
     return reach
 
 
-def deviations(
-    curves: Curves, first: Ints, second: Ints, before: Array, after: Array, bends: Bends | None = None
-) -> Array:
+def deviations(curves: Curves, first: Ints, second: Ints, before: Array, after: Array) -> Array:
     """Largest distance (k,) mm between rounding and programmed path at the same s; rotary axes at their arm."""
     length = before + after
     blend = Curves(
-        blend_coefficients(curves, first, second, before, after, bends),
+        blend_coefficients(curves, first, second, before, after),
         length,
         np.full(len(length), -1, dtype=np.intp),
         curves.sweep,
@@ -111,7 +111,7 @@ def deviations(
         curves.sine,
     )
     which, worst = np.arange(len(length)), np.zeros(len(length))
-    for s in (before, *(length * place for place in (CHECK_SHARES if bends is None else CHECK_SHARES[1::3]))):
+    for s in (before, *(length * place for place in CHECK_SHARES)):
         early = (s < before)[:, None]
         on_first = curves.at(first, curves.length[first] - np.maximum(before - s, 0.0))
         programmed = np.where(early, on_first, curves.at(second, np.maximum(s - before, 0.0)))
@@ -120,18 +120,11 @@ def deviations(
     return worst
 
 
-def blend_coefficients(
-    curves: Curves, first: Ints, second: Ints, before: Array, after: Array, bends: Bends | None = None
-) -> Array:
-    """Coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree from `before` to `after` the joint.
-
-    bends: q_ss (k, 6) at both ends, where neighbours agreed on one; else that of the moves.
-    """
+def blend_coefficients(curves: Curves, first: Ints, second: Ints, before: Array, after: Array) -> Array:
+    """Coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree from `before` to `after` the joint."""
     leave, join, h = curves.length[first] - before, after, (before + after)[:, None]
     p0, v0, a0 = (curves.at(first, leave, order) * h**order for order in range(3))
     p1, v1, a1 = (curves.at(second, join, order) * h**order for order in range(3))
-    if bends is not None:
-        a0, a1 = a0 + bends[0] * h**2, a1 + bends[1] * h**2
     step = p1 - p0
     return np.stack(
         [
@@ -144,36 +137,3 @@ def blend_coefficients(
         ],
         axis=1,
     )
-
-
-def chain_joints(curves: Curves, reach: Array, tolerance: Array) -> tuple[Array, Array, Bends]:
-    """(before, after, bends) of all joints (n-1,) between neighbours: rows of short lines are taken as one curve.
-
-    Where the roundings at both ends of a line take half of it, they meet in its middle with the mean of the curvatures
-    that the two corners stand for, (u2 - u1) / mean length, instead of none: chords of a circle become the circle that
-    touches them. A joint whose rounding would leave the tolerance stays as it was.
-    """
-    first, second = np.arange(curves.n - 1), np.arange(1, curves.n)
-    one, two = curves.length[first], curves.length[second]
-    lines = (curves.arc[first] < 0) & (curves.arc[second] < 0)
-    turn, _ = direction_jump(curves, first, second)
-    in_chain = lines & (reach > 0) & (reach >= 0.5 * np.minimum(one, two) * (1 - 1e-9))
-    in_chain &= np.maximum(one, two) <= UNEVEN * np.minimum(one, two)
-    in_chain &= np.linalg.norm(turn * WEIGHT, axis=1) < SHARP
-    bend = turn / (0.5 * (one + two))[:, None]
-    asked = in_chain.copy()
-    for _ in range(ATTEMPTS):
-        before, after = np.where(in_chain, 0.5 * one, reach), np.where(in_chain, 0.5 * two, reach)
-        middle = np.zeros((curves.n, 6))
-        both = (in_chain[:-1] & in_chain[1:])[:, None]
-        middle[1:-1] = np.where(both, 0.5 * (bend[:-1] + bend[1:]), 0.0)
-        bends = middle[first], middle[second]
-        rows = np.flatnonzero(asked & in_chain)
-        ends = bends[0][rows], bends[1][rows]
-        wide = deviations(curves, rows, rows + 1, before[rows], after[rows], ends) > 0.99 * tolerance[rows]
-        if not wide.any():
-            return before, after, bends
-        in_chain[rows[wide]], asked = False, np.zeros_like(asked)
-        asked[np.maximum(rows[wide] - 1, 0)] = asked[np.minimum(rows[wide] + 1, len(asked) - 1)] = True
-    nothing = np.zeros((len(reach), 6))
-    return reach, reach, (nothing, nothing)

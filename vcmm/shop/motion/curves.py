@@ -12,7 +12,7 @@ is how RS274/NGC reads a feed there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,10 @@ FACTORS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """n curves: coefficients (n, 6 powers, 6 axes), length (n,), arc (n,) row of the turning part or -1."""
+    """n curves: coefficients (n, 6 powers, 6 axes), length (n,), arc (n,) row of the turning part or -1.
+
+    spread (n, 2), where there is one: polynomials whose u is a time, s = d1 (1 - (1 - u)^3) + d2 u^3 with d1, d2 mm; else 0 and u = s / length.
+    """
 
     coefficients: Array
     length: Array
@@ -36,6 +39,7 @@ class Curves:
     sweep: Array  # (m,) rad, positive
     cosine: Array  # (m, 6)
     sine: Array  # (m, 6), which holds the sense of the turn
+    spread: Array | None = None
 
     @property
     def n(self) -> int:
@@ -52,12 +56,37 @@ class Curves:
         rows = np.flatnonzero(arc >= 0)
         if len(rows):
             out[rows] += self._turning(arc[rows], u[rows], order)
-        return out / length[:, None] ** order
+        out = out / length[:, None] ** order
+        if self.spread is not None:
+            timed = np.flatnonzero(self.spread[which].any(axis=1))
+            out[timed] = self._timed(which[timed], s[timed], order)
+        return np.asarray(out)
+
+    def _timed(self, which: Ints, s: Array, order: int) -> Array:
+        """Derivative by s where u is a time: q_u = q_s s_u and so on, solved for q_s, q_ss, q_sss."""
+        assert self.spread is not None
+        d = self.spread[which]
+        u = _time_share(d, s)
+        q = [_polynomial(self.coefficients[which], u, k) for k in range(order + 1)]
+        if order == 0:
+            return q[0]
+        s1 = 3 * (d[:, 0] * (1 - u) ** 2 + d[:, 1] * u**2)[:, None]
+        s2, s3 = 6 * (d[:, 1] * u - d[:, 0] * (1 - u))[:, None], 6 * d.sum(axis=1)[:, None]
+        first = q[1] / s1
+        if order == 1:
+            return np.asarray(first)
+        second = (q[2] - first * s2) / s1**2
+        return np.asarray(second if order == 2 else (q[3] - 3 * second * s1 * s2 - first * s3) / s1**3)
 
     def _turning(self, arc: Ints, u: Array, order: int) -> Array:
         phase = self.sweep[arc] * u + order * np.pi / 2
         both = np.cos(phase)[:, None] * self.cosine[arc] + np.sin(phase)[:, None] * self.sine[arc]
         return both * self.sweep[arc][:, None] ** order
+
+    def with_timed(self, coefficients: Array, spread: Array) -> Curves:
+        """These curves followed by polynomials (k, 6, 6) in time; spread (k, 2)."""
+        longer = self.with_polynomials(coefficients, spread.sum(axis=1))
+        return replace(longer, spread=np.concatenate([np.zeros((self.n, 2)), spread]))
 
     def with_polynomials(self, coefficients: Array, length: Array) -> Curves:
         """These curves followed by polynomials."""
@@ -69,6 +98,29 @@ class Curves:
             self.cosine,
             self.sine,
         )
+
+
+def _polynomial(coefficients: Array, u: Array, order: int) -> Array:
+    out = np.zeros((len(u), 6))
+    for power in range(5, order - 1, -1):
+        out = out * u[:, None] + FACTORS[order, power] * coefficients[:, power]
+    return out
+
+
+def _time_share(d: Array, s: Array) -> Array:
+    """u (k,) at which d1 (1 - (1 - u)^3) + d2 u^3 = s, by Newton within halving brackets; it grows with u."""
+    low, high = np.zeros(len(s)), np.ones(len(s))
+    u = np.clip(s / d.sum(axis=1), 0.0, 1.0)
+    for _ in range(60):
+        miss = d[:, 0] * (1 - (1 - u) ** 3) + d[:, 1] * u**3 - s
+        low, high = np.where(miss < 0, u, low), np.where(miss > 0, u, high)
+        guess = u - miss / (3 * (d[:, 0] * (1 - u) ** 2 + d[:, 1] * u**2))
+        better = np.where((guess >= low) & (guess <= high), guess, 0.5 * (low + high))
+        change = np.abs(better - u).max(initial=0.0)
+        u = np.where(miss == 0, u, better)
+        if change < 1e-15:
+            break
+    return np.asarray(u)
 
 
 def curves_of(moves: Sequence[Move]) -> Curves:

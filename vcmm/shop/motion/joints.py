@@ -17,13 +17,14 @@ from vcmm.program.limits import LEAST_PAUSE, Control, Limits
 from vcmm.program.moves import Move
 from vcmm.shop.motion.blend import (
     STRAIGHT,
-    chain_joints,
     direction_jump,
     needed_reach,
     reach_of_blends,
     turns_back,
 )
+from vcmm.shop.motion.corners import is_corner, path_limits, stops_that_pay
 from vcmm.shop.motion.curves import TINY, Curves, Ints
+from vcmm.shop.motion.smoothing import Asked, Pieces, crowded_joints, no_pieces, smooth_pieces
 
 GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
 Bools = np.typing.NDArray[np.bool_]
@@ -31,51 +32,103 @@ Bools = np.typing.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves.
+    """For n moving moves: pause (n+1,) s before, between and after them; for the joints between them (n-1,):
 
-    before, after (n-1,) mm: how far the rounding reaches into either move, 0 for none.   bends: q_ss (n-1, 6) at its ends
-    in addition to that of the moves.
+    reach: mm, how far the rounding of a corner reaches into either move, 0 for none.   stop: where the motion comes to rest.
+    ordered: stops that do not depend on how corners are taken.   rounded: corners that are rounded, no tangent joints.
+    held: corners at which a stop is faster.   overlapped: those of them at which the next move starts before the one before
+    has ended; these are no stops.   tolerance: mm.   smooth: rows of short lines.
     """
 
-    before: Array
-    after: Array
-    bends: tuple[Array, Array]
+    reach: Array
+    smooth: Pieces
     stop: Bools
     pause: Array
     tool_changes: int
+    ordered: Bools
+    rounded: Bools
+    held: Bools
+    overlapped: Bools
+    tolerance: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What a plan is tried with, for the joints (n-1,): corners at which to stop, tolerances to keep below, further stops. None: nothing."""
+
+    halt: Bools | None = None
+    below: Array | None = None
+    stop: Bools | None = None
+    kernel: bool = True
 
 
 def joints_of(
-    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits | None = None
+    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits, wish: Wish = Wish()
 ) -> Joints:
-    """curves: those of the moving moves only, in order. limits: no corner is rounded more than its feed asks for."""
+    """curves: those of the moving moves only, in order.
+
+    No corner is rounded more than its feed asks for, and none where to stop is faster.
+    """
     pause, changes, apart = _pauses(moves, moving, control)
     between = pause[1:-1] if len(moving) else np.zeros(0)
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
-        none = np.zeros((0, 6))
-        return Joints(np.zeros(0), np.zeros(0), (none, none), np.zeros(0, dtype=bool), pause, changes)
+        no = np.zeros(0, dtype=bool)
+        return Joints(
+            reach=np.zeros(0), smooth=no_pieces(len(moving)), stop=no, pause=pause, tool_changes=changes, ordered=no,
+            rounded=no, held=no, overlapped=no, tolerance=np.zeros(0),
+        )  # fmt: skip
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
     apart_in_space = _gaps(curves, first, second) > GAP
     pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
     stop |= apart_in_space
-    tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
+    tolerance = np.array(
+        [control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]], dtype=float
+    )
+    if wish.stop is not None:
+        stop |= wish.stop
+    if wish.below is not None:
+        tolerance = np.minimum(tolerance, wish.below)
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
-    if limits is not None:
-        reach = np.minimum(reach, needed_reach(turn, bend, _feed(kept), limits))
+    feed = _feed(kept)
+    reach = np.minimum(reach, needed_reach(turn, bend, np.minimum(feed[:-1], feed[1:]), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
     stop |= ~straight & (reach < TINY)
-    before, after, bends = chain_joints(curves, np.where(stop, 0.0, reach), tolerance)
-    return Joints(before, after, bends, stop, pause, changes)
+    reach = np.where(stop, 0.0, reach)
+    chosen = crowded_joints(curves, reach, tolerance, stop)
+    speed, alone = np.minimum(feed, _fastest(curves, limits)), np.where(chosen, 0.0, reach)
+    corner = is_corner(turn, alone)
+    held = corner & wish.halt if wish.halt is not None else np.zeros_like(stop)
+    held |= stops_that_pay(curves, turn, alone, stop | (alone > 0), speed, limits)
+    ordered = stop
+    stop, alone = stop | held, np.where(held, 0.0, alone)
+    stops = np.concatenate([[0.0], np.cumsum(curves.length)[:-1][stop], [curves.length.sum()]])
+    narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
+    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits, wish.kernel))
+    return Joints(
+        reach=alone, smooth=smooth, stop=stop, pause=pause, tool_changes=changes, ordered=ordered,
+        rounded=corner & ~held, held=held, overlapped=np.zeros_like(held), tolerance=tolerance,
+    )  # fmt: skip
 
 
 def _feed(moves: Sequence[Move]) -> Array:
-    """Speed (n-1,) mm/s at which each joint is to be passed; infinite between rapids."""
-    feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
-    return np.minimum(feed[:-1], feed[1:])
+    """Feed (n,) mm/s, infinite for rapids."""
+    return np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
+
+
+def _fastest(curves: Curves, limits: Limits) -> Array:
+    """Speed (n,) mm/s that the axes allow at the start of each curve."""
+    direction = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1))
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / (direction / limits.speed).max(axis=1))
+
+
+def _per_line(tolerance: Array) -> Array:
+    """The smaller tolerance (n,) of the joints (n-1,) at both ends of a move; infinite where neither is smoothed."""
+    return np.minimum(np.append(tolerance, np.inf), np.insert(tolerance, 0, np.inf))
 
 
 def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Array, int, Bools]:

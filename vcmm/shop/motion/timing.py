@@ -11,7 +11,7 @@ path is the programmed one but for corners, which are rounded within the toleran
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,24 +20,16 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.limits import AXES, Control, Limits, axis_limits
 from vcmm.program.moves import Move, Program
-from vcmm.shop.motion.blend import blend_coefficients
-from vcmm.shop.motion.curves import TINY, Curves, Ints, curves_of, largest_derivatives
-from vcmm.shop.motion.joints import Joints, joints_of
+from vcmm.shop.motion.curves import TINY, Curves, Ints, curves_of
+from vcmm.shop.motion.elements import Elements, elements_of, plan_stretches
+from vcmm.shop.motion.joints import Bools, Joints, Wish, joints_of
+from vcmm.shop.motion.overlap import StretchPlan, overlap_stops
 
-ON_CURVES = 0.6  # share of the acceleration that a bend may take; the rest is for speeding up and braking
-ON_ARCS = 0.8  # on arcs both are at right angles: 0.8 sideways leaves 0.6 along, 0.8^2 + 0.6^2 = 1
-JERK_ON_CURVES = 0.5
+TRIED = tuple(
+    x * 10.0**n for n in (-3, -2, -1, 0) for x in (1.0, 2.0, 3.0, 5.0)
+)  # mm: tolerances below that of a corner
 
-
-@dataclass(frozen=True, eq=False)
-class Elements:
-    """The path piece by piece, rounded corners among them. edge (n+1,) programmed distance; speed (n,) highest."""
-
-    edge: Array
-    curve: Ints
-    offset: Array
-    speed: Array
-    needs: Array  # (n, 5), see vcmm.shop.motion.profile
+MOST_TRIED = 2000  # moves for which that is done; beyond, only the stop is tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +90,8 @@ class Timing:
         since = times - self.start[row]
         resting = (since > length * (1 + 1e-12)) | (since < 0)
         t = np.clip(since, 0.0, length)
-        s = s0 + t * (v0 + t * (a0 / 2 + t * jerk / 6))
+        end = self.elements.edge[self.last[self.stretch[row]] + 1] if len(self.last) else s0
+        s = np.minimum(s0 + t * (v0 + t * (a0 / 2 + t * jerk / 6)), end)
         v = np.where(resting, 0.0, v0 + t * (a0 + t * jerk / 2))
         a = np.where(resting, 0.0, a0 + t * jerk)
         return self.state_on_path(s, v, a, np.where(resting, 0.0, jerk), self.stretch[row])
@@ -126,7 +119,7 @@ class Timing:
 def plan_motion(
     program: Program | Sequence[Move], machine: Machine, control: Control | None = None, kernel: bool = True
 ) -> Timing:
-    """Plan the whole program. kernel=False takes the twin in plain Python.
+    """StretchPlan the whole program. kernel=False takes the twin in plain Python.
 
     Raises UsageError, naming the line, where a move needs an axis the machine lacks or a feed that is missing.
     """
@@ -136,17 +129,83 @@ def plan_motion(
     _check(moves, curves, limits)
     moving = np.flatnonzero(curves.length > TINY)
     own = _only(curves, moving)
-    joints = joints_of(moves, moving, own, control, limits)
-    elements, all_curves, first, last = _elements([moves[i] for i in moving], own, joints, limits)
-    phase, stretch = plan_stretches(elements, first, last, kernel)
-    start = np.cumsum(phase[:, 4]) - phase[:, 4]
-    held = np.concatenate([joints.pause[:1], joints.pause[1:-1][joints.stop]]) if len(first) else np.zeros(0)
-    start += np.cumsum(held)[stretch]
-    ends = np.cumsum(own.length)
+    return _fastest(_Work(moves, moving, own, control, limits, kernel))
+
+
+def _fastest(work: _Work) -> Timing:
+    """Each way between two ordered stops with the tolerance, or less of it, or a stop at its corners: whichever takes least time.
+
+    So nothing is slower than stopping, and a wider tolerance is not slower than a narrower one of `TRIED`. Where only rows of short lines
+    or a great many moves are open, the trials that cannot help or would last are left out.
+    """
+    timing = _planned(work, Wish())
+    joints = timing.joints
+    way = np.cumsum(np.append(0, joints.ordered))
+    matters = joints.rounded | joints.held
+    matters[joints.smooth.joints] |= joints.smooth.kept_short
+    open_ways = np.unique(way[:-1][matters])
+    part = np.flatnonzero(np.isin(way, open_ways))
+    if not len(part) or (len(part) > MOST_TRIED and not joints.rounded.any()):
+        return timing
+    best, halt, below = _try(work, part, way[part], float(joints.tolerance.max()))
+    if not best.any():
+        return timing
+    chosen = np.zeros(way[-1] + 1, dtype=bool), np.full(way[-1] + 1, np.inf)
+    chosen[0][open_ways], chosen[1][open_ways] = halt, below
+    return _planned(work, Wish(chosen[0][way[:-1]], chosen[1][way[:-1]]))
+
+
+def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bools, Array]:
+    """For each way of the moves `part`: (is a trial faster than the tolerance itself, does it stop at corners, its tolerance)."""
+    kept = [work.moves[i] for i in work.moving[part]]
+    small = replace(work, moves=kept, moving=np.arange(len(part)), own=_only(work.own, part))
+    ends = np.diff(way) > 0
+    joints = len(ends)
+    trials = [Wish(stop=ends), Wish(np.ones(joints, dtype=bool), stop=ends)]
+    tried = [x for x in TRIED if x < widest] if len(part) <= MOST_TRIED else []
+    trials += [Wish(below=np.full(joints, x), stop=ends) for x in tried]
+    seconds = np.stack([_way_seconds(_planned(small, wish), ends) for wish in trials])
+    faster = seconds < seconds[0] * (1 - 1e-9)
+    which = np.where(faster.any(axis=0), np.where(faster, seconds, np.inf).argmin(axis=0), 0)
+    return which > 0, which == 1, np.concatenate([[np.inf, np.inf], tried])[which]
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """What is to be planned: moves, those that move, their curves."""
+
+    moves: Sequence[Move]
+    moving: Ints
+    own: Curves
+    control: Control
+    limits: Limits
+    kernel: bool
+
+
+def _planned(work: _Work, wish: Wish) -> Timing:
+    """The motion with a stop at some corners, or below some tolerance."""
+    own, moves = work.own, work.moves
+    joints = joints_of(moves, work.moving, own, work.control, work.limits, replace(wish, kernel=work.kernel))
+    elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
+    phase, stretch = plan_stretches(elements, first, last, work.kernel)
+    plan, overlapped = overlap_stops(
+        StretchPlan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits
+    )
+    stop = joints.stop & ~overlapped
+    start = np.cumsum(plan.phase[:, 4]) - plan.phase[:, 4]
+    held = np.concatenate([joints.pause[:1], joints.pause[1:-1][stop]]) if len(first) else np.zeros(0)
+    start += np.cumsum(held)[plan.stretch]
     return Timing(
-        moves=moves, moving=moving, ends=ends, curves=all_curves, elements=elements, joints=joints, first=first, last=last,
-        phase=phase, stretch=stretch, start=start, limits=limits, control=control,
+        moves=tuple(moves), moving=work.moving, ends=np.cumsum(own.length), curves=plan.curves, elements=plan.elements,
+        joints=replace(joints, stop=stop, overlapped=overlapped), first=plan.first, last=plan.last, phase=plan.phase,
+        stretch=plan.stretch, start=start, limits=work.limits, control=work.control,
     )  # fmt: skip
+
+
+def _way_seconds(timing: Timing, stop: Bools) -> Array:
+    """Time of motion between the joints `stop` (n-1,), at each of which `timing` stops, too."""
+    own = np.append(0, np.cumsum(stop))[np.append(0, np.flatnonzero(timing.joints.stop) + 1)]
+    return np.asarray(np.bincount(own[timing.stretch], weights=timing.phase[:, 4]))
 
 
 def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:
@@ -176,66 +235,3 @@ def _only(curves: Curves, rows: Ints) -> Curves:
         curves.cosine,
         curves.sine,
     )
-
-
-def _elements(
-    moves: Sequence[Move], own: Curves, joints: Joints, limits: Limits
-) -> tuple[Elements, Curves, Ints, Ints]:
-    """(elements, curves with the roundings behind those of the moves, first and last element of each stretch)."""
-    n, rounded = own.n, np.flatnonzero(joints.before > 0)
-    before, after = joints.before[rounded], joints.after[rounded]
-    bends = joints.bends[0][rounded], joints.bends[1][rounded]
-    curves = own.with_polynomials(
-        blend_coefficients(own, rounded, rounded + 1, before, after, bends), before + after
-    )
-    lead = np.concatenate([np.zeros(min(n, 1)), joints.after])
-    begins = np.cumsum(own.length) - own.length
-    straight = own.length - lead - np.concatenate([joints.before, np.zeros(min(n, 1))])
-    kept = np.flatnonzero(straight > TINY)
-    order = np.lexsort((np.repeat([0, 1], [len(kept), len(rounded)]), np.concatenate([kept, rounded])))
-    curve = np.concatenate([kept, n + np.arange(len(rounded))])[order]
-    starts = np.concatenate([begins[kept] + lead[kept], begins[rounded + 1] - before])[order]
-    offset = np.concatenate([lead[kept], np.zeros(len(rounded))])[order]
-    feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
-    feeds = np.concatenate([feed[kept], np.minimum(feed[rounded], feed[rounded + 1])])[order]
-    owner = np.concatenate([kept, rounded])[order]
-    stops = np.flatnonzero(joints.stop)
-    later: Ints = np.searchsorted(owner, stops, side="right")
-    first = np.concatenate([np.zeros(min(n, 1), dtype=np.intp), later])
-    last = np.append(first[1:], len(curve))[: len(first)] - 1
-    edge = np.append(starts, begins[-1] + own.length[-1]) if n else np.zeros(1)
-    edge[first] = np.append(0.0, begins[stops + 1])[: len(first)]
-    speed, needs = _ability(curves, curve, feeds, limits)
-    return Elements(edge, curve, offset, speed, needs), curves, first, last.astype(np.intp)
-
-
-def _ability(curves: Curves, curve: Ints, feed: Array, limits: Limits) -> tuple[Array, Array]:
-    """Highest speed (n,) and needs (n, 5) of the elements: what each unit of path motion asks of the axes."""
-    q1, q2, q3 = largest_derivatives(curves)
-    arc = curves.arc >= 0
-    p1, p2 = (q1 / limits.acceleration).max(axis=1), (q2 / limits.acceleration).max(axis=1)
-    r1, r2, r3 = ((factor * q / limits.jerk).max(axis=1) for factor, q in ((1.0, q1), (3.0, q2), (1.0, q3)))
-    with np.errstate(divide="ignore"):
-        fastest = 1.0 / (q1 / limits.speed).max(axis=1)
-        bend = np.sqrt(np.where(arc, ON_ARCS, ON_CURVES) / p2)
-        jerk = np.cbrt(JERK_ON_CURVES / r3)
-    speed = np.minimum(np.minimum(fastest, bend), jerk)[curve]
-    half = np.where(arc, 0.5, 1.0)  # sqrt(1 - x^2) >= 1 - x/2 up to x = 0.8
-    needs = np.stack([p1, half * p2, r1, r2, r3], axis=1)[curve]
-    return np.minimum(speed, feed), needs
-
-
-def plan_stretches(elements: Elements, first: Ints, last: Ints, kernel: bool) -> tuple[Array, Ints]:
-    """(phases (k, 5), stretch of each phase) of stretches first..last of elements."""
-    if not len(first):
-        return np.zeros((0, 5)), np.zeros(0, dtype=np.intp)
-    if kernel:
-        from vcmm.shop.motion._timing_kernels import plan_stretches
-
-        phase, stretch = plan_stretches(elements.edge, elements.speed, elements.needs, first, last)
-        return phase, stretch.astype(np.intp)
-    from vcmm.shop.motion.profile import plan_stretch
-
-    rows = [plan_stretch(elements.edge, elements.speed, elements.needs, a, b) for a, b in zip(first, last)]
-    counts = [len(r) for r in rows]
-    return np.array([phase for r in rows for phase in r]), np.repeat(np.arange(len(rows)), counts)

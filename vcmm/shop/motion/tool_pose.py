@@ -39,11 +39,33 @@ def tip_and_axis(
 
     direction (3,) or (k, 3): from tip to holder, in the frame of the last tool-side axis.
     """
-    _, tool, work = ends_of(machine, by_letter(machine, tip + offset, angle))
-    at = work.undo(tool.apply(-offset))
-    axis = work.turn_back(tool.turn(np.broadcast_to(direction, tip.shape)))
+    positions = by_letter(machine, tip + offset, angle)
+    at = _along_chain(machine, positions, -offset, True)
+    axis = _along_chain(machine, positions, np.broadcast_to(direction, tip.shape), False)
     axis = axis.round(15)  # cos 90 deg is no 6e-17
     return at, axis / np.linalg.norm(axis, axis=1)[:, None]
+
+
+def _along_chain(machine: Machine, positions: dict[str, Array], vector: Array, is_point: bool) -> Array:
+    """Points or directions (k, 3) of the last tool-side axis in the workpiece: T_work^-1 T_tool v, axis by axis.
+
+    Towards the bed every axis moves v by its position; from the bed to the workpiece an axis moves by -q, and back by q, too.
+    """
+    c = [vector[:, 0], vector[:, 1], vector[:, 2]]
+    for letter in (*reversed(machine.chain.tool), *machine.chain.work):
+        q = positions[letter]
+        if letter in LINEAR:
+            if is_point:
+                i = LINEAR.index(letter)
+                c[i] = c[i] + q
+            continue
+        axis = ROTARY.index(letter)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        centre = machine.axes[letter].centre if is_point else (0.0, 0.0, 0.0)
+        cosine, sine = np.cos(q), np.sin(q)
+        u, v = c[i] - centre[i], c[j] - centre[j]
+        c[i], c[j] = centre[i] + cosine * u - sine * v, centre[j] + sine * u + cosine * v
+    return np.stack(c, axis=1)
 
 
 def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> Array:

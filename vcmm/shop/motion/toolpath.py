@@ -280,10 +280,10 @@ def summary(path: Toolpath) -> str:
         parts = path.seconds_by(what).items()
         prefix = "tool " if what == "tool" else ""
         lines.append("  " + ", ".join(f"{prefix}{name} {seconds:.1f} s" for name, seconds in parts))
-    stops = len(path.timing.first)
+    stops, joints = len(path.timing.first), path.timing.joints
     lines.append(
-        f"  {len(path.timing.moves)} moves, {stops} starts from rest, {np.count_nonzero(path.timing.joints.before)} rounded "
-        f"corners, {path.timing.joints.tool_changes} tool changes, {path.n} rows"
+        f"  {len(path.timing.moves)} moves, {stops} starts from rest, {np.count_nonzero(joints.reach)} rounded "
+        f"corners, {len(joints.smooth.joints)} smoothed joints, {joints.tool_changes} tool changes, {path.n} rows"
     )
     return "\n".join(lines + [f"  assumed: {text}" for text in path.assumptions])
 
