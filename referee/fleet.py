@@ -84,7 +84,7 @@ def machine_text(name):
     ]  # fmt: skip
     for k, axis in enumerate("XYZ"):
         cov = known_curve(k)
-        rows = ", ".join(f"[{', '.join(f'{v:.8g}' for v in row)}]" for row in cov * 1e6)  # um^2
+        rows = ", ".join(f"[{', '.join(f'{v:.8g}' for v in row)}]" for row in cov)  # mm^2
         lines.append(
             f'[[inputs]]\neffect = "component_table"\ncomponent = "E{axis}{axis}"\nparameter = "values"\nlaw = "multivariate"\n'
             f"covariance = [{rows}]"
@@ -137,9 +137,7 @@ def write_bar(folder, name, date, theta, rng):
     centre_off = rng.normal(size=3) * 0.01
     d += way @ centre_off
     head = "X_mm,Y_mm,Z_mm,from_x_mm,from_y_mm,from_z_mm,d_um,u_um"
-    rows = [head] + [
-        ",".join(f"{v:.6f}" for v in (*a, *centre, b * 1e3, BAR * 1e3)) for a, b in zip(q, d)
-    ]
+    rows = [head] + [",".join(f"{v:.6f}" for v in (*a, *centre, b * 1e3, BAR * 1e3)) for a, b in zip(q, d)]
     _write(folder, name, date, "length", rows, 'zero = ""\ncentre = ""', "actual - commanded")
 
 
@@ -176,7 +174,7 @@ def write_machine(folder, seed, events=True, every=7, days=DAYS):
     (folder / "machine.toml").write_text(text)
     (folder / "errors.csv").write_text(tables)
     theta, told = draw_year(rng, events)
-    for day in range(0, days + 1):
+    for day in range(days + 1):
         date = date_of(day)
         if day % every == 0:
             write_probe(folder / "checks", f"{day:03d}_probe", date, theta[day], rng)

@@ -49,6 +49,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.learn.calibration.job import calibrate
     from vcmm.learn.diagnosis.job import diagnose
     from vcmm.learn.diagnosis.several import diagnose_several
+    from vcmm.learn.tracking.job import track
     from vcmm.part.gps import characteristics
     from vcmm.program.setup import Setup
     from vcmm.shop.machining.job import cut
@@ -84,6 +85,7 @@ _HOME = {
     "cut": "vcmm.shop.machining.job",
     "compensate": "vcmm.compensation.job",
     "calibrate": "vcmm.learn.calibration.job",
+    "track": "vcmm.learn.tracking.job",
     "load_cut": "vcmm.files.own.cut_scenario",
     "load_recording": "vcmm.files.own.recording",
     "Array": "vcmm.core.run",

@@ -26,6 +26,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
+    "track": "Follow a machine in time: its numbers today with their uncertainty, what changed and since when.",
     "test": "Predict the figures of an acceptance test (ISO 230, ISO 10360-2) with uncertainty, or evaluate a recorded one.",
     "compare": "Simulation against recording for any machine files, side by side.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
@@ -42,7 +43,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "track", "test", "nc", "cut",
     "compensate", "loop", "convert", "serve", "view", "merge",
 )  # fmt: skip
 _NUMBER = re.compile(

@@ -23,6 +23,7 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, Normal
+from vcmm.core.run import Array
 from vcmm.files.own.joint_covariance import read_joint_covariance
 from vcmm.files.own.machine_tables import Tracked
 
@@ -45,24 +46,28 @@ def _joint_input(path: Path, effects: Sequence[Effect], cause: str, said: str) -
     for name, rows in groupby(joint.errors):
         count = len(list(rows))
         member = _member(path, name, joint.position[at : at + count], effects)
-        members.append(
-            Input(member.name, member.where, name.rpartition(".")[2], Normal(1.0), cause=cause)
-        )
+        members.append(Input(member.name, member.where, name.rpartition(".")[2], Normal(1.0), cause=cause))
         widths.append(count)
         at += count
     law = MultivariateNormal(joint.matrix)
-    return Input("", "", STATE, law, "machine", said, members=tuple(members), cause=cause, widths=tuple(widths))
+    return Input(
+        "", "", STATE, law, "machine", said, members=tuple(members), cause=cause, widths=tuple(widths)
+    )
 
 
-def _member(path: Path, name: str, element: np.ndarray, effects: Sequence[Effect]) -> Effect:  # type: ignore[type-arg]
+def _member(path: Path, name: str, element: Array, effects: Sequence[Effect]) -> Effect:
     """The effect of a row. Raises UsageError where there is none, and DataError where its elements are others."""
     place, _, parameter = name.rpartition(".")
     hit = next((e for e in effects if e.id == place), None)
     if hit is None or not hasattr(hit, parameter):
         known = [f"{e.id}.{e.stored}" if e.stored else e.id for e in effects]
-        raise UsageError(f'{path}: "{name}" is no parameter of an effect of the machine.{choose_from(name, known)}')
+        raise UsageError(
+            f'{path}: "{name}" is no parameter of an effect of the machine.{choose_from(name, known)}'
+        )
     size = int(np.size(getattr(hit, parameter)))
     due = np.full(1, np.nan) if np.ndim(getattr(hit, parameter)) == 0 else np.arange(float(size))
     if len(element) != len(due) or not np.array_equal(element, due, equal_nan=True):
-        raise DataError(f"{path}: {name} has {size} numbers, but the file has {len(element)} rows of it or another order")
+        raise DataError(
+            f"{path}: {name} has {size} numbers, but the file has {len(element)} rows of it or another order"
+        )
     return hit

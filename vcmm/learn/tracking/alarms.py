@@ -18,7 +18,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.learn.tracking.changes import Jump
-from vcmm.learn.tracking.kalman import GaussianState, innovation
+from vcmm.learn.tracking.kalman import GaussianState, innovation, solve_lower
 
 ALPHA = 0.05
 SUM = 2.109742801  # of 1 / (n ln^2 n), n = 2, 3 ...
@@ -29,9 +29,10 @@ def level(number: int, alpha: float) -> float:
     return alpha / (SUM * (number + 1) * math.log(number + 1) ** 2)
 
 
-def chance_of(state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump]) -> tuple[float, float]:
+def chance_of(
+    state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump]
+) -> tuple[float, float]:
     """(chance, rms of the innovation in units of its standard uncertainty) of readings with unit noise."""
-    from scipy.linalg import solve_triangular
     from scipy.special import chdtrc
 
     if not len(value):
@@ -40,7 +41,7 @@ def chance_of(state: GaussianState, columns: Array, value: Array, jumps: Sequenc
     white = seen.white
     chances = [float(chdtrc(len(white), white @ white))]
     for jump in jumps:
-        moved = solve_triangular(seen.lower, columns @ jump.columns, lower=True)
+        moved = solve_lower(seen.lower, columns @ jump.columns)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         kept = size > 1e-6 * max(float(size[0]), 1e-300)
         if size[0] > 1e-9 and kept.sum() < len(white):

@@ -16,7 +16,14 @@ from functools import lru_cache
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.kalman import GaussianState, Innovation, condition, innovation, triangular
+from vcmm.learn.tracking.kalman import (
+    GaussianState,
+    Innovation,
+    condition,
+    innovation,
+    solve_lower,
+    triangular,
+)
 from vcmm.learn.tracking.quantities import TrackedMachine, group_numbers
 
 SIZES = (1.0, 4.0)  # usual sizes
@@ -94,11 +101,9 @@ def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[J
 
 def _log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior: float) -> list[float]:
     """ln (prior x likelihood) of every jump and size: the covariance grows by columns that are few (matrix determinant lemma)."""
-    from scipy.linalg import solve_triangular
-
     white, base, out = seen.white, seen.log_likelihood, []
     for jump in jumps:
-        moved = solve_triangular(seen.lower, columns @ jump.columns, lower=True)
+        moved = solve_lower(seen.lower, columns @ jump.columns)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         along = (left.T @ white) ** 2
         for s in SIZES:

@@ -67,7 +67,15 @@ def see_recording(tracked: TrackedMachine, recording: Recording, name: str, when
     noise = _noise(float(y @ y - value @ value), rest)
     before = float(np.sqrt(((y * problem.u) ** 2).mean()))
     return SeenRecording(
-        name, when, size[kept, None] * right[kept] / noise, value / noise, noise, rest, len(y), before, outliers
+        name,
+        when,
+        size[kept, None] * right[kept] / noise,
+        value / noise,
+        noise,
+        rest,
+        len(y),
+        before,
+        outliers,
     )
 
 
@@ -87,7 +95,7 @@ def _root(tracked: TrackedMachine, problem: Problem) -> Array:
     if not own:
         return problem.u
     known = np.concatenate(own, axis=1)
-    return np.linalg.cholesky(np.diag(problem.u**2) + known @ known.T)
+    return np.asarray(np.linalg.cholesky(np.diag(problem.u**2) + known @ known.T), dtype=np.float64)
 
 
 def _divide(root: Array, columns: Array) -> Array:

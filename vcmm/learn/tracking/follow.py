@@ -113,7 +113,12 @@ def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> Follo
 
 
 def _check(
-    seen: SeenRecording, date: str, test: tuple[float, float, float], state: GaussianState, columns: Array, new: Update
+    seen: SeenRecording,
+    date: str,
+    test: tuple[float, float, float],
+    state: GaussianState,
+    columns: Array,
+    new: Update,
 ) -> Check:
     from_state = seen.value - columns @ state.mean
     return Check(

@@ -113,13 +113,15 @@ def _in_time(folder: Path) -> list[KnownFile]:
         out.append(KnownFile(name, date, recording_hash(path)))
     if without:
         raise UsageError(
-            f'{folder}: {", ".join(without[:5])}{" and others" if len(without) > 5 else ""}: no date, so that nothing can be put in order; '
+            f"{folder}: {', '.join(without[:5])}{' and others' if len(without) > 5 else ''}: no date, so that nothing can be put in order; "
             'add for example date = "2026-11-22" to the recording file'
         )
     return sorted(out, key=lambda f: (moment(f.date), f.name))
 
 
-def _new_files(found: Sequence[KnownFile], known: Sequence[KnownFile], request: TrackRequest) -> list[KnownFile]:
+def _new_files(
+    found: Sequence[KnownFile], known: Sequence[KnownFile], request: TrackRequest
+) -> list[KnownFile]:
     """Those that the state does not hold yet. Raises UsageError where one is older than the state, changed since, or gone."""
     have = {f.name: f for f in known}
     for f in found:

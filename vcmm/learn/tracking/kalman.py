@@ -11,6 +11,7 @@ Readings come with unit noise. R. E. Kalman, J. Basic Eng. 82 (1960) 35; G. Bier
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,12 +38,10 @@ class Innovation:
     spread: Array
     lower: Array
 
-    @property
+    @cached_property
     def white(self) -> Array:
         """(r,): the innovation in units of its own standard uncertainties, independent."""
-        from scipy.linalg import solve_triangular
-
-        return np.asarray(solve_triangular(self.lower, self.value, lower=True))
+        return solve_lower(self.lower, self.value)
 
     @property
     def log_likelihood(self) -> float:
@@ -51,11 +50,20 @@ class Innovation:
         return float(-0.5 * white @ white - logs - 0.5 * len(white) * np.log(2 * np.pi))
 
 
+def solve_lower(lower: Array, columns: Array) -> Array:
+    """lower^-1 columns, lower (r, r) triangular; LAPACK itself, for the matrices here are small and many."""
+    from scipy.linalg.lapack import dtrtrs
+
+    if not len(lower):
+        return columns
+    return np.asarray(dtrtrs(lower, columns, lower=1)[0], dtype=np.float64)
+
+
 def triangular(factor: Array) -> Array:
     """A factor of the same covariance with as many columns as rows at most."""
     if factor.shape[1] <= factor.shape[0]:
         return factor
-    return np.asarray(np.linalg.qr(factor.T, mode="r").T)
+    return np.asarray(np.asarray(np.linalg.qr(factor.T, mode="r")).T, dtype=np.float64)
 
 
 def advance(state: GaussianState, decay: Array, variance: Array) -> GaussianState:
@@ -72,16 +80,14 @@ def advance(state: GaussianState, decay: Array, variance: Array) -> GaussianStat
 def innovation(state: GaussianState, columns: Array, value: Array) -> Innovation:
     """columns (r, n), value (r,) with unit noise."""
     spread = columns @ state.factor
-    lower = np.linalg.cholesky(spread @ spread.T + np.eye(len(value)))
+    lower = np.asarray(np.linalg.cholesky(spread @ spread.T + np.eye(len(value))), dtype=np.float64)
     return Innovation(value - columns @ state.mean, spread, lower)
 
 
 def condition(state: GaussianState, seen: Innovation) -> GaussianState:
     """The state given the readings."""
-    from scipy.linalg import solve_triangular
-
     gain = state.factor @ seen.spread.T
-    half = solve_triangular(seen.lower, gain.T, lower=True)  # L^-1 (S F')'
+    half = solve_lower(seen.lower, gain.T)  # L^-1 (S F')'
     mean = state.mean + half.T @ seen.white
-    inner = solve_triangular(seen.lower + np.eye(len(seen.value)), seen.spread, lower=True)
+    inner = solve_lower(seen.lower + np.eye(len(seen.value)), seen.spread)
     return GaussianState(mean, state.factor - half.T @ inner)

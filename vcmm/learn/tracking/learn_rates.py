@@ -8,7 +8,7 @@ prior, so that a group may be turned to the few combinations that are seen, with
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,11 +16,12 @@ from vcmm.core.run import Array
 from vcmm.learn.tracking.changes import Jump, update
 from vcmm.learn.tracking.compress import SeenRecording, turn_columns
 from vcmm.learn.tracking.quantities import TrackedMachine
-from vcmm.learn.tracking.rates import GroupRates, first_state, motion_of
+from vcmm.learn.tracking.rates import WALKS, GroupRates, first_state, mean_walk, motion_of
 
 FIRST = 4  # recordings: rates are learnt after 4, 8, 16 ... of them
 SEEN = 1e-10  # of the largest information: what is below is not seen
 SWEEPS = 4
+NEGLIGIBLE = 6.0  # nats below the best: no longer asked
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,10 @@ def seen_numbers(
         none = np.zeros((count, own.shape[1]))
         turned.append(Jump(jump.name, np.concatenate([none, own, np.zeros_like(own)])))
     return SeenNumbers(
-        tuple(turn_columns(r, whole) for r in recordings), tuple(turned), np.array(left[count:], dtype=np.intp), count
+        tuple(turn_columns(r, whole) for r in recordings),
+        tuple(turned),
+        np.array(left[count:], dtype=np.intp),
+        count,
     )
 
 
@@ -97,6 +101,8 @@ def learn_rates(
 ) -> tuple[GroupRates, ...]:
     """The rates of the highest evidence that steps along the groups find from `start`."""
     seen = seen_numbers(tracked, recordings, jumps)
+    unseen = start
+    start = tuple(replace(r, mean=-1.0) for r in start)
     present = sorted(set(seen.groups.tolist()))  # of a group that no recording sees nothing is learnt
     best, value = start, log_evidence(seen, start)
     for _ in range(SWEEPS):
@@ -109,4 +115,18 @@ def learn_rates(
                     best, value = tried, found
         if best == before:
             break
-    return best
+    return tuple(_with_mean(seen, best, k, value) if k in present else r for k, r in enumerate(unseen))
+
+
+def _with_mean(seen: SeenNumbers, best: tuple[GroupRates, ...], k: int, top: float) -> GroupRates:
+    """The rates of a group with the root mean square of its walk, the others at their best."""
+    levels, logs = [best[k].walk], [top]
+    for way in (1, -1):
+        level = best[k].walk + way
+        while 0 <= level < len(WALKS):
+            found = log_evidence(seen, (*best[:k], replace(best[k], walk=level), *best[k + 1 :]))
+            levels, logs = [*levels, level], [*logs, found]
+            if found < top - NEGLIGIBLE:
+                break
+            level += way
+    return replace(best[k], mean=mean_walk(np.array(logs), levels))

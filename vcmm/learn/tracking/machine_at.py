@@ -78,7 +78,8 @@ def machine_on(followed: FollowedMachine, when: float) -> DatedMachine:
 
 def effects_on(dated: DatedMachine) -> tuple[Effect, ...]:
     """The machine's effects with their numbers of the day, without the modes of an earlier covariance."""
-    rows, new = dated.followed.tracked.rows, {}
+    rows = dated.followed.tracked.rows
+    new: dict[str, Effect] = {}
     for q in dated.followed.tracked.quantities:
         old = np.asarray(getattr(q.effect, q.parameter), dtype=float)
         value = old + np.reshape(dated.departure[rows[q.id]], old.shape)
@@ -104,4 +105,6 @@ def _joint(quantities: Sequence[Quantity], matrix: Array, cause: str) -> Input:
     )
     widths = tuple(q.size for q in quantities)
     law = MultivariateNormal(matrix)
-    return Input("", "", STATE, law, "machine", "followed in time", members=members, cause=cause, widths=widths)
+    return Input(
+        "", "", STATE, law, "machine", "followed in time", members=members, cause=cause, widths=widths
+    )

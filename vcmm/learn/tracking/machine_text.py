@@ -73,10 +73,8 @@ def _renew_table(
         moved = _departure_of(dated, effect)
         if isinstance(effect, ComponentTable | ComponentSpline):
             values = np.asarray(effect.values, dtype=float) + moved.get("values", 0.0)
-            spline = isinstance(effect, ComponentSpline)
-            grids = (np.asarray(effect.nodes),) if spline else effect.grids
-            arguments = (effect.link,) if isinstance(effect, ComponentSpline) else effect.arguments
-            tables.append(ErrorTable(tuple(arguments), tuple(grids), {effect.component: values}, 0))
+            arguments, grids = _over(effect)
+            tables.append(ErrorTable(arguments, grids, {effect.component: values}, 0))
         else:
             constants[effect.where] = _constant(file, effect.where) + sum(float(v) for v in moved.values())
     files[name] = isg_text(ErrorFile(_together(tables), constants), said)
@@ -84,6 +82,13 @@ def _renew_table(
         if key in errors:
             del errors[key]
     return {e.id for e in effects}
+
+
+def _over(effect: ComponentTable | ComponentSpline) -> tuple[tuple[str, ...], tuple[Array, ...]]:
+    """Letters of the axes over which a table or spline stands, and its nodes."""
+    if isinstance(effect, ComponentSpline):
+        return (effect.link,), (np.asarray(effect.nodes, dtype=float),)
+    return tuple(effect.arguments), tuple(effect.grids)
 
 
 def _constant(file: ErrorFile, name: str) -> float:

@@ -173,7 +173,9 @@ def _smooth(effect: Effect, letters: str) -> Array:
     for i, letter in enumerate(arguments):
         gap = mesh[:, None, i] - mesh[None, :, i]
         length = LENGTH * max(float(np.ptp(mesh[:, i])), 1e-9)
-        square += (2.0 * np.sin(gap / 2.0) / min(length, 1.0)) ** 2 if is_rotary(letter) else (gap / length) ** 2
+        square += (
+            (2.0 * np.sin(gap / 2.0) / min(length, 1.0)) ** 2 if is_rotary(letter) else (gap / length) ** 2
+        )
     own = arguments.index(letters[2]) if letters[2] in arguments else 0
     gone = [np.ones(len(mesh))]
     if letters[1] in "XYZ" and letters[1] != letters[2] and not is_rotary(letters[2]):
@@ -202,7 +204,9 @@ def _block(tracked: TrackedMachine, one: Input) -> Array | None:
         return None
     rows = np.concatenate([np.arange(p.start, p.stop) for p in places if p is not None])
     law, factor = one.spread(len(rows))
-    own = MultivariateNormal(law.covariance).factor if isinstance(law, MultivariateSamples) else factor * law.u
+    own = (
+        MultivariateNormal(law.covariance).factor if isinstance(law, MultivariateSamples) else factor * law.u
+    )
     if not np.isfinite(own).all() or len(own) != len(rows):
         return None
     out = np.zeros((tracked.factor.shape[0], own.shape[1]))
@@ -225,7 +229,8 @@ def _of_modes(tracked: TrackedMachine) -> Array | None:
         if not isinstance(effect, CalibrationModes):
             continue
         target = next(
-            (q for q in tracked.quantities if q.effect.calibrated and q.effect.where == effect.component), None
+            (q for q in tracked.quantities if q.effect.calibrated and q.effect.where == effect.component),
+            None,
         )
         if target is None or target.parameter != number_of(target.effect):
             return None

@@ -110,7 +110,11 @@ class Track:
         for i, one in enumerate(picked):
             size = 1.0 / in_unit(1.0, one.unit) if one.unit not in ("", "1") else 1.0
             ahead = tuple(
-                (d, float(start[i] + ways[i] @ s.mean) / size, float(np.linalg.norm(ways[i] @ s.factor)) / size)
+                (
+                    d,
+                    float(start[i] + ways[i] @ s.mean) / size,
+                    float(np.linalg.norm(ways[i] @ s.factor)) / size,
+                )
                 for d, s in future
             )
             out.append(

@@ -91,7 +91,11 @@ def _text(followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...],
         f"alpha = {followed.alpha!r}",
     ]
     for name, rate in zip(followed.tracked.groups, followed.rates):
-        lines += ["", f"[[rates]]                      # {rate.words}, usual sizes", f"group = {json.dumps(name)}"]
+        lines += [
+            "",
+            f"[[rates]]                      # {rate.words}, usual sizes",
+            f"group = {json.dumps(name)}",
+        ]
         lines += [f"{k} = {v}" for k, v in asdict(rate).items()]
     for file, seen, check in zip(files, followed.seen, followed.checks):
         lines += ["", "[[recordings]]", f"file = {json.dumps(file.name)}", f'date = "{file.date}"']
@@ -126,7 +130,9 @@ def read_state(
         )
     numbers = folder / NUMBERS
     if not numbers.is_file() or hashlib.sha256(numbers.read_bytes()).hexdigest() != data["numbers_sha256"]:
-        raise DataError(f"{numbers} is not the file that {TEXT} was written with; --replay works everything out anew")
+        raise DataError(
+            f"{numbers} is not the file that {TEXT} was written with; --replay works everything out anew"
+        )
     with np.load(numbers) as arrays:
         known = data.get("recordings", [])
         seen = tuple(
@@ -135,6 +141,6 @@ def read_state(
         )
         state = GaussianState(arrays["mean"], arrays["factor"])
     checks = tuple(Check(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known)
-    rates = tuple(GroupRates(r["walk"], r["swing"], r["tau"]) for r in data["rates"])
+    rates = tuple(GroupRates(r["walk"], r["swing"], r["tau"], r["mean"]) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
     return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files

@@ -135,7 +135,9 @@ class Observer:
         """The effects through which an Input shows; none where the recording lacks its columns."""
         if one.members:
             found = [self._acted_on(m) for m in one.members]
-            some = all(found) or bool(one.widths)  # what was followed together is seen as far as its effects are
+            some = all(found) or bool(
+                one.widths
+            )  # what was followed together is seen as far as its effects are
             return tuple(e for effects in found for e in effects) if some else ()
         if one.is_channel:
             return self.usable.effects if one.parameter in self.run.columns else ()

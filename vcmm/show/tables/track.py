@@ -1,0 +1,89 @@
+"""A machine that is followed, as tables: its recordings, its alarms, its numbers of the day."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vcmm.learn.tracking.follow import Check
+from vcmm.learn.tracking.result import Course, Track, last_good
+from vcmm.show.tables.fleet import value_text
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+
+MOST = 12  # numbers that people see; all stand in the document
+
+
+def _changed(c: Check) -> str:
+    said = [f"{name} {p:.2f}" for name, p in c.suspects[:3] if p >= 0.01]
+    return ", ".join(said) or "–"
+
+
+def _tenth(value: float) -> str:
+    return f"{value:.2f}"
+
+
+CHECKS: tuple[Column[Check], ...] = (
+    Column("recording", lambda c: c.name, csv="recording"),
+    Column("date", lambda c: c.date, csv="date"),
+    Column("rows", lambda c: str(c.rows), NUMBER_TEXT, csv="rows"),
+    Column("file unchanged", lambda c: _tenth(c.unchanged), NUMBER_TEXT),
+    Column("predicted", lambda c: _tenth(c.predicted), NUMBER_TEXT),
+    Column("over its u", lambda c: _tenth(c.spread), NUMBER_TEXT),
+    Column("chance", lambda c: f"{c.chance:.2g}", NUMBER_TEXT),
+    Column("may spend", lambda c: f"{c.level:.2g}", NUMBER_TEXT),
+    Column("", lambda c: "ALARM" if c.alarm else ""),
+    Column("changed, probability", _changed),
+    Column(None, lambda c: c.unchanged, csv="rms_unchanged"),
+    Column(None, lambda c: c.predicted, csv="rms_predicted"),
+    Column(None, lambda c: c.spread, csv="innovation_over_u"),
+    Column(None, lambda c: c.chance, csv="chance"),
+    Column(None, lambda c: c.level, csv="level"),
+    Column(None, lambda c: c.change, csv="probability_of_change"),
+    Column(None, lambda c: c.noise, csv="noise_scale"),
+)
+CHECK_CAPTION = (
+    "file unchanged, predicted: rms of what the recording differs by from the machine file and from the prediction, over the noise of a reading; over its"
+    " u: that of the prediction over its own standard uncertainty, near 1 where that is right"
+)
+
+
+def checks(track: Track) -> ResultTable[Check]:
+    shown = track.checks
+    return ResultTable(
+        f"{len(shown)} recordings of {track.followed.tracked.machine.name}", CHECKS, shown, CHECK_CAPTION
+    )
+
+
+def alarms(track: Track) -> ResultTable[Check]:
+    columns: Sequence[Column[Check]] = (
+        Column("date", lambda c: c.date),
+        Column("recording", lambda c: c.name),
+        Column("as predicted until", lambda c: last_good(c, track.checks) or "–"),
+        Column("changed, probability", _changed),
+        Column("diagnosis", lambda c: c.answer or "–"),
+    )
+    said = "what was measured or cut between the two dates is doubtful"
+    return ResultTable("alarms", columns, track.alarms, said)
+
+
+NUMBERS: tuple[Column[Course], ...] = (
+    Column("number", lambda c: c.name, csv="input"),
+    Column("", lambda c: c.what),
+    Column("first", lambda c: value_text((float(c.value[0]), float(c.u[0])), c.unit), NUMBER_TEXT),
+    Column("last", lambda c: value_text((float(c.value[-1]), float(c.u[-1])), c.unit), NUMBER_TEXT),
+    Column("in 30 d", lambda c: value_text(c.ahead[1][1:], c.unit), NUMBER_TEXT),
+    Column(None, lambda c: float(c.value[-1]), csv="value"),
+    Column(None, lambda c: float(c.u[-1]), csv="u"),
+    Column(None, lambda c: c.ahead[1][2], csv="u_in_30_d"),
+    Column(None, lambda c: c.unit, csv="unit"),
+)
+
+
+def numbers(track: Track, most: int = MOST) -> ResultTable[Course]:
+    every = sorted(track.courses, key=lambda c: -c.moved)
+    more = f"; {len(every) - most} more stand in numbers.csv" if len(every) > most else ""
+    return ResultTable(
+        "numbers that are followed, those that moved most first",
+        NUMBERS,
+        every[:most],
+        f"± standard uncertainty{more}",
+    )
