@@ -85,7 +85,7 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
     from cyclopts import CoercionError
 
     for argument in arguments:
-        if any(token.value == "" and not token.implicit_value for token in argument.tokens):
+        if any(token.value == "" and _is_typed(token) for token in argument.tokens):
             raise UsageError(f'{argument.name} "" is empty; give it a value or leave it out')
         kinds = {argument.hint, *get_args(argument.hint)}
         if not kinds & {int, float}:
@@ -100,6 +100,11 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
             with contextlib.suppress(ValueError):  # no number at all: cyclopts says so
                 if "." in token.value and not float(token.value).is_integer():
                     raise CoercionError(token=token, argument=argument, target_type=int)
+
+
+def _is_typed(token: Any) -> bool:
+    """Whether a value was to be typed: flags, --no-flag too, bring their own."""
+    return not isinstance(token.implicit_value, bool) and not token.implicit_value
 
 
 def _python_takes(text: str) -> bool:

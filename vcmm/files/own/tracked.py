@@ -49,7 +49,9 @@ def _joint_input(path: Path, effects: Sequence[Effect], cause: str, said: str) -
         members.append(Input(member.name, member.where, name.rpartition(".")[2], Normal(1.0), cause=cause))
         widths.append(count)
         at += count
-    law = MultivariateNormal(joint.matrix)
+    law = MultivariateNormal(
+        joint.factor @ joint.factor.T
+    )  # what the digits of the file leave below zero is rounding
     return Input(
         "", "", STATE, law, "machine", said, members=tuple(members), cause=cause, widths=tuple(widths)
     )

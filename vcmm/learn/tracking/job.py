@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vcmm.core.errors import UsageError, VcmmError, first_of
 from vcmm.core.machine import Machine
+from vcmm.core.own_files import check_replacing
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.toml import read_toml
@@ -21,6 +22,7 @@ from vcmm.learn.tracking.machine_at import as_machine, machine_on
 from vcmm.learn.tracking.quantities import tracked_machine
 from vcmm.learn.tracking.result import Track
 from vcmm.learn.tracking.state_file import (
+    NUMBERS,
     TEXT,
     KnownFile,
     hash_of,
@@ -68,6 +70,7 @@ def track(
         Path(machine), Path(folder), None if state is None else Path(state), replay, alpha, explain, seed
     )
     _check_alpha(alpha)
+    _take_state_folder(request)
     known = load_machine(request.machine)
     tracked, of_machine = tracked_machine(known), hash_of(request.machine)
     found = _in_time(request.folder)
@@ -93,6 +96,17 @@ def track(
             "so name a later day, or follow a folder that ends before it"
         )
     return Track(followed, machine_on(followed, when), at or files[-1].date, len(new), request.machine)
+
+
+def _take_state_folder(request: TrackRequest) -> None:
+    """The files of the state are the command's own. Raises UsageError for a place among the recordings."""
+    if request.state is None:
+        return
+    if request.state.resolve().is_relative_to(request.folder.resolve()):
+        raise UsageError(
+            f"{request.state} lies among the recordings of {request.folder}; name a folder beside it for the state"
+        )
+    check_replacing([request.state / TEXT, request.state / NUMBERS])
 
 
 def _check_alpha(alpha: float) -> None:
