@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Seed
+from vcmm.face.cli.options import CountOption, Seed
 
 
 def track_command(
@@ -17,6 +17,10 @@ def track_command(
     at: str | None = None,
     out: Path | None = None,
     replay: bool = False,
+    task: Path | None = None,
+    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
+    checks: Path | None = None,
+    days: CountOption = None,
     alpha: float = 0.05,
     explain: bool = True,
     seed: Seed = 0,
@@ -38,6 +42,14 @@ def track_command(
         Folder for the state (track.toml, track.npz), machine.toml with its tables, report.html, track.json, checks.csv and numbers.csv; default: FOLDER-track beside the folder. A state that lies there is taken up.
     replay
         Work everything out anew, in the order of the dates, whatever state lies there.
+    task
+        Scenario (scenario/1) measured on this machine, whose U is to stay below --limit.
+    limit
+        Characteristic and largest U = 2 u, such as "bore to front = 2 um"; may be repeated.
+    checks
+        The checks that the shop has, with their cost (checks/1); with --task: which one next, when, and a plan.
+    days
+        Days that the plan covers from --at on (default 30).
     alpha
         Chance of any false alarm, over all recordings that will ever come.
     explain
@@ -57,8 +69,29 @@ def track_command(
             machine, folder, at=at, state=target, replay=replay, alpha=alpha, explain=explain, seed=seed,
             progress=show_progress,
         )  # fmt: skip
-    _put(found, [machine, *_recordings(folder)], target, seed, json)
+    planned = _plan(found, (task, limit, checks, days))
+    given = [p for p in (machine, task, checks) if p is not None]
+    _put(found, planned, [*given, *_recordings(folder)], target, seed, json)
     return 1 if found.checks[-1].alarm else 0
+
+
+def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, int | None]) -> Any:
+    """Which check next; None where it was not asked."""
+    from vcmm.core.errors import UsageError
+    from vcmm.files.own.check_list import load_checks
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.learn.tracking.next_check import plan_checks
+    from vcmm.learn.tracking.task_limits import limits_of
+
+    task, limit, checks, days = asked
+    if task is None and not limit and checks is None and days is None:
+        return None
+    if task is None or not limit or checks is None:
+        raise UsageError(
+            'which check next takes --task SCENARIO, --limit "CHARACTERISTIC = U" and --checks LIST; one of them is missing'
+        )
+    limits = limits_of(limit, load_scenario(task), found.dated)
+    return limits, *plan_checks(found.followed, found.dated.when, load_checks(checks), limits, days or 30)
 
 
 def _recordings(folder: Path) -> list[Path]:
@@ -67,7 +100,7 @@ def _recordings(folder: Path) -> list[Path]:
     return recordings_in(folder)
 
 
-def _put(found: Any, given: list[Path], target: Path, seed: int, json: bool) -> None:
+def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, json: bool) -> None:
     """Files, and tables or the document."""
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import write_files
@@ -78,11 +111,13 @@ def _put(found: Any, given: list[Path], target: Path, seed: int, json: bool) -> 
 
     files = list(dict.fromkeys(f for p in given for f in sources(p)))
     body = {**found.to_dict(), "machine": str(target / "machine.toml"), "name": found.to_dict()["machine"]}
+    if planned is not None:
+        body |= tables.plan_document(planned, found)
     content = document("vcmm.track/1", body, seed=seed, files=files)
     texts = {
         **found.files(target / "machine.toml"),
         "track.json": json_text(content),
-        "report.html": track_page(found),
+        "report.html": track_page(found, planned),
         "checks.csv": csv_text(tables.checks(found)),
         "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
     }
@@ -94,6 +129,9 @@ def _put(found: Any, given: list[Path], target: Path, seed: int, json: bool) -> 
             show_table(tables.alarms(found))
         show_table(tables.numbers(found))
         show_table(tables.checks(found))
+        if planned is not None:
+            show_table(tables.next_checks(planned, found))
+            show_table(tables.plan(planned, found))
     say(
         f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {target}/"
         + ", ".join(texts)

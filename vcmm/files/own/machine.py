@@ -75,8 +75,8 @@ def _checked_machine(
     effects += further_effects(tables_in(data, "effects"), chain, problems, at)
     complete = len(problems.found) == before
     if model.tracked is not None and complete:
-        stated, folder, whole = model.tracked, document.path.parent, merge_effects(effects)
-        inputs += problems.attempt((*at, "tracked"), lambda: tracked_inputs(stated, folder, whole)) or []
+        when, folder, whole = model.tracked, document.path.parent, merge_effects(effects)
+        inputs += problems.attempt((*at, "tracked"), lambda: tracked_inputs(when, folder, whole)) or []
     inputs += further_inputs(tables_in(data, "inputs"), effects, inputs, problems, at, complete)
     if problems.found:
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from vcmm.core.errors import UsageError
 
@@ -16,3 +16,8 @@ def moment(date: str) -> float:
     except ValueError:
         raise UsageError(f'"{date}" is no date; write for example 2026-12-01 or 2026-12-01T14:30') from None
     return (found.replace(tzinfo=None) - datetime(1970, 1, 1)).total_seconds() / DAY
+
+
+def date_of(when: float) -> str:
+    """The day, ISO 8601."""
+    return (datetime(1970, 1, 1) + timedelta(days=when)).date().isoformat()

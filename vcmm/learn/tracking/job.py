@@ -32,6 +32,8 @@ from vcmm.learn.tracking.state_file import (
 )
 from vcmm.task.response.recording import Recording
 
+OWN = (TEXT, NUMBERS, "machine.toml", "machine_errors.csv", "machine_state.csv", "machine_since.csv")
+
 Progress = Callable[[str, float], None]
 
 
@@ -106,7 +108,11 @@ def _take_state_folder(request: TrackRequest) -> None:
         raise UsageError(
             f"{request.state} lies among the recordings of {request.folder}; name a folder beside it for the state"
         )
-    check_replacing([request.state / TEXT, request.state / NUMBERS])
+    if request.machine.resolve().parent == request.state.resolve():
+        raise UsageError(
+            f"{request.machine} lies in {request.state}, where the machine file of the day is written; keep the file that it starts from elsewhere"
+        )
+    check_replacing([request.state / name for name in OWN])  # a task may name the machine file of the day before
 
 
 def _check_alpha(alpha: float) -> None:

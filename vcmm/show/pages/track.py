@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DRAWN = 9  # numbers with a picture, those that moved most
 
 
-def track_page(track: Track) -> str:
+def track_page(track: Track, planned: tables.Planned | None = None) -> str:
     """One self-contained HTML file."""
     name = track.followed.tracked.machine.name
     blocks = [
@@ -34,6 +34,12 @@ def track_page(track: Track) -> str:
     blocks.append(r.heading("Numbers over time"))
     drawn = sorted(track.courses, key=lambda c: -c.moved)[:DRAWN]
     blocks += [r.columns(*(charts.on_page(track.plot, c.name) for c in drawn)), html(tables.numbers(track))]
+    if planned is not None:
+        blocks += [
+            r.heading("What to check next"),
+            html(tables.next_checks(planned, track)),
+            html(tables.plan(planned, track)),
+        ]
     blocks += [r.heading("How well each recording was predicted"), charts.on_page(_spread, track)]
     rates = "; ".join(
         f"{g}: {rate.words}" for g, rate in zip(track.followed.tracked.groups, track.followed.rates)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vcmm.learn.tracking.dates import date_of
 from vcmm.learn.tracking.follow import Check
+from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
 from vcmm.learn.tracking.result import Course, Track, last_good
+from vcmm.learn.tracking.task_limits import TaskLimit
 from vcmm.show.tables.fleet import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 
@@ -87,3 +90,73 @@ def numbers(track: Track, most: int = MOST) -> ResultTable[Course]:
         every[:most],
         f"± standard uncertainty{more}",
     )
+
+
+Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
+
+
+def _date(track: Track, day: int) -> str:
+    return date_of(track.dated.when + day)
+
+
+def _u_after(one: NextCheck, limits: Sequence[TaskLimit]) -> str:
+    return ", ".join(f"{x.name} {_small(one.u_after[x.name], x)}" for x in limits)
+
+
+def _small(value: float, limit: TaskLimit) -> str:
+    return f"{value * 1e3:.3g} µm" if limit.unit == "mm" else f"{value * 1e6:.3g} µrad"
+
+
+def _columns(limits: Sequence[TaskLimit], track: Track) -> tuple[Column[NextCheck], ...]:
+    return (
+        Column("check", lambda n: n.check.name),
+        Column("when", lambda n: _date(track, n.day)),
+        Column("U after it", lambda n: _u_after(n, limits)),
+        Column(
+            "holds", lambda n: "a year" if n.holds is None else f"{n.holds} d" if n.holds >= 0 else "not met"
+        ),
+        Column("cost", lambda n: f"{n.check.cost:g}", NUMBER_TEXT),
+        Column("minutes", lambda n: f"{n.check.minutes:g}", NUMBER_TEXT),
+    )
+
+
+def next_checks(planned: Planned, track: Track) -> ResultTable[NextCheck]:
+    limits, each, _ = planned
+    said = "each by itself, on the last day on which all limits hold; the longest for its cost first; U = 2 u, a known bias apart"
+    return ResultTable("which check next", _columns(limits, track), each, said)
+
+
+def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
+    limits, _, found = planned
+    kept = (
+        "keeps every limit"
+        if found.kept
+        else "does NOT keep the limits: no order of these checks that was searched does"
+    )
+    fixed = (
+        f"; at a fixed interval: {found.fixed[0]} every {found.fixed[1]} d, cost {found.fixed[2]:g}"
+        if found.fixed
+        else ""
+    )
+    title = f"plan of {found.days} days from {_date(track, 0)}, cost {found.cost:g}"
+    return ResultTable(title, _columns(limits, track), found.checks, f"{kept}{fixed}")
+
+
+def plan_document(planned: Planned, track: Track) -> dict[str, object]:
+    """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
+    limits, each, found = planned
+    return {
+        "limits": [{"name": x.name, "limit": x.limit, "u_rest": x.rest, "unit": x.unit} for x in limits],
+        "next_checks": [_next_document(n, track) for n in each],
+        "plan": {
+            "days": found.days, "cost": found.cost, "kept": found.kept, "checks": [_next_document(n, track) for n in found.checks],
+            "fixed_interval": found.fixed and {"check": found.fixed[0], "days": found.fixed[1], "cost": found.fixed[2]},
+        },
+    }  # fmt: skip
+
+
+def _next_document(one: NextCheck, track: Track) -> dict[str, object]:
+    return {
+        "check": one.check.name, "when": _date(track, one.day), "U_after": dict(one.u_after), "holds_days": one.holds,
+        "cost": one.check.cost, "minutes": one.check.minutes,
+    }  # fmt: skip
