@@ -61,7 +61,7 @@ def test_what_does_not_fit_the_state_is_refused(tmp_path):
     machine = write_year(tmp_path, 3, lambda week: 2.0)
     ask = {"state": tmp_path / "out", "explain": False}
     vcmm.track(machine, tmp_path / "checks", **ask)
-    with pytest.raises(UsageError, match="alpha = 0.05, which holds"):
+    with pytest.raises(UsageError, match=r"alpha = 0\.05, which holds"):
         vcmm.track(machine, tmp_path / "checks", alpha=0.01, **ask)
     with pytest.raises(UsageError, match="is before the last recording"):
         vcmm.track(machine, tmp_path / "checks", at="2026-01-01", **ask)
@@ -92,7 +92,7 @@ def test_a_state_among_the_recordings_is_refused(tmp_path):
 def test_a_recording_without_a_date_and_a_machine_without_errors_are_refused(tmp_path):
     machine = write_machine(tmp_path)
     write_check(tmp_path / "checks", "", [0.0, 500.0], [0.0, -1.0], name="nodate")
-    with pytest.raises(UsageError, match="nodate.toml: no date"):
+    with pytest.raises(UsageError, match=r"nodate\.toml: no date"):
         vcmm.track(machine, tmp_path / "checks")
     text = machine.read_text()
     machine.write_text(text[: text.index("[[effects]]")])
