@@ -45,7 +45,9 @@ def test_walk_and_swing_are_the_regression_with_their_covariance():
     """Readings of b + w at irregular days: a Gaussian process with cov = p0 + walk^2 min(t, s) / year + swing^2 exp(-|t - s| / tau)."""
     walk, swing, tau, p0 = 1.5, 0.7, 30.0, 2.0
     days, y = np.array([0.0, 3.0, 40.0, 41.0, 300.0]), np.array([1.0, -0.5, 2.0, 2.2, 0.3])
-    motion = rates.Motion(np.array([0.0, walk, 0.0]), np.array([0.0, 0.0, swing]), np.array([1.0, 1.0, tau]))
+    motion = rates.WanderingMotion(
+        np.array([0.0, walk, 0.0]), np.array([0.0, 0.0, swing]), np.array([1.0, 1.0, tau])
+    )
     state = GaussianState(np.zeros(3), np.diag([math.sqrt(p0), 0.0, swing]))
     before = 0.0
     for day, value in zip(days, y):

@@ -11,21 +11,11 @@ from vcmm.face.cli.options import CountOption, Seed
 
 
 def track_command(
-    machine: Path,
-    folder: Path,
-    *,
-    at: str | None = None,
-    out: Path | None = None,
-    replay: bool = False,
-    task: Path | None = None,
-    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
-    checks: Path | None = None,
-    days: CountOption = None,
-    alpha: float = 0.05,
-    explain: bool = True,
-    seed: Seed = 0,
+    machine: Path, folder: Path, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: Path | None = None,
+    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: Path | None = None,
+    days: CountOption = None, alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
     json: Annotated[bool, Parameter(name="--json")] = False,
-) -> int:
+) -> int:  # fmt: skip
     """Follow a machine through all recordings of a folder: its numbers today with their uncertainty, what changed and since when.
 
     Exit code 1: the last recording is not as it was predicted (an alarm).

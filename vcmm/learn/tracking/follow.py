@@ -19,11 +19,11 @@ from vcmm.learn.tracking.compress import SeenRecording
 from vcmm.learn.tracking.kalman import GaussianState
 from vcmm.learn.tracking.learn_rates import columns_for, is_due, learn_rates
 from vcmm.learn.tracking.quantities import TrackedMachine
-from vcmm.learn.tracking.rates import GroupRates, Motion, first_rates, first_state, motion_of
+from vcmm.learn.tracking.rates import GroupRates, WanderingMotion, first_rates, first_state, motion_of
 
 
 @dataclass(frozen=True)
-class Check:
+class FollowedCheck:
     """What a recording said when it came. chance, level: of the innovation test; alarm: chance < level.
 
     predicted, unchanged: rms of what it differs by from the prediction and from the machine file as it stood at the start, both in
@@ -61,10 +61,10 @@ class FollowedMachine:
     rates: tuple[GroupRates, ...]
     state: GaussianState
     seen: tuple[SeenRecording, ...] = ()
-    checks: tuple[Check, ...] = ()
+    checks: tuple[FollowedCheck, ...] = ()
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> WanderingMotion:
         return motion_of(self.tracked.group_of_mode, self.tracked.stated, self.rates)
 
     @property
@@ -96,7 +96,7 @@ def start_following(tracked: TrackedMachine, alpha: float) -> FollowedMachine:
 
 
 def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> FollowedMachine:
-    """The state after one more recording; its Check is the last of `checks`."""
+    """The state after one more recording; its FollowedCheck is the last of `checks`."""
     jumps = jumps_of(before.tracked)
     columns = columns_for(seen, before.tracked.stated)
     state = before.at(seen.when)
@@ -119,9 +119,9 @@ def _check(
     state: GaussianState,
     columns: Array,
     new: Update,
-) -> Check:
+) -> FollowedCheck:
     from_state = seen.value - columns @ state.mean
-    return Check(
+    return FollowedCheck(
         seen.name, date, seen.when, seen.rows, seen.rank, seen.noise, seen.outliers, test[0], test[1],
         _rms(from_state), _rms(seen.value), test[2], new.probability, new.changed,
     )  # fmt: skip

@@ -112,7 +112,9 @@ def _take_state_folder(request: TrackRequest) -> None:
         raise UsageError(
             f"{request.machine} lies in {request.state}, where the machine file of the day is written; keep the file that it starts from elsewhere"
         )
-    check_replacing([request.state / name for name in OWN])  # a task may name the machine file of the day before
+    check_replacing(
+        [request.state / name for name in OWN]
+    )  # a task may name the machine file of the day before
 
 
 def _check_alpha(alpha: float) -> None:

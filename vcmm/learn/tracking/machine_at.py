@@ -23,7 +23,7 @@ from vcmm.files.own.joint_covariance import JointCovariance
 from vcmm.files.own.tracked import SINCE, STATE
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.kalman import GaussianState
-from vcmm.learn.tracking.quantities import Quantity
+from vcmm.learn.tracking.quantities import TrackedQuantity
 from vcmm.learn.tracking.rates import YEAR
 from vcmm.physics.structure.component import CalibrationModes
 
@@ -44,7 +44,7 @@ class DatedMachine:
         return np.sqrt((self.state**2).sum(axis=1) + (self.since**2).sum(axis=1))
 
     @property
-    def uncertain(self) -> tuple[Quantity, ...]:
+    def uncertain(self) -> tuple[TrackedQuantity, ...]:
         """Those of which something is not known."""
         rows, u = self.followed.tracked.rows, self.u
         return tuple(q for q in self.followed.tracked.quantities if (u[rows[q.id]] > 0).any())
@@ -59,7 +59,7 @@ class DatedMachine:
         return JointCovariance(names, np.concatenate(position), own @ own.T)
 
 
-def is_single(quantity: Quantity) -> bool:
+def is_single(quantity: TrackedQuantity) -> bool:
     """One number, and no array of one."""
     return np.ndim(getattr(quantity.effect, quantity.parameter)) == 0
 
@@ -99,7 +99,7 @@ def as_machine(dated: DatedMachine) -> Machine:
     return replace(tracked.machine, effects=effects_on(dated), inputs=(*kept, *own))
 
 
-def _joint(quantities: Sequence[Quantity], matrix: Array, cause: str) -> Input:
+def _joint(quantities: Sequence[TrackedQuantity], matrix: Array, cause: str) -> Input:
     members = tuple(
         Input(q.effect.name, q.effect.where, q.parameter, Normal(1.0), cause=cause) for q in quantities
     )

@@ -18,7 +18,7 @@ from vcmm.core.run import Array
 from vcmm.files.own.check_list import ShopCheck
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.learn_rates import columns_for
-from vcmm.learn.tracking.rates import YEAR, Motion
+from vcmm.learn.tracking.rates import YEAR, WanderingMotion
 from vcmm.learn.tracking.task_limits import K, TaskLimit
 
 WIDE, LONGEST = 60, 366  # orders kept; days ahead
@@ -48,7 +48,7 @@ class CheckPlan:
 
 @dataclass(frozen=True, eq=False)
 class _Plans:
-    motion: Motion
+    motion: WanderingMotion
     limits: tuple[TaskLimit, ...]
     columns: Mapping[str, Array]
 

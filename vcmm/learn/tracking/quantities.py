@@ -34,7 +34,7 @@ SMALL = 1e-8  # of the largest variance of an Input: what is below is rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Quantity:
+class TrackedQuantity:
     """A parameter of an effect: k numbers that are followed.
 
     shape (k, g): how they change, canonical units, of the usual size. group: what shares its rate.
@@ -72,7 +72,7 @@ class TrackedMachine:
     """
 
     machine: Machine
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[TrackedQuantity, ...]
     factor: Array
     used: tuple[str, ...]
     apart: tuple[str, ...]
@@ -154,14 +154,14 @@ def _numbers_of(effect: Effect) -> list[str]:
     ]
 
 
-def _quantity(effect: Effect, name: str) -> Quantity:
+def _quantity(effect: Effect, name: str) -> TrackedQuantity:
     size, count = typical(effect, name), int(np.size(getattr(effect, name)))
     letters = str(getattr(effect, "component", ""))
     if effect.stored == name and letters[:1] == "E":
         kind = "rotations" if letters[1] in "ABC" else "translations"
-        return Quantity(effect, name, size * _smooth(effect, letters), f"{kind} over a travel")
+        return TrackedQuantity(effect, name, size * _smooth(effect, letters), f"{kind} over a travel")
     group = f"{effect.name.replace('_', ' ')}: {name}"
-    return Quantity(effect, name, size * np.eye(count), group)
+    return TrackedQuantity(effect, name, size * np.eye(count), group)
 
 
 def _smooth(effect: Effect, letters: str) -> Array:

@@ -80,7 +80,7 @@ class GroupRates:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class WanderingMotion:
     """Rates of every number of a state z, b, w: walk, swing, tau (n,)."""
 
     walk: Array
@@ -96,21 +96,21 @@ class Motion:
         return advance(state, decay, variance)
 
 
-def motion_of(groups: Array, stated: int, rates: tuple[GroupRates, ...]) -> Motion:
+def motion_of(groups: Array, stated: int, rates: tuple[GroupRates, ...]) -> WanderingMotion:
     """groups (g,): number of the group of each shape; stated: coefficients z, which are constant."""
     walk = np.array([r.size for r in rates])[groups]
     swing = np.array([SWINGS[r.swing] for r in rates])[groups]
     tau = np.array([TAUS[r.tau] for r in rates])[groups]
     none, one = np.zeros(len(groups)), np.ones(len(groups))
     still = np.zeros(stated)
-    return Motion(
+    return WanderingMotion(
         np.concatenate([still, walk, none]),
         np.concatenate([still, none, swing]),
         np.concatenate([still + 1.0, one, tau]),
     )
 
 
-def first_state(motion: Motion, stated: int) -> GaussianState:
+def first_state(motion: WanderingMotion, stated: int) -> GaussianState:
     """At the date of the machine file: z standard normal, b zero, w stationary."""
     n = len(motion.walk)
     spread = np.concatenate([np.ones(stated), np.zeros(n - stated)]) + motion.swing

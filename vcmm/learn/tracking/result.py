@@ -17,10 +17,10 @@ from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.core.whole_files import write_files
 from vcmm.learn.tracking.dates import moment
-from vcmm.learn.tracking.follow import Check, FollowedMachine, course
+from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
 from vcmm.learn.tracking.machine_text import machine_files
-from vcmm.learn.tracking.quantities import Quantity
+from vcmm.learn.tracking.quantities import TrackedQuantity
 from vcmm.show import charts
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ SHOWN = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class NumberOverTime:
     """One number over time: name, unit; when (n,) days, value, u (n,) in that unit; ahead: days of the forecast beside value and u.
 
     what: "" for a number by itself; "end less start" of a table over its travel.
@@ -71,11 +71,11 @@ class Track:
         )
 
     @property
-    def checks(self) -> tuple[Check, ...]:
+    def checks(self) -> tuple[FollowedCheck, ...]:
         return self.followed.checks
 
     @property
-    def alarms(self) -> tuple[Check, ...]:
+    def alarms(self) -> tuple[FollowedCheck, ...]:
         return tuple(c for c in self.checks if c.alarm)
 
     @property
@@ -91,7 +91,7 @@ class Track:
         return machine_on(self.followed, day)
 
     @cached_property
-    def courses(self) -> tuple[Course, ...]:
+    def courses(self) -> tuple[NumberOverTime, ...]:
         """Every number that is followed, with the present rates."""
         picked = [p for q in self.followed.tracked.quantities for p in _numbers_of(q)]
         rows = self.followed.tracked.rows
@@ -118,11 +118,13 @@ class Track:
                 for d, s in future
             )
             out.append(
-                Course(one.name, one.unit, one.what, when, values[:, i] / size, us[:, i] / size, ahead)
+                NumberOverTime(
+                    one.name, one.unit, one.what, when, values[:, i] / size, us[:, i] / size, ahead
+                )
             )
         return tuple(out)
 
-    def course(self, name: str) -> Course:
+    def course(self, name: str) -> NumberOverTime:
         """One number by its name. Raises KeyError with the closest names."""
         for one in self.courses:
             if one.name == name:
@@ -176,14 +178,14 @@ class Track:
 class _Picked:
     """A number that is shown: weights (size,) on the elements of a quantity."""
 
-    quantity: Quantity
+    quantity: TrackedQuantity
     name: str
     unit: str
     what: str
     weights: Array
 
 
-def _numbers_of(q: Quantity) -> list[_Picked]:
+def _numbers_of(q: TrackedQuantity) -> list[_Picked]:
     """A single number; a table by its end less its start; of another array every element."""
     unit = parameter(q.effect, q.parameter).metadata["show"]
     unit = unit_of(q.effect, q.parameter) if unit == "mm or rad" or unit not in ROUND.values() else unit
@@ -198,7 +200,7 @@ def _numbers_of(q: Quantity) -> list[_Picked]:
     return [_Picked(q, f"{q.id}@{i}", unit, "", np.eye(q.size)[i]) for i in range(q.size)]
 
 
-def _document(c: Course, checks: tuple[Check, ...]) -> dict[str, Any]:
+def _document(c: NumberOverTime, checks: tuple[FollowedCheck, ...]) -> dict[str, Any]:
     return {
         "input": c.name,
         "unit": c.unit,
@@ -209,7 +211,7 @@ def _document(c: Course, checks: tuple[Check, ...]) -> dict[str, Any]:
     }
 
 
-def _check_document(c: Check) -> dict[str, Any]:
+def _check_document(c: FollowedCheck) -> dict[str, Any]:
     return {
         "recording": c.name, "date": c.date, "rows": c.rows, "combinations_seen": c.rank, "noise_scale": c.noise,
         "outliers": c.outliers, "chance": c.chance, "level": c.level, "alarm": c.alarm, "rms_predicted": c.predicted,
@@ -218,7 +220,7 @@ def _check_document(c: Check) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _alarm_document(c: Check, checks: tuple[Check, ...]) -> Mapping[str, Any]:
+def _alarm_document(c: FollowedCheck, checks: tuple[FollowedCheck, ...]) -> Mapping[str, Any]:
     return {
         "recording": c.name,
         "date": c.date,
@@ -231,7 +233,7 @@ def _alarm_document(c: Check, checks: tuple[Check, ...]) -> Mapping[str, Any]:
     }
 
 
-def last_good(alarm: Check, checks: tuple[Check, ...]) -> str | None:
+def last_good(alarm: FollowedCheck, checks: tuple[FollowedCheck, ...]) -> str | None:
     """Date of the last recording before an alarm that was as predicted; None where there was none."""
     before = [c for c in checks[: checks.index(alarm)] if not c.alarm]
     return before[-1].date if before else None

@@ -20,7 +20,7 @@ from vcmm.core.errors import DataError
 from vcmm.core.whole_files import write_files
 from vcmm.files.toml import check_version, find_file, read_toml
 from vcmm.learn.tracking.compress import SeenRecording
-from vcmm.learn.tracking.follow import Check, FollowedMachine
+from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine
 from vcmm.learn.tracking.kalman import GaussianState
 from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates
@@ -140,7 +140,9 @@ def read_state(
             for i, r in enumerate(known)
         )
         state = GaussianState(arrays["mean"], arrays["factor"])
-    checks = tuple(Check(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known)
+    checks = tuple(
+        FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known
+    )
     rates = tuple(GroupRates(r["walk"], r["swing"], r["tau"], r["mean"]) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
     return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vcmm.learn.tracking.dates import date_of
-from vcmm.learn.tracking.follow import Check
+from vcmm.learn.tracking.follow import FollowedCheck
 from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
-from vcmm.learn.tracking.result import Course, Track, last_good
+from vcmm.learn.tracking.result import NumberOverTime, Track, last_good
 from vcmm.learn.tracking.task_limits import TaskLimit
 from vcmm.show.tables.fleet import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
@@ -15,7 +15,7 @@ from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 MOST = 12  # numbers that people see; all stand in the document
 
 
-def _changed(c: Check) -> str:
+def _changed(c: FollowedCheck) -> str:
     said = [f"{name} {p:.2f}" for name, p in c.suspects[:3] if p >= 0.01]
     return ", ".join(said) or "–"
 
@@ -24,7 +24,7 @@ def _tenth(value: float) -> str:
     return f"{value:.2f}"
 
 
-CHECKS: tuple[Column[Check], ...] = (
+CHECKS: tuple[Column[FollowedCheck], ...] = (
     Column("recording", lambda c: c.name, csv="recording"),
     Column("date", lambda c: c.date, csv="date"),
     Column("rows", lambda c: str(c.rows), NUMBER_TEXT, csv="rows"),
@@ -49,15 +49,15 @@ CHECK_CAPTION = (
 )
 
 
-def checks(track: Track) -> ResultTable[Check]:
+def checks(track: Track) -> ResultTable[FollowedCheck]:
     shown = track.checks
     return ResultTable(
         f"{len(shown)} recordings of {track.followed.tracked.machine.name}", CHECKS, shown, CHECK_CAPTION
     )
 
 
-def alarms(track: Track) -> ResultTable[Check]:
-    columns: Sequence[Column[Check]] = (
+def alarms(track: Track) -> ResultTable[FollowedCheck]:
+    columns: Sequence[Column[FollowedCheck]] = (
         Column("date", lambda c: c.date),
         Column("recording", lambda c: c.name),
         Column("as predicted until", lambda c: last_good(c, track.checks) or "–"),
@@ -68,7 +68,7 @@ def alarms(track: Track) -> ResultTable[Check]:
     return ResultTable("alarms", columns, track.alarms, said)
 
 
-NUMBERS: tuple[Column[Course], ...] = (
+NUMBERS: tuple[Column[NumberOverTime], ...] = (
     Column("number", lambda c: c.name, csv="input"),
     Column("", lambda c: c.what),
     Column("first", lambda c: value_text((float(c.value[0]), float(c.u[0])), c.unit), NUMBER_TEXT),
@@ -81,7 +81,7 @@ NUMBERS: tuple[Column[Course], ...] = (
 )
 
 
-def numbers(track: Track, most: int = MOST) -> ResultTable[Course]:
+def numbers(track: Track, most: int = MOST) -> ResultTable[NumberOverTime]:
     every = sorted(track.courses, key=lambda c: -c.moved)
     more = f"; {len(every) - most} more stand in numbers.csv" if len(every) > most else ""
     return ResultTable(
