@@ -113,6 +113,14 @@ def test_a_jump_raises_one_alarm_with_its_name_and_date(tmp_path):
     assert found.course("scale_factor[X].k").value[-1] == pytest.approx(62.0, abs=4.0)
 
 
+def test_a_day_far_from_the_last_check_is_warned_of(tmp_path):
+    machine = write_year(tmp_path, 2, lambda week: 2.0)  # until 2026-01-12
+    near = vcmm.track(machine, tmp_path / "checks", at="2026-01-19", explain=False)
+    far = vcmm.track(machine, tmp_path / "checks", at="2026-01-20", explain=False)
+    assert near.warnings == ()
+    assert "is 8 days after the last check" in far.warnings[0]
+
+
 def test_a_still_machine_is_not_alarmed(tmp_path):
     machine = write_year(tmp_path, 12, lambda week: 2.0)
     found = vcmm.track(machine, tmp_path / "checks", explain=False)

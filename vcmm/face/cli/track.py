@@ -103,7 +103,7 @@ def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, j
     body = {**found.to_dict(), "machine": str(target / "machine.toml"), "name": found.to_dict()["machine"]}
     if planned is not None:
         body |= tables.plan_document(planned, found)
-    content = document("vcmm.track/1", body, seed=seed, files=files)
+    content = document("vcmm.track/1", body, seed=seed, files=files, warnings=found.warnings)
     texts = {
         **found.files(target / "machine.toml"),
         "track.json": json_text(content),
@@ -122,6 +122,8 @@ def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, j
         if planned is not None:
             show_table(tables.next_checks(planned, found))
             show_table(tables.plan(planned, found))
+    for warning in found.warnings:
+        say(f"note: {warning}")
     say(
         f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {target}/"
         + ", ".join(texts)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
 ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
-SHOWN = 6
+WEEKS = 7.0  # days for which the coverage that was counted is near 95 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +77,17 @@ class Track:
     @property
     def alarms(self) -> tuple[FollowedCheck, ...]:
         return tuple(c for c in self.checks if c.alarm)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was not shown, where it matters here."""
+        days = self.dated.when - self.checks[-1].when
+        if days <= WEEKS:
+            return ()
+        return (
+            f"{self.at} is {days:.0f} days after the last check: a season or a trend is not foreseen, and on drawn machines that have one the 95 % "
+            "bands held less often than that (docs/track.md); the line time since calibration is the least that time has brought",
+        )
 
     @property
     def machine(self) -> Machine:
