@@ -101,6 +101,7 @@ FOLDERS = (
     "learn",
     "learn.diagnosis",
     "learn.calibration",
+    "learn.tracking",
     "show.tables",
     "show.console",
     "show.pages",

@@ -29,7 +29,8 @@ class Input:
     array parameter, times `scale` (k,) where given; MultivariateNormal and MultivariateSamples draw all together.
     owner: names the machine where two have a part in one task, so that each has draws of its own. cause: tells apart what
     makes one quantity uncertain for several physical reasons, each a line of the budget. bound: nothing is known but that the
-    quantity is no larger: the law is the far end, and any share of it down to nothing is as possible.
+    quantity is no larger: the law is the far end, and any share of it down to nothing is as possible. widths: how many numbers each member of a joint law
+    has, where some are arrays; () where each is one number.
     """
 
     effect: str
@@ -44,6 +45,7 @@ class Input:
     shares: Array | None = None
     cause: str = ""
     bound: bool = False
+    widths: tuple[int, ...] = ()
 
     @property
     def id(self) -> str:
@@ -64,6 +66,11 @@ class Input:
         if not self.members:
             return ((self, 1.0),)
         return tuple(zip(self.members, np.ones(len(self.members)) if self.shares is None else self.shares))
+
+    @property
+    def member_widths(self) -> tuple[int, ...]:
+        """How many numbers each member has."""
+        return self.widths or (1,) * len(self.members)
 
     def join_responses(self, parts: Sequence[Array]) -> Array:
         """Responses (..., 1) to the members as one to this Input: (..., 1) of a common cause, else (..., k)."""

@@ -108,6 +108,8 @@ def words(world: World, one: Input) -> str:
     """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
     if one.effect == FORM:
         return f"form of {one.where}, {one.parameter} not known"
+    if one.widths:  # all numbers of a machine that was followed
+        return f"{one.cause or 'state of the machine'}, {one.evidence}"
     if one.members:
         return one.evidence if one.shares is not None else "known together, correlated"
     if one.is_channel:

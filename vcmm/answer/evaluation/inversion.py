@@ -325,7 +325,8 @@ class DrawnParts:
         """Whether parts whose form is so many times the noise leave residuals as small as were found (root mean square, mm) more often
         than EXCLUDED: otherwise the part is none of them, and how often they are held says nothing of it.
         """
-        found = np.concatenate([one.rest[:, self.column(i)] for one in self.fixed(ratio)])
+        column, parts = self.inversion.fixed(i, ratio)
+        found = np.concatenate([one.rest[:, column] for one in parts])
         return bool((found <= rest).mean() >= EXCLUDED)
 
     def _families(

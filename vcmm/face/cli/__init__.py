@@ -27,6 +27,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
+    "track": "Follow a machine in time: its numbers today with their uncertainty, what changed and since when.",
     "test": "Predict the figures of an acceptance test (ISO 230, ISO 10360-2) with uncertainty, or evaluate a recorded one.",
     "compare": "Simulation against recording for any machine files, side by side.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
@@ -45,7 +46,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
 GROUPS = {  # of `vcmm --help`
     "Start": "demo new check list explain doctor schema",
     "Measure": "measure uncertainty evaluate audit certificate routes place serve view",
-    "Machine": "field calibrate test diagnose compare",
+    "Machine": "field calibrate track test diagnose compare",
     "Cut": "nc cut compensate loop",
     "Data": "convert merge rerun",
 }
@@ -113,7 +114,7 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
     from cyclopts import CoercionError
 
     for argument in arguments:
-        if any(token.value == "" and not token.implicit_value for token in argument.tokens):
+        if any(token.value == "" and _is_typed(token) for token in argument.tokens):
             raise UsageError(f'{argument.name} "" is empty; give it a value or leave it out')
         kinds = {argument.hint, *get_args(argument.hint)}
         if not kinds & {int, float}:
@@ -128,6 +129,11 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
             with contextlib.suppress(ValueError):  # no number at all: cyclopts says so
                 if "." in token.value and not float(token.value).is_integer():
                     raise CoercionError(token=token, argument=argument, target_type=int)
+
+
+def _is_typed(token: Any) -> bool:
+    """Whether a value was to be typed: flags, --no-flag too, bring their own."""
+    return not isinstance(token.implicit_value, bool) and not token.implicit_value
 
 
 def _python_takes(text: str) -> bool:

@@ -11,7 +11,7 @@ from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.expansions import unusual_expansion
 from vcmm.core.kinematics import Axis, Chain, parse_structure
-from vcmm.core.knowledge import add_knowledge
+from vcmm.core.knowledge import add_knowledge, merge_effects
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.files.own.certificate import certificate_from
@@ -20,6 +20,7 @@ from vcmm.files.own.effects import build_effect
 from vcmm.files.own.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.own.known_errors import known_errors
 from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
+from vcmm.files.own.tracked import tracked_inputs
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
@@ -89,6 +90,9 @@ def _checked_machine(
     effects, inputs = known_errors(model, data, document, problems, at, chain)
     effects += further_effects(tables_in(data, "effects"), chain, problems, at)
     complete = len(problems.found) == before
+    if model.tracked is not None and complete:
+        when, folder, whole = model.tracked, document.path.parent, merge_effects(effects)
+        inputs += problems.attempt((*at, "tracked"), lambda: tracked_inputs(when, folder, whole)) or []
     inputs += further_inputs(tables_in(data, "inputs"), effects, inputs, problems, at, complete)
     if problems.found:
         return None

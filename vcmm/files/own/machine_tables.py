@@ -133,6 +133,13 @@ class CertificateTable(Table):
     )
 
 
+class Tracked(Table):
+    at: str = Field(examples=['"2026-12-01"'])
+    last_check: str = Field(examples=['"2026-11-20"'])
+    covariance: str = Field(examples=['"machine_state.csv"'])
+    since: str | None = Field(default=None, examples=['"machine_since.csv"'])
+
+
 class MachineFile(Table):
     """machine/1"""
 
@@ -142,6 +149,7 @@ class MachineFile(Table):
     structure: str = Field(examples=['"w b Y X Z t"'])
     axes: dict[str, AxisTable] = Field(examples=['{ X = { travel = ["0 mm", "600 mm"] } }'])
     errors: Errors | None = None
+    tracked: Tracked | None = None
     repeatability: Repeatability | None = None
     environment: MachineEnvironment | None = None
     effects: list[dict[str, Any]] = Field(default_factory=list)

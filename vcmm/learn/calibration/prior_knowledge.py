@@ -127,9 +127,11 @@ def _parameter_shift(machine: Machine, model: ErrorModel, one: Input) -> Array |
     """(size, k): theta per unit of each element of an Input; None where it does not move."""
     if one.members:
         parts = [_parameter_shift(machine, model, m) for m in one.members]
-        nothing = np.zeros((model.size, 1))
-        none = all(part is None for part in parts)
-        return None if none else one.join_responses([nothing if part is None else part for part in parts])
+        whole = [
+            np.zeros((model.size, width)) if part is None else part
+            for part, width in zip(parts, one.member_widths)
+        ]
+        return None if all(part is None for part in parts) else one.join_responses(whole)
     total: Array | None = None
     for effect in machine.effects:
         if effect.name != one.effect or one.where not in (EVERY, effect.where):

@@ -10,6 +10,7 @@ from vcmm.show.charts.inline import on_page
 from vcmm.show.charts.maps import heat_map
 from vcmm.show.charts.polar import polar
 from vcmm.show.charts.space import heights, motions, touches
+from vcmm.show.charts.time import over_time
 from vcmm.show.charts.zones import zones
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "heights",
     "motions",
     "on_page",
+    "over_time",
     "panels",
     "polar",
     "probabilities",

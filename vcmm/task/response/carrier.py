@@ -116,7 +116,10 @@ class Carrier:
     def of_input(self, one: Input, effects: Sequence[Effect]) -> Array:
         """(m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
         if one.members:
-            parts = [self.of_input(m, acted_on(self.machine, m)) for m in one.members]
+            nothing, parts = len(self.sight.direction), []
+            for member, width in zip(one.members, one.member_widths):
+                acting = acted_on(self.machine, member)
+                parts.append(self.of_input(member, acting) if acting else np.zeros((nothing, width)))
             return one.join_responses(parts)
         if one.is_channel:
             parts = [self.through(effect, self.unit_motion(one, effect)) for effect in effects]
@@ -189,7 +192,7 @@ def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]
     Raises UsageError for an Input on several effects (where = "*") whose parameters differ in size.
     """
     if one.members:
-        by_member = [_of_member(carriers, m) for m in one.members]
+        by_member = [_of_member(carriers, one, m, k) for m, k in zip(one.members, one.member_widths)]
         return [one.join_responses([seen[i] for seen in by_member]) for i in range(len(carriers))]
     totals: list[Array] = []
     for effect in effects:
@@ -203,9 +206,21 @@ def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]
     return totals
 
 
-def _of_member(carriers: Sequence[Carrier], one: Input) -> list[Array]:
-    found = responses(carriers, one, acted_on(carriers[0].machine, one))
-    return found or [np.zeros((len(c.sight.direction), 1)) for c in carriers]
+def _of_member(carriers: Sequence[Carrier], joint: Input, one: Input, width: int) -> list[Array]:
+    effects = acted_on(carriers[0].machine, one)
+    if joint.widths:
+        effects = tuple(e for e in effects if not lacking(e, carriers[0].run))
+    found = responses(carriers, one, effects)
+    return found or [np.zeros((len(c.sight.direction), width)) for c in carriers]
+
+
+def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
+    """Columns that an effect needs and the run has neither as a column nor as a log."""
+    return tuple(
+        c
+        for c in effect.required()
+        if c not in run.columns and c.removeprefix("temp_").removesuffix("_C") not in run.series
+    )
 
 
 def beside(run: Run, column: str) -> tuple[Run, Run, float]:

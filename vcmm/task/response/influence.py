@@ -51,8 +51,8 @@ def _response(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) 
     if one.members:
         acting = [m.is_channel or bool(acted_on(machine, m)) for m in one.members]
         parts = [
-            _response(machine, run, m, along) if acts else np.zeros((run.n, 3, 1))
-            for m, acts in zip(one.members, acting)
+            _response(machine, run, m, along) if acts else np.zeros((run.n, 3, width))
+            for m, acts, width in zip(one.members, acting, one.member_widths)
         ]
         return one.join_responses(parts)
     if one.is_channel:

@@ -29,7 +29,7 @@ from vcmm.core.laws import MultivariateNormal, MultivariateSamples, row_factor
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.physics.structure.scatter import Scatter
-from vcmm.task.response.carrier import Carrier, Sight, responses
+from vcmm.task.response.carrier import Carrier, Sight, lacking, responses
 from vcmm.task.response.logs import with_logs
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.recording import Recording
@@ -135,7 +135,10 @@ class Observer:
         """The effects through which an Input shows; none where the recording lacks its columns."""
         if one.members:
             found = [self._acted_on(m) for m in one.members]
-            return tuple(e for effects in found for e in effects) if all(found) else ()
+            some = all(found) or bool(
+                one.widths
+            )  # what was followed together is seen as far as its effects are
+            return tuple(e for effects in found for e in effects) if some else ()
         if one.is_channel:
             return self.usable.effects if one.parameter in self.run.columns else ()
         return tuple(e for e in targets(self.machine, one) if not lacking(e, self.run))
@@ -200,15 +203,6 @@ def _unit_factor(one: Input, k: int) -> Array:
             f"{one.id}: the law {law.name} has no standard uncertainty; use dof above 2 or another law"
         )
     return factor * law.u
-
-
-def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
-    """Columns that an effect needs and the run has neither as a column nor as a log."""
-    return tuple(
-        c
-        for c in effect.required()
-        if c not in run.columns and c.removeprefix("temp_").removesuffix("_C") not in run.series
-    )
 
 
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:

@@ -97,9 +97,9 @@ def _singles(one: Draws) -> list[Draws]:
     if not joint.members:
         return [one]
     common = isinstance(joint.law, Law)
-    out = []
+    out, ends = [], np.cumsum([0, *joint.member_widths])
     for i, (member, share) in enumerate(joint.scalars):
-        moved = share * one.departures if common else one.departures[:, :, i : i + 1]
+        moved = share * one.departures if common else one.departures[:, :, ends[i] : ends[i + 1]]
         out.append(Draws(replace(one.influence, input=member), one.raw, moved))
     return out
 

@@ -1,0 +1,231 @@
+"""vcmm.track on small folders: numbers by pencil, order, resumption, refusals, the machine of a day, its budget."""
+
+import json
+
+import numpy as np
+import pytest
+
+import vcmm
+from tests.learn.tracking.small_folder import write_check, write_machine, write_year
+from vcmm.core.errors import DataError, UsageError
+from vcmm.face.cli import run
+from vcmm.learn.tracking.machine_at import machine_on
+
+FILES = ("track.toml", "track.npz", "machine.toml", "machine_state.csv")
+
+
+def test_one_check_by_pencil(tmp_path):
+    machine = write_machine(tmp_path)
+    write_check(tmp_path / "checks", "2026-01-05", [0.0, 500.0], [0.0, -3.0])
+    found = vcmm.track(machine, tmp_path / "checks", explain=False)
+    # -k x 0.5 m = -3 um: k = 6 um/m with u = sqrt(2) / 0.5 = 2.83; before: 0 +- 4.
+    # mean (6 / 8) / (1 / 16 + 1 / 8) = 4, variance 1 / (1 / 16 + 1 / 8) = 16 / 3
+    k = found.course("scale_factor[X].k")
+    assert (k.value[0], k.u[0]) == (pytest.approx(4.0), pytest.approx((16 / 3) ** 0.5))
+    assert found.machine.effects[-1].k == pytest.approx(4e-6)
+    # a year later: the walk of its prior comes in; usual size of a scale factor times the walk
+    usual = vcmm.effects.ScaleFactor.__dataclass_fields__["k"].metadata["typical"].amount
+    later = found.machine_on("2027-01-05")
+    grown = found.followed.rates[0].size * usual
+    assert later.u[0] ** 2 == pytest.approx((16 / 3) * 1e-12 + grown**2 * 365 / 365.25)
+    assert (later.since**2).sum() == pytest.approx(grown**2 * 365 / 365.25)
+
+
+def test_at_once_and_one_by_one_are_the_same_bits(tmp_path):
+    a, b = tmp_path / "a", tmp_path / "b"
+    whole = write_year(a, 9, lambda week: 2.0 + 0.3 * week)
+    assert run(["track", str(whole), str(a / "checks"), "--out", str(a / "out"), "--no-explain"]) == 0
+    piece = write_machine(b)
+    for path in sorted((a / "checks").glob("*.toml")):
+        for suffix in (".csv", ".toml"):
+            (b / "checks" / f"{path.stem}{suffix}").write_text(path.with_suffix(suffix).read_text())
+        assert run(["track", str(piece), str(b / "checks"), "--out", str(b / "out"), "--no-explain"]) == 0
+    for name in FILES:
+        assert (a / "out" / name).read_bytes() == (b / "out" / name).read_bytes(), name
+
+
+def test_a_recording_older_than_the_state_is_refused_unless_replayed(tmp_path, capsys):
+    machine = write_year(tmp_path, 3, lambda week: 2.0)
+    words = ["track", str(machine), str(tmp_path / "checks"), "--no-explain"]
+    assert run(words) == 0
+    write_check(tmp_path / "checks", "2026-01-06", [0.0, 500.0], [0.0, -1.0])
+    capsys.readouterr()
+    assert run(words) == 2
+    said = capsys.readouterr().err
+    assert all(words in said for words in ("laser_2026-01-06.toml", "older than the state", "--replay"))
+    assert run([*words, "--replay"]) == 0
+    assert 'date = "2026-01-06"' in (tmp_path / "checks-track" / "track.toml").read_text()
+
+
+def test_what_does_not_fit_the_state_is_refused(tmp_path):
+    machine = write_year(tmp_path, 3, lambda week: 2.0)
+    ask = {"state": tmp_path / "out", "explain": False}
+    vcmm.track(machine, tmp_path / "checks", **ask)
+    with pytest.raises(UsageError, match=r"alpha = 0\.05, which holds"):
+        vcmm.track(machine, tmp_path / "checks", alpha=0.01, **ask)
+    with pytest.raises(UsageError, match="is before the last recording"):
+        vcmm.track(machine, tmp_path / "checks", at="2026-01-01", **ask)
+    with pytest.raises(UsageError, match="is no date"):
+        vcmm.track(machine, tmp_path / "checks", at="soon", **ask)
+    rows = tmp_path / "checks" / "laser_2026-01-12.csv"
+    kept = rows.read_text()
+    rows.write_text(kept.replace(",1\n", ",2\n"))
+    with pytest.raises(UsageError, match="was changed since"):
+        vcmm.track(machine, tmp_path / "checks", **ask)
+    rows.write_text(kept)
+    text = machine.read_text()
+    machine.write_text(text.replace("4 um/m", "5 um/m"))
+    with pytest.raises(DataError, match="another machine file"):
+        vcmm.track(machine, tmp_path / "checks", **ask)
+    machine.write_text(text)
+    (tmp_path / "out" / "track.npz").write_bytes(b"")
+    with pytest.raises(DataError, match="not the file that"):
+        vcmm.track(machine, tmp_path / "checks", **ask)
+
+
+def test_a_state_among_the_recordings_is_refused(tmp_path):
+    machine = write_year(tmp_path, 1, lambda week: 2.0)
+    with pytest.raises(UsageError, match="lies among the recordings"):
+        vcmm.track(machine, tmp_path / "checks", state=tmp_path / "checks" / "state")
+
+
+def test_a_recording_without_a_date_and_a_machine_without_errors_are_refused(tmp_path):
+    machine = write_machine(tmp_path)
+    write_check(tmp_path / "checks", "", [0.0, 500.0], [0.0, -1.0], name="nodate")
+    with pytest.raises(UsageError, match=r"nodate\.toml: no date"):
+        vcmm.track(machine, tmp_path / "checks")
+    text = machine.read_text()
+    machine.write_text(text[: text.index("[[effects]]")])
+    with pytest.raises(UsageError, match="states no error that could be followed"):
+        vcmm.track(machine, tmp_path / "checks")
+
+
+def test_a_jump_raises_one_alarm_with_its_name_and_date(tmp_path):
+    # 60 um/m over 0.5 m = 30 um against a noise of 1 um: seen at once, and followed after it
+    machine = write_year(tmp_path, 10, lambda week: 2.0 if week < 6 else 62.0)
+    found = vcmm.track(machine, tmp_path / "checks")
+    assert [c.date for c in found.alarms] == ["2026-02-16"]
+    alarm = found.to_dict()["alarms"][0]
+    assert alarm["since"] == "2026-02-09"
+    assert alarm["changed"][0]["name"] == "scale_factor[X].k"
+    assert alarm["changed"][0]["probability"] > 0.99
+    assert "scale_factor" in alarm["diagnosis"]
+    assert found.course("scale_factor[X].k").value[-1] == pytest.approx(62.0, abs=4.0)
+
+
+def test_a_day_far_from_the_last_check_is_warned_of(tmp_path):
+    machine = write_year(tmp_path, 2, lambda week: 2.0)  # until 2026-01-12
+    near = vcmm.track(machine, tmp_path / "checks", at="2026-01-19", explain=False)
+    far = vcmm.track(machine, tmp_path / "checks", at="2026-01-20", explain=False)
+    assert near.warnings == ()
+    assert "is 8 days after the last check" in far.warnings[0]
+
+
+def test_a_still_machine_is_not_alarmed(tmp_path):
+    machine = write_year(tmp_path, 12, lambda week: 2.0)
+    found = vcmm.track(machine, tmp_path / "checks", explain=False)
+    assert not found.alarms
+    k = found.course("scale_factor[X].k")
+    assert abs(k.value[-1] - 2.0) < 3 * k.u[-1] < 3.0
+
+
+def test_the_files_of_a_day_are_read_as_what_was_found(tmp_path):
+    machine = write_year(tmp_path, 5, lambda week: 6.0)
+    found = vcmm.track(machine, tmp_path / "checks", at="2026-06-01", explain=False)
+    read = vcmm.load_machine(found.write(tmp_path / "out"))
+    run_ = vcmm.Run({"X": np.array([0.0, 400.0]), "Y": np.zeros(2), "Z": np.zeros(2)}, np.zeros((2, 3)))
+    assert read.tip_error(run_) == pytest.approx(found.machine.tip_error(run_), abs=1e-12)
+    ids = [i.id for i in read.inputs]
+    assert ids == ["scatter.value", "machine_state", "machine_state by time since calibration"]
+    whole = [i.law.covariance[0, 0] for i in read.inputs[1:]]
+    assert sum(whole) == pytest.approx(found.dated.u[0] ** 2, rel=1e-6)
+    # it may be followed on: what [tracked] states is the state that it starts from
+    again = vcmm.track(tmp_path / "out" / "machine.toml", tmp_path / "checks", explain=False)
+    assert again.followed.tracked.factor.shape[1] == 2
+
+
+def test_a_table_is_written_anew_with_its_joint_covariance(tmp_path):
+    machine = write_year(tmp_path, 4, lambda week: 6.0)
+    text = machine.read_text()
+    head = text[: text.index("[[effects]]")]
+    (tmp_path / "errors.csv").write_text("X EXX\n0 0\n250 0.001\n500 0.003\n#\nC0Y\n2e-6\n")
+    machine.write_text(
+        f'{head}[errors]\ntable = "errors.csv"\nuncertainty = {{ translation = "2 um", squareness = "3 urad", correlation_length = "250 mm" }}\n'
+    )
+    found = vcmm.track(machine, tmp_path / "checks", at="2026-03-01", explain=False)
+    read = vcmm.load_machine(found.write(tmp_path / "out"))
+    line = next(e for e in read.effects if e.where == "EXX")
+    ends = np.asarray(line.values)[[0, -1]]
+    assert float(ends[1] - ends[0]) == pytest.approx(3.0e-3, abs=1.5e-3)  # 6 um/m x 0.5 m
+    square = next(e for e in read.effects if e.where == "C0Y")
+    assert square.angle == pytest.approx(2e-6)  # no laser along X sees it
+    state = next(i for i in read.inputs if i.id == "machine_state")
+    assert state.widths == (len(line.values), 1)
+    dated = machine_on(found.followed, found.dated.when)
+    assert np.diag(state.law.covariance)[:-1] == pytest.approx((dated.state**2).sum(axis=1)[:-1], rel=1e-5)
+    # the squareness, which nothing saw for the 21 days: 3 urad, and its walk in usual sizes of 10 urad
+    walk = dict(zip(found.followed.tracked.groups, found.followed.rates))["squareness: angle"].size * 10e-6
+    assert state.law.covariance[-1, -1] == pytest.approx(9e-12 + walk**2 * 21 / 365.25, rel=1e-6)
+
+
+def test_the_budget_has_the_line_of_time_since_calibration(tmp_path):
+    machine = write_year(tmp_path, 5, lambda week: 6.0)
+    found = vcmm.track(machine, tmp_path / "checks", at="2027-06-01", explain=False)
+    found.write(tmp_path / "out")
+    (tmp_path / "task.toml").write_text(TASK)
+    budget = vcmm.uncertainty(tmp_path / "task.toml")["length"].budget
+    line = next(b for b in budget if "time since calibration" in b.input)
+    # the centres of the tip (4 mm) are 204 mm apart along X: the part of u(k) that time has brought, times 204 mm
+    assert line.u == pytest.approx(204.0 * float(np.sqrt((found.dated.since**2).sum())), rel=1e-6)
+    state = next(b for b in budget if b.input == "machine_state")
+    assert state.u == pytest.approx(204.0 * float(np.sqrt((found.dated.state**2).sum())), rel=1e-6)
+
+
+TASK = """vcmm = "scenario/1"
+machine = "out/machine.toml"
+[part.features]
+left = { type = "plane", point = "0 0 0 mm", normal = [-1, 0, 0], size = "40 40 mm" }
+right = { type = "plane", point = "200 0 0 mm", normal = [1, 0, 0], size = "40 40 mm" }
+[[part.characteristics]]
+name = "length"
+type = "distance"
+between = ["left", "right"]
+[pose]
+shift = "100 250 250 mm"
+[plan]
+touch = { speed = "5 mm/s", approach = "3 mm", clearance = "20 mm" }
+styli.down = { offset = "0 0 0 mm", tip_diameter = "4 mm" }
+[[plan.steps]]
+feature = "left"
+stylus = "down"
+points = { strategy = "grid", n = [2, 2], margin = "5 mm" }
+[[plan.steps]]
+feature = "right"
+stylus = "down"
+points = { strategy = "grid", n = [2, 2], margin = "5 mm" }
+"""
+
+
+def test_the_document_and_the_page(tmp_path, capsys):
+    machine = write_year(tmp_path, 4, lambda week: 6.0)
+    words = ["track", str(machine), str(tmp_path / "checks"), "--out", str(tmp_path / "out"), "--json"]
+    assert run(words) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "vcmm.track/1"
+    assert {"parameters", "alarms", "forecast", "checks", "machine", "rates"} <= document.keys()
+    (only,) = document["parameters"]
+    assert (only["input"], only["unit"], len(only["value"])) == ("scale_factor[X].k", "um/m", 4)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert all(words in page for words in ("scale_factor[X].k", "forecast"))
+    assert "NaN" not in page
+
+
+def test_the_picture_shows_checks_and_forecast(tmp_path):
+    machine = write_year(tmp_path, 4, lambda week: 6.0)
+    found = vcmm.track(machine, tmp_path / "checks", explain=False)
+    drawn = found.plot("scale_factor[X].k")
+    checks, ahead = drawn.get_lines()[:2]
+    assert list(checks.get_xdata()) == [0.0, 7.0, 14.0, 21.0]
+    assert list(ahead.get_xdata()) == [21.0, 28.0, 51.0, 111.0]
+    with pytest.raises(KeyError, match="scale_factor"):
+        found.plot("scale_factor[X].kk")

@@ -1,0 +1,154 @@
+"""One recording after another: predict, test, update, and now and then learn the rates anew.
+
+What one recording adds is a function of what was known before it and of itself, so that it does not matter whether recordings come at once or one
+by one. Rates are learnt after 4, 8, 16 ... recordings, from all of them; the state is then worked out anew with these rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.learn.tracking.alarms import chance_of, level
+from vcmm.learn.tracking.changes import Jump, Update, jumps_of, update
+from vcmm.learn.tracking.compress import SeenRecording
+from vcmm.learn.tracking.kalman import GaussianState
+from vcmm.learn.tracking.learn_rates import columns_for, is_due, learn_rates
+from vcmm.learn.tracking.quantities import TrackedMachine
+from vcmm.learn.tracking.rates import GroupRates, WanderingMotion, first_rates, first_state, motion_of
+
+
+@dataclass(frozen=True)
+class FollowedCheck:
+    """What a recording said when it came. chance, level: of the innovation test; alarm: chance < level.
+
+    predicted, unchanged: rms of what it differs by from the prediction and from the machine file as it stood at the start, both in
+    units of the noise. spread: rms of the innovation over its standard uncertainty (near 1 where bands are honest). change:
+    probability that something jumped before it; suspects: by name. answer: what `diagnose` said of an alarm.
+    """
+
+    name: str
+    date: str
+    when: float
+    rows: int
+    rank: int
+    noise: float
+    outliers: int
+    chance: float
+    level: float
+    predicted: float
+    unchanged: float
+    spread: float
+    change: float
+    suspects: tuple[tuple[str, float], ...]
+    answer: str = ""
+
+    @property
+    def alarm(self) -> bool:
+        return self.chance < self.level
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedMachine:
+    """Recordings so far, what each said, the state at the last of them, and the rates."""
+
+    tracked: TrackedMachine
+    alpha: float
+    rates: tuple[GroupRates, ...]
+    state: GaussianState
+    seen: tuple[SeenRecording, ...] = ()
+    checks: tuple[FollowedCheck, ...] = ()
+
+    @cached_property
+    def motion(self) -> WanderingMotion:
+        return motion_of(self.tracked.group_of_mode, self.tracked.stated, self.rates)
+
+    @property
+    def last(self) -> float | None:
+        """Day of the last recording."""
+        return self.seen[-1].when if self.seen else None
+
+    def at(self, when: float) -> GaussianState:
+        """The state on a day not before the last recording."""
+        return self.motion.step(self.state, 0.0 if self.last is None else when - self.last)
+
+    def theta(self, state: GaussianState) -> tuple[Array, Array]:
+        """Departure (K,) of all numbers from the machine file, and a factor (K, c) of its covariance."""
+        ways = self.ways
+        return ways @ state.mean, ways @ state.factor
+
+    @cached_property
+    def ways(self) -> Array:
+        """(K, n): all numbers per number of the state."""
+        growth = self.tracked.growth
+        return np.concatenate([self.tracked.factor, growth, growth], axis=1)
+
+
+def start_following(tracked: TrackedMachine, alpha: float) -> FollowedMachine:
+    """Before any recording."""
+    rates = first_rates(tracked)
+    motion = motion_of(tracked.group_of_mode, tracked.stated, rates)
+    return FollowedMachine(tracked, alpha, rates, first_state(motion, tracked.stated))
+
+
+def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> FollowedMachine:
+    """The state after one more recording; its FollowedCheck is the last of `checks`."""
+    jumps = jumps_of(before.tracked)
+    columns = columns_for(seen, before.tracked.stated)
+    state = before.at(seen.when)
+    number = len(before.seen) + 1
+    chance, spread = chance_of(state, columns, seen.value, jumps)
+    days = 0.0 if before.last is None else seen.when - before.last
+    new = update(state, columns, seen.value, jumps, days)
+    check = _check(seen, date, (chance, level(number, before.alpha), spread), state, columns, new)
+    out = replace(before, state=new.state, seen=(*before.seen, seen), checks=(*before.checks, check))
+    if not is_due(number):
+        return out
+    rates = learn_rates(out.tracked, out.seen, jumps, out.rates)
+    return again(replace(out, rates=rates), jumps)
+
+
+def _check(
+    seen: SeenRecording,
+    date: str,
+    test: tuple[float, float, float],
+    state: GaussianState,
+    columns: Array,
+    new: Update,
+) -> FollowedCheck:
+    from_state = seen.value - columns @ state.mean
+    return FollowedCheck(
+        seen.name, date, seen.when, seen.rows, seen.rank, seen.noise, seen.outliers, test[0], test[1],
+        _rms(from_state), _rms(seen.value), test[2], new.probability, new.changed,
+    )  # fmt: skip
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean())) if len(values) else 0.0
+
+
+def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
+    """The state worked out from the start with the present rates; what the checks said when they came stays."""
+    motion, stated = followed.motion, followed.tracked.stated
+    state, before = first_state(motion, stated), None
+    for one in followed.seen:
+        days = 0.0 if before is None else one.when - before
+        new = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days)
+        state, before = new.state, one.when
+    return replace(followed, state=state)
+
+
+def course(followed: FollowedMachine) -> list[GaussianState]:
+    """The state after every recording, with the present rates."""
+    out, motion, stated, before = [], followed.motion, followed.tracked.stated, None
+    state, jumps = first_state(motion, stated), jumps_of(followed.tracked)
+    for one in followed.seen:
+        days = 0.0 if before is None else one.when - before
+        state = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days).state
+        out.append(state)
+        before = one.when
+    return out

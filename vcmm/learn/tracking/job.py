@@ -1,0 +1,193 @@
+"""Track: all recordings of a folder in the order of their dates, to one state of the machine that is kept and taken up again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from vcmm.core.errors import UsageError, VcmmError, first_of
+from vcmm.core.machine import Machine
+from vcmm.core.own_files import check_replacing
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording import load_recording
+from vcmm.files.toml import read_toml
+from vcmm.learn.diagnosis.fleet import recordings_in
+from vcmm.learn.diagnosis.job import diagnose
+from vcmm.learn.tracking.alarms import ALPHA
+from vcmm.learn.tracking.compress import see_recording
+from vcmm.learn.tracking.dates import moment
+from vcmm.learn.tracking.follow import FollowedMachine, follow_one, start_following
+from vcmm.learn.tracking.machine_at import as_machine, machine_on
+from vcmm.learn.tracking.quantities import tracked_machine
+from vcmm.learn.tracking.result import Track
+from vcmm.learn.tracking.state_file import (
+    NUMBERS,
+    TEXT,
+    KnownFile,
+    hash_of,
+    read_state,
+    recording_hash,
+    write_state,
+)
+from vcmm.task.response.recording import Recording
+
+OWN = (TEXT, NUMBERS, "machine.toml", "machine_errors.csv", "machine_state.csv", "machine_since.csv")
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class TrackRequest:
+    """machine: its file; folder: of the recordings; state: folder of the state, None: nothing is kept. replay: work it all out anew."""
+
+    machine: Path
+    folder: Path
+    state: Path | None
+    replay: bool = False
+    alpha: float = ALPHA
+    explain: bool = True
+    seed: int = 0
+
+
+def track(
+    machine: str | Path,
+    folder: str | Path,
+    *,
+    at: str | None = None,
+    state: str | Path | None = None,
+    replay: bool = False,
+    alpha: float = ALPHA,
+    explain: bool = True,
+    seed: int = 0,
+    progress: Progress = lambda text, share: None,
+) -> Track:
+    """What is known of a machine on a day from all recordings of a folder.
+
+    at: the day, ISO 8601; default: that of the last recording. state: folder where the state is kept and taken up again; None keeps nothing. replay: work
+    everything out anew. alpha: chance of any false alarm, over all recordings. explain: run `diagnose` where there is an alarm.
+    Raises UsageError for recordings without a date, older than the state, or changed since; DataError for files that cannot be read.
+    """
+    request = TrackRequest(
+        Path(machine), Path(folder), None if state is None else Path(state), replay, alpha, explain, seed
+    )
+    _check_alpha(alpha)
+    _take_state_folder(request)
+    known = load_machine(request.machine)
+    tracked, of_machine = tracked_machine(known), hash_of(request.machine)
+    found = _in_time(request.folder)
+    kept = None if replay or request.state is None else read_state(request.state, tracked, of_machine)
+    followed, files = kept or (start_following(tracked, alpha), ())
+    if kept is not None and followed.alpha != alpha:
+        raise UsageError(
+            f"the state was begun with alpha = {followed.alpha:g}, which holds for all its recordings; say --alpha {followed.alpha:g}, or --replay"
+        )
+    new = _new_files(found, files, request)
+    for i, one in enumerate(new):
+        progress(one.name, i / len(new))
+        followed = _follow_file(request, known, followed, one)
+        files = (*files, one)
+    if not followed.seen:
+        raise UsageError(f"{request.folder} holds no recording")
+    if request.state is not None and (new or kept is None):
+        write_state(request.state, followed, of_machine, files)
+    when = followed.seen[-1].when if at is None else moment(at)
+    if when < followed.seen[-1].when:
+        raise UsageError(
+            f"--at {at} is before the last recording ({files[-1].date}), which the state knows; a state looks ahead, "
+            "so name a later day, or follow a folder that ends before it"
+        )
+    return Track(followed, machine_on(followed, when), at or files[-1].date, len(new), request.machine)
+
+
+def _take_state_folder(request: TrackRequest) -> None:
+    """The files of the state are the command's own. Raises UsageError for a place among the recordings."""
+    if request.state is None:
+        return
+    if request.state.resolve().is_relative_to(request.folder.resolve()):
+        raise UsageError(
+            f"{request.state} lies among the recordings of {request.folder}; name a folder beside it for the state"
+        )
+    if request.machine.resolve().parent == request.state.resolve():
+        raise UsageError(
+            f"{request.machine} lies in {request.state}, where the machine file of the day is written; keep the file that it starts from elsewhere"
+        )
+    check_replacing(
+        [request.state / name for name in OWN]
+    )  # a task may name the machine file of the day before
+
+
+def _check_alpha(alpha: float) -> None:
+    if not 0 < alpha < 1:
+        raise UsageError(f"alpha = {alpha:g} is no chance of a false alarm; write for example 0.05")
+
+
+def _in_time(folder: Path) -> list[KnownFile]:
+    """All recordings of a folder by date, then by name. Raises UsageError naming those without a date."""
+    if not folder.is_dir():
+        raise UsageError(f"{folder} is no folder; give the folder that holds the recordings")
+    out, without = [], []
+    for path in recordings_in(folder):
+        date, name = str(read_toml(path).data.get("date", "")), path.relative_to(folder).as_posix()
+        if not date:
+            without.append(name)
+            continue
+        out.append(KnownFile(name, date, recording_hash(path)))
+    if without:
+        raise UsageError(
+            f"{folder}: {', '.join(without[:5])}{' and others' if len(without) > 5 else ''}: no date, so that nothing can be put in order; "
+            'add for example date = "2026-11-22" to the recording file'
+        )
+    return sorted(out, key=lambda f: (moment(f.date), f.name))
+
+
+def _new_files(
+    found: Sequence[KnownFile], known: Sequence[KnownFile], request: TrackRequest
+) -> list[KnownFile]:
+    """Those that the state does not hold yet. Raises UsageError where one is older than the state, changed since, or gone."""
+    have = {f.name: f for f in known}
+    for f in found:
+        if f.name in have and f != have[f.name]:
+            raise UsageError(
+                f"{request.folder / f.name} was changed since the state took it in; --replay works everything out anew"
+            )
+    gone = sorted(have.keys() - {f.name for f in found})
+    if gone:
+        raise UsageError(
+            f"{request.folder} no longer holds {gone[0]}, which the state ({request.state}/{TEXT}) knows; put it back, or --replay"
+        )
+    new = [f for f in found if f.name not in have]
+    if known and new and _order(new[0]) < _order(known[-1]):
+        raise UsageError(
+            f"{request.folder / new[0].name} of {new[0].date} is older than the state, which ends on {known[-1].date}; --replay "
+            "works everything out anew in the order of the dates"
+        )
+    return new
+
+
+def _order(file: KnownFile) -> tuple[float, str]:
+    return moment(file.date), file.name
+
+
+def _follow_file(
+    request: TrackRequest, machine: Machine, before: FollowedMachine, file: KnownFile
+) -> FollowedMachine:
+    """One more recording; an alarm is explained by `diagnose` against what was known before it."""
+    recording, _ = load_recording(request.folder / file.name, machine, gaps=True)
+    seen = see_recording(before.tracked, recording, file.name, moment(file.date))
+    after = follow_one(before, seen, file.date)
+    last = after.checks[-1]
+    if not (last.alarm and request.explain):
+        return after
+    said = _explain(before, recording, seen.when, request.seed)
+    return replace(after, checks=(*after.checks[:-1], replace(last, answer=said)))
+
+
+def _explain(before: FollowedMachine, recording: Recording, when: float, seed: int) -> str:
+    """What `diagnose` says of a recording against the machine as it was expected that day."""
+    try:
+        found = diagnose(recording, as_machine(machine_on(before, when)), seed=seed)
+    except VcmmError as error:
+        return f"no diagnosis: {first_of(error)}"
+    names = [f"{a.effect} {' '.join(str(v) for v in a.where.values())}".strip() for a in found.answer]
+    return f"{found.verdict}: {', '.join(names)}" if names else str(found.verdict)

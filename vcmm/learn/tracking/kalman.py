@@ -1,0 +1,93 @@
+"""The Kalman filter in square-root form: mean and a factor of the covariance, so that no covariance is ever below zero.
+
+    advance      m -> phi m,   S S' -> phi S S' phi + diag(q)        by a triangular factor (QR)
+    condition    A. Andrews, AIAA J. 6 (1968) 1165: with F = H S, F F' + I = L L' (L lower triangular)
+                 S -> S - S F' L^-T (L + I)^-1 F
+                 m -> m + S F' (F F' + I)^-1 (y - H m)
+
+Readings come with unit noise. R. E. Kalman, J. Basic Eng. 82 (1960) 35; G. Bierman, Factorization Methods (1977), ch. 5 and 7.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.core.run import Array
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianState:
+    """mean (n,); factor (n, c): covariance = factor @ factor.T."""
+
+    mean: Array
+    factor: Array
+
+    @property
+    def covariance(self) -> Array:
+        return self.factor @ self.factor.T
+
+
+@dataclass(frozen=True, eq=False)
+class Innovation:
+    """What readings differ from their prediction: value (r,), spread (r, c) = H S, lower (r, r): Cholesky factor of its covariance."""
+
+    value: Array
+    spread: Array
+    lower: Array
+
+    @cached_property
+    def white(self) -> Array:
+        """(r,): the innovation in units of its own standard uncertainties, independent."""
+        return solve_lower(self.lower, self.value)
+
+    @property
+    def log_likelihood(self) -> float:
+        white = self.white
+        logs = np.log(np.diag(self.lower)).sum()
+        return float(-0.5 * white @ white - logs - 0.5 * len(white) * np.log(2 * np.pi))
+
+
+def solve_lower(lower: Array, columns: Array) -> Array:
+    """lower^-1 columns, lower (r, r) triangular; LAPACK itself, for the matrices here are small and many."""
+    from scipy.linalg.lapack import dtrtrs
+
+    if not len(lower):
+        return columns
+    return np.asarray(dtrtrs(lower, columns, lower=1)[0], dtype=np.float64)
+
+
+def triangular(factor: Array) -> Array:
+    """A factor of the same covariance with as many columns as rows at most."""
+    if factor.shape[1] <= factor.shape[0]:
+        return factor
+    return np.asarray(np.asarray(np.linalg.qr(factor.T, mode="r")).T, dtype=np.float64)
+
+
+def advance(state: GaussianState, decay: Array, variance: Array) -> GaussianState:
+    """decay (n,): what is left of each number; variance (n,): what comes in anew."""
+    grown = np.flatnonzero(variance > 0)
+    fresh = np.zeros((len(decay), len(grown)))
+    fresh[grown, np.arange(len(grown))] = np.sqrt(variance[grown])
+    factor = decay[:, None] * state.factor
+    if len(grown):
+        factor = triangular(np.concatenate([factor, fresh], axis=1))
+    return GaussianState(decay * state.mean, factor)
+
+
+def innovation(state: GaussianState, columns: Array, value: Array) -> Innovation:
+    """columns (r, n), value (r,) with unit noise."""
+    spread = columns @ state.factor
+    lower = np.asarray(np.linalg.cholesky(spread @ spread.T + np.eye(len(value))), dtype=np.float64)
+    return Innovation(value - columns @ state.mean, spread, lower)
+
+
+def condition(state: GaussianState, seen: Innovation) -> GaussianState:
+    """The state given the readings."""
+    gain = state.factor @ seen.spread.T
+    half = solve_lower(seen.lower, gain.T)  # L^-1 (S F')'
+    mean = state.mean + half.T @ seen.white
+    inner = solve_lower(seen.lower + np.eye(len(seen.value)), seen.spread)
+    return GaussianState(mean, state.factor - half.T @ inner)

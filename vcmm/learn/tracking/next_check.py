@@ -1,0 +1,185 @@
+"""Which check next, and when: the plan that keeps every limit at the least cost that is found.
+
+A check is worth nothing before it is needed: it is done on the last day on which all limits still hold (later is never worse, for what it
+sees is then fresher). All orders of checks are searched, the cheaper per day first, WIDE of them at a time (beam search), so that a
+plan is shown to keep the limits and to cost what is said; that none is cheaper is not shown. What a check will read does not matter: the
+covariance of a linear Gaussian state does not depend on the readings (Kalman 1960). Jumps are no part of the plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.run import Array
+from vcmm.files.own.check_list import ShopCheck
+from vcmm.learn.tracking.follow import FollowedMachine
+from vcmm.learn.tracking.learn_rates import columns_for
+from vcmm.learn.tracking.rates import YEAR, WanderingMotion
+from vcmm.learn.tracking.task_limits import K, TaskLimit
+
+WIDE, LONGEST = 60, 366  # orders kept; days ahead
+MOST = 60  # checks of a plan
+
+
+@dataclass(frozen=True)
+class NextCheck:
+    """A check done on its day: until then limits hold; U_after of every limit; holds: days from then until the next is due (None: a year)."""
+
+    check: ShopCheck
+    day: int
+    u_after: Mapping[str, float]
+    holds: int | None
+
+
+@dataclass(frozen=True)
+class CheckPlan:
+    """checks in order; cost; kept: whether every limit holds on every day; fixed: (check, days, cost) of the cheapest fixed interval."""
+
+    checks: tuple[NextCheck, ...]
+    cost: float
+    days: int
+    kept: bool
+    fixed: tuple[str, int, float] | None
+
+
+@dataclass(frozen=True, eq=False)
+class _Plans:
+    motion: WanderingMotion
+    limits: tuple[TaskLimit, ...]
+    columns: Mapping[str, Array]
+
+    def after(self, covariance: Array, days: int) -> Array:
+        """The covariance so many days later."""
+        decay = np.where(self.motion.swing > 0, np.exp(-days / self.motion.tau), 1.0)
+        grown = self.motion.walk**2 * days / YEAR + self.motion.swing**2 * (1.0 - decay**2)
+        return decay[:, None] * covariance * decay + np.diag(grown)
+
+    def checked(self, covariance: Array, name: str) -> Array:
+        """The covariance after a check, in Joseph's form."""
+        h = self.columns[name]
+        gain = np.linalg.solve(h @ covariance @ h.T + np.eye(len(h)), h @ covariance).T
+        left = np.eye(len(covariance)) - gain @ h
+        return np.asarray(left @ covariance @ left.T + gain @ gain.T)
+
+    def expanded(self, covariance: Array) -> Array:
+        """U of every limit."""
+        square = [x.rest**2 + float(x.gain @ covariance @ x.gain) for x in self.limits]
+        return K * np.sqrt(np.array(square))
+
+    def holds(self, covariance: Array) -> int:
+        """Days for which all limits hold: 0 where they hold today only, -1 where not even today; LONGEST at most."""
+        bounds = np.array([x.limit for x in self.limits])
+        low, high = -1, LONGEST
+        while high - low > 0:  # U grows with time, but for swings that die away
+            middle = (low + high + 1) // 2
+            if (self.expanded(self.after(covariance, middle)) <= bounds).all():
+                low = middle
+            else:
+                high = middle - 1
+        return low
+
+
+def plan_checks(
+    followed: FollowedMachine,
+    start: float,
+    checks: Sequence[ShopCheck],
+    limits: tuple[TaskLimit, ...],
+    days: int,
+) -> tuple[tuple[NextCheck, ...], CheckPlan]:
+    """Every check by itself as the next one, the cheapest per day first, and the plan of so many days from `start`.
+
+    Raises UsageError for a check like a recording that was not followed.
+    """
+    plans = _Plans(followed.motion, limits, {c.name: _columns(followed, c) for c in checks})
+    state = followed.at(start)
+    covariance = state.covariance
+    free = plans.holds(covariance)
+    return _each(plans, covariance, max(free, 0), checks), _search(plans, covariance, checks, days)
+
+
+def _columns(followed: FollowedMachine, check: ShopCheck) -> Array:
+    names = [s.name for s in followed.seen]
+    if check.like not in names:
+        raise UsageError(
+            f'check "{check.name}": like = "{check.like}" is no recording that was followed.{choose_from(check.like, names)}'
+        )
+    return columns_for(followed.seen[names.index(check.like)], followed.tracked.stated)
+
+
+def _each(plans: _Plans, covariance: Array, day: int, checks: Sequence[ShopCheck]) -> tuple[NextCheck, ...]:
+    """Each check on the last day that still holds; those that hold longest for their cost first."""
+    then = plans.after(covariance, day)
+    found = [_done(plans, plans.checked(then, c.name), c, day) for c in checks]
+    return tuple(sorted(found, key=lambda n: n.check.cost / max(_days(n), 1e-9)))
+
+
+def _days(one: NextCheck) -> float:
+    return float(LONGEST if one.holds is None else max(one.holds, 0))
+
+
+def _done(plans: _Plans, covariance: Array, check: ShopCheck, day: int) -> NextCheck:
+    u = dict(zip((x.name for x in plans.limits), plans.expanded(covariance).tolist()))
+    holds = plans.holds(covariance)
+    return NextCheck(check, day, u, None if holds >= LONGEST else holds)
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    day: int
+    covariance: Array
+    cost: float
+    done: tuple[NextCheck, ...]
+
+
+def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int) -> CheckPlan:
+    """The cheapest way through the days that the beam finds; where none holds, what there is with kept = False."""
+    ways, best, last = [_Way(0, covariance, 0.0, ())], None, None
+    for _ in range(MOST):
+        following = []
+        for way in ways:
+            last = way
+            free = plans.holds(way.covariance)
+            if free >= 0 and way.day + free >= days:
+                best = way if best is None or way.cost < best.cost else best
+                continue
+            if best is not None and way.cost >= best.cost:
+                continue
+            day = way.day + max(free, 0)
+            then = plans.after(way.covariance, max(free, 0))
+            for check in checks:
+                after = plans.checked(then, check.name)
+                gained = plans.holds(after)
+                if gained > max(free, 0) - (day - way.day) and (gained > 0 or day == way.day):
+                    one = _done(plans, after, check, day)
+                    following.append(_Way(day, after, way.cost + check.cost, (*way.done, one)))
+        ways = sorted(following, key=lambda w: w.cost / (w.day + max(plans.holds(w.covariance), 0) + 1.0))[
+            :WIDE
+        ]
+        if not ways:
+            break
+    fixed = _fixed(plans, covariance, checks, days)
+    if best is None:
+        return CheckPlan(last.done if last else (), last.cost if last else 0.0, days, False, fixed)
+    return CheckPlan(best.done, best.cost, days, True, fixed)
+
+
+def _fixed(
+    plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int
+) -> tuple[str, int, float] | None:
+    """The cheapest single check at a fixed interval, the first today, that keeps all limits; None where none does."""
+    found = []
+    for check in checks:
+        for interval in range(min(days, LONGEST), 0, -1):
+            state, day, good = plans.checked(covariance, check.name), 0, True
+            while good and day < days:
+                good = plans.holds(state) >= min(interval, days - day)
+                day += interval
+                state = plans.checked(plans.after(state, interval), check.name)
+            if good:
+                found.append((check.name, interval, check.cost * (1 + (days - 1) // interval)))
+                break
+    return min(found, key=lambda f: f[2]) if found else None

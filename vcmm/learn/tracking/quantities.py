@@ -1,0 +1,256 @@
+"""What is followed: every linear parameter of the machine's effects, what its file says of it, and how it may wander.
+
+    theta(t) = theta of the file + F z + G (b(t) + w(t))
+
+F F' is the covariance that the machine file states, z standard normal and constant. G holds the shapes in which a number may
+change, each of the usual size of its parameter (`typical` of the effect): a number by itself, a table by the smooth modes of a
+Gaussian process over its axis (correlation length: half the travel; Rasmussen & Williams, Gaussian Processes (2006), 4.2), without
+what a convention takes away: the mean of a curve, and the line of a straightness, which is squareness. b is a random walk and holds
+jumps, w goes back to its mean (see vcmm.learn.tracking.rates).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.core.axes import is_rotary
+from vcmm.core.effect import Effect, parameter_fields, typical
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.laws import MultivariateNormal, MultivariateSamples
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.learn.calibration.model import number_of
+from vcmm.physics.structure.component import CalibrationModes
+from vcmm.physics.structure.scatter import Scatter
+
+LENGTH = 0.5  # of the travel: correlation length of a change
+HELD = 0.99  # share of the variance of a smooth change that its modes hold
+SMALL = 1e-8  # of the largest variance of an Input: what is below is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedQuantity:
+    """A parameter of an effect: k numbers that are followed.
+
+    shape (k, g): how they change, canonical units, of the usual size. group: what shares its rate.
+    """
+
+    effect: Effect
+    parameter: str
+    shape: Array
+    group: str
+
+    @cached_property
+    def id(self) -> str:
+        return f"{self.effect.id}.{self.parameter}"
+
+    @property
+    def value(self) -> Array:
+        """(k,) of the machine file."""
+        return np.ravel(np.asarray(getattr(self.effect, self.parameter), dtype=float))
+
+    @property
+    def size(self) -> int:
+        return len(self.value)
+
+    @property
+    def axis(self) -> str:
+        """The axis that it belongs to; "" for one of the tool, the probe or the whole machine."""
+        return self.effect.link if len(self.effect.link) == 1 else ""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedMachine:
+    """The machine, its quantities, and factor (K, r) of the covariance that the file states of all their numbers.
+
+    at_once: ids of Inputs that no reading of this kind changes (temperatures, what is drawn anew, laws for all effects of a name).
+    """
+
+    machine: Machine
+    quantities: tuple[TrackedQuantity, ...]
+    factor: Array
+    used: tuple[str, ...]
+    apart: tuple[str, ...]
+
+    @cached_property
+    def rows(self) -> dict[str, slice]:
+        """Where the numbers of each quantity stand among all K."""
+        ends = np.cumsum([0, *(q.size for q in self.quantities)])
+        return {q.id: slice(int(a), int(b)) for q, a, b in zip(self.quantities, ends, ends[1:])}
+
+    @cached_property
+    def modes(self) -> dict[str, slice]:
+        """Where the shapes of each quantity stand among all g."""
+        ends = np.cumsum([0, *(q.shape.shape[1] for q in self.quantities)])
+        return {q.id: slice(int(a), int(b)) for q, a, b in zip(self.quantities, ends, ends[1:])}
+
+    @cached_property
+    def growth(self) -> Array:
+        """(K, g): G of the head of this file."""
+        rows, modes = self.rows, self.modes
+        out = np.zeros((self.factor.shape[0], sum(q.shape.shape[1] for q in self.quantities)))
+        for q in self.quantities:
+            out[rows[q.id], modes[q.id]] = q.shape
+        return out
+
+    @cached_property
+    def stated(self) -> int:
+        """Number of coefficients z."""
+        return int(self.factor.shape[1])
+
+    @cached_property
+    def groups(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(q.group for q in self.quantities))
+
+    @cached_property
+    def group_of_mode(self) -> Array:
+        """(g,): number of the group of each shape."""
+        known = {name: i for i, name in enumerate(self.groups)}
+        return np.concatenate([np.full(q.shape.shape[1], known[q.group]) for q in self.quantities])
+
+
+def tracked_machine(machine: Machine) -> TrackedMachine:
+    """What of a machine is followed. Raises UsageError where it has no error that can be."""
+    for_all = {i.parameter + i.effect for i in machine.inputs if i.where == EVERY and not i.is_channel}
+    found = []
+    for effect in machine.effects:
+        if effect.is_random or isinstance(effect, CalibrationModes | Scatter):
+            continue
+        alone = sum(e.id == effect.id for e in machine.effects) == 1
+        for name in _numbers_of(effect) if alone else ():
+            if name + effect.name not in for_all:
+                found.append(_quantity(effect, name))
+    if not found:
+        raise UsageError(
+            f'the machine "{machine.name}" states no error that could be followed: calibrate or diagnose it first, and give the file '
+            "that this writes"
+        )
+    bare = TrackedMachine(machine, tuple(found), np.zeros((sum(q.size for q in found), 0)), (), ())
+    blocks, used, apart = [bare.factor], [], []
+    for one in machine.inputs:
+        block = _block(bare, one)
+        if block is None:
+            apart += [one.id] if one.effect != Scatter.name else []
+        else:
+            used.append(one.id)
+            blocks.append(_shorten(block))
+    return TrackedMachine(machine, bare.quantities, np.concatenate(blocks, axis=1), tuple(used), tuple(apart))
+
+
+def _numbers_of(effect: Effect) -> list[str]:
+    """Parameters in which the effect is linear and which it uses at its place."""
+    first = effect.where[:1]
+    return [
+        f.name
+        for f in parameter_fields(effect)
+        if not f.metadata["scan"]
+        and (not f.metadata["only"] or first in f.metadata["only"])
+        and np.size(getattr(effect, f.name))
+    ]
+
+
+def _quantity(effect: Effect, name: str) -> TrackedQuantity:
+    size, count = typical(effect, name), int(np.size(getattr(effect, name)))
+    letters = str(getattr(effect, "component", ""))
+    if effect.stored == name and letters[:1] == "E":
+        kind = "rotations" if letters[1] in "ABC" else "translations"
+        return TrackedQuantity(effect, name, size * _smooth(effect, letters), f"{kind} over a travel")
+    group = f"{effect.name.replace('_', ' ')}: {name}"
+    return TrackedQuantity(effect, name, size * np.eye(count), group)
+
+
+def _smooth(effect: Effect, letters: str) -> Array:
+    """(k, modes) of unit root mean square over the nodes of a table or spline."""
+    grids = getattr(effect, "grids", None) or (np.asarray(effect.own_nodes(), dtype=float),)
+    arguments = getattr(effect, "arguments", None) or (letters[2],)
+    mesh = np.stack([m.ravel() for m in np.meshgrid(*grids, indexing="ij")], axis=1)
+    square = np.zeros((len(mesh), len(mesh)))
+    for i, letter in enumerate(arguments):
+        gap = mesh[:, None, i] - mesh[None, :, i]
+        length = LENGTH * max(float(np.ptp(mesh[:, i])), 1e-9)
+        square += (
+            (2.0 * np.sin(gap / 2.0) / min(length, 1.0)) ** 2 if is_rotary(letter) else (gap / length) ** 2
+        )
+    own = arguments.index(letters[2]) if letters[2] in arguments else 0
+    gone = [np.ones(len(mesh))]
+    if letters[1] in "XYZ" and letters[1] != letters[2] and not is_rotary(letters[2]):
+        gone.append(mesh[:, own])
+    basis = np.linalg.qr(np.stack(gone, axis=1))[0]
+    free = np.eye(len(mesh)) - basis @ basis.T
+    size, ways = np.linalg.eigh(free @ np.exp(-square / 2.0) @ free)
+    size, ways = size[::-1], ways[:, ::-1]
+    if not size[0] > 1e-12:  # two nodes of a straightness: a line, which is squareness
+        return np.zeros((len(mesh), 0))
+    kept = int(np.searchsorted(np.cumsum(size) / size[size > 0].sum(), HELD)) + 1
+    modes = ways[:, :kept] * np.sqrt(size[:kept])
+    sign = np.where(modes[np.abs(modes).argmax(axis=0), np.arange(kept)] < 0, -1.0, 1.0)
+    return np.asarray(modes * sign / np.sqrt((modes**2).sum() / len(mesh)))
+
+
+def _block(tracked: TrackedMachine, one: Input) -> Array | None:
+    """(K, r): departure of all numbers per draw of unit variance of an Input; None where it moves none of them alone."""
+    if one.is_channel or one.redraw != "machine" or one.effect == Scatter.name:
+        return None
+    if one.effect == CalibrationModes.name:
+        return _of_modes(tracked)
+    members = one.members or (one,)
+    places = [_place_of(tracked, m) for m in members]
+    if any(p is None for p in places) or (one.members and not isinstance(one.law, MultivariateNormal)):
+        return None
+    rows = np.concatenate([np.arange(p.start, p.stop) for p in places if p is not None])
+    law, factor = one.spread(len(rows))
+    own = (
+        MultivariateNormal(law.covariance).factor if isinstance(law, MultivariateSamples) else factor * law.u
+    )
+    if not np.isfinite(own).all() or len(own) != len(rows):
+        return None
+    out = np.zeros((tracked.factor.shape[0], own.shape[1]))
+    out[rows] = own
+    return out
+
+
+def _place_of(tracked: TrackedMachine, one: Input) -> slice | None:
+    where = f"[{one.where}]" if one.where else ""
+    effect = next((q.effect for q in tracked.quantities if q.effect.id == f"{one.effect}{where}"), None)
+    if effect is None:
+        return None
+    return tracked.rows.get(f"{effect.id}.{effect.aliases.get(one.parameter, one.parameter)}")
+
+
+def _of_modes(tracked: TrackedMachine) -> Array | None:
+    """The joint covariance of an error table: every error by its loadings."""
+    out = None
+    for effect in tracked.machine.effects:
+        if not isinstance(effect, CalibrationModes):
+            continue
+        target = next(
+            (q for q in tracked.quantities if q.effect.calibrated and q.effect.where == effect.component),
+            None,
+        )
+        if target is None or target.parameter != number_of(target.effect):
+            return None
+        loadings = np.asarray(effect.loadings, dtype=float)
+        out = np.zeros((tracked.factor.shape[0], loadings.shape[1])) if out is None else out
+        out[tracked.rows[target.id]] += loadings
+    return out
+
+
+def _shorten(block: Array) -> Array:
+    """The same covariance by the columns that hold more than rounding."""
+    scale = np.maximum(np.sqrt((block**2).sum(axis=1)), 1e-300)
+    ways, size, _ = np.linalg.svd(block / scale[:, None], full_matrices=False)
+    kept = size**2 > SMALL * size[0] ** 2
+    return np.asarray(scale[:, None] * (ways[:, kept] * size[kept]))
+
+
+def group_numbers(tracked: TrackedMachine, names: Sequence[str]) -> Array:
+    """(g,) bool: the shapes of quantities of these ids."""
+    out = np.zeros(tracked.growth.shape[1], dtype=bool)
+    for name in names:
+        out[tracked.modes[name]] = True
+    return out

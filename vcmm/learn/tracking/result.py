@@ -1,0 +1,250 @@
+"""What a machine became: its parameters over time, its alarms, what they will be, and the machine of a day."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vcmm.core.effect import parameter, unit_of
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.core.units import in_unit
+from vcmm.core.whole_files import write_files
+from vcmm.learn.tracking.dates import moment
+from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
+from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
+from vcmm.learn.tracking.machine_text import machine_files
+from vcmm.learn.tracking.quantities import TrackedQuantity
+from vcmm.show import charts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
+ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
+WEEKS = 7.0  # days for which the coverage that was counted is near 95 %
+
+
+@dataclass(frozen=True, eq=False)
+class NumberOverTime:
+    """One number over time: name, unit; when (n,) days, value, u (n,) in that unit; ahead: days of the forecast beside value and u.
+
+    what: "" for a number by itself; "end less start" of a table over its travel.
+    """
+
+    name: str
+    unit: str
+    what: str
+    when: Array
+    value: Array
+    u: Array
+    ahead: tuple[tuple[float, float, float], ...]
+
+    @property
+    def moved(self) -> float:
+        """The largest change over the root of the sum of the squared uncertainties of its two ends."""
+        start, u0 = self.value[0], self.u[0]
+        away = np.abs(self.value - start) / np.maximum(np.hypot(self.u, u0), 1e-300)
+        return float(away.max())
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """followed: recordings, checks, rates and state. dated: the machine on the day `at`. added: recordings that this call took in."""
+
+    followed: FollowedMachine
+    dated: DatedMachine
+    at: str
+    added: int
+    original: Path
+
+    def __repr__(self) -> str:
+        return (
+            f"Track({self.followed.tracked.machine.name}: {len(self.checks)} recordings until {self.checks[-1].date}, "
+            f"{len(self.alarms)} alarms, as of {self.at})"
+        )
+
+    @property
+    def checks(self) -> tuple[FollowedCheck, ...]:
+        return self.followed.checks
+
+    @property
+    def alarms(self) -> tuple[FollowedCheck, ...]:
+        return tuple(c for c in self.checks if c.alarm)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was not shown, where it matters here."""
+        days = self.dated.when - self.checks[-1].when
+        if days <= WEEKS:
+            return ()
+        return (
+            f"{self.at} is {days:.0f} days after the last check: a season or a trend is not foreseen, and on drawn machines that have one the 95 % "
+            "bands held less often than that (docs/track.md); the line time since calibration is the least that time has brought",
+        )
+
+    @property
+    def machine(self) -> Machine:
+        """The machine of the day, as the files that `write` makes are read."""
+        return as_machine(self.dated)
+
+    def machine_on(self, when: str) -> DatedMachine:
+        """The machine on another day, not before the last recording."""
+        day = moment(when)
+        if self.followed.last is not None and day < self.followed.last:
+            raise UsageError(f"{when} is before the last recording, {self.checks[-1].date}")
+        return machine_on(self.followed, day)
+
+    @cached_property
+    def courses(self) -> tuple[NumberOverTime, ...]:
+        """Every number that is followed, with the present rates."""
+        picked = [p for q in self.followed.tracked.quantities for p in _numbers_of(q)]
+        rows = self.followed.tracked.rows
+        pick = np.zeros((len(picked), self.followed.tracked.factor.shape[0]))
+        start = np.zeros(len(picked))
+        for i, one in enumerate(picked):
+            pick[i, rows[one.quantity.id]] = one.weights
+            start[i] = one.weights @ one.quantity.value
+        ways, states = pick @ self.followed.ways, course(self.followed)
+        values = np.array([start + ways @ s.mean for s in states])
+        us = np.array([np.sqrt(((ways @ s.factor) ** 2).sum(axis=1)) for s in states])
+        last = float(self.followed.last or 0.0)
+        future = [(d, self.followed.at(last + d)) for d in AHEAD]
+        when = np.array([c.when for c in self.checks])
+        out = []
+        for i, one in enumerate(picked):
+            size = 1.0 / in_unit(1.0, one.unit) if one.unit not in ("", "1") else 1.0
+            ahead = tuple(
+                (
+                    d,
+                    float(start[i] + ways[i] @ s.mean) / size,
+                    float(np.linalg.norm(ways[i] @ s.factor)) / size,
+                )
+                for d, s in future
+            )
+            out.append(
+                NumberOverTime(
+                    one.name, one.unit, one.what, when, values[:, i] / size, us[:, i] / size, ahead
+                )
+            )
+        return tuple(out)
+
+    def course(self, name: str) -> NumberOverTime:
+        """One number by its name. Raises KeyError with the closest names."""
+        for one in self.courses:
+            if one.name == name:
+                return one
+        raise KeyError(f'no "{name}" is followed.{choose_from(name, [c.name for c in self.courses])}')
+
+    def plot(self, name: str | None = None, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+        """One number over the days with its 95 % band, checks, alarms and forecast; default: the one that moved most."""
+        one = self.course(name) if name else max(self.courses, key=lambda c: c.moved)
+        return charts.over_time(
+            one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=self.checks[0].date,
+            alarms=[c.when - one.when[0] for c in self.alarms], ahead=np.array(one.ahead), what=one.what, ax=ax,
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in vcmm.track/1."""
+        return {
+            "machine": self.followed.tracked.machine.name,
+            "at": self.at,
+            "last_check": self.checks[-1].date,
+            "added": self.added,
+            "alpha": self.followed.alpha,
+            "rates": [
+                {"group": g, "model": r.words, "log_prior": r.log_prior}
+                for g, r in zip(self.followed.tracked.groups, self.followed.rates)
+            ],
+            "parameters": [_document(c, self.checks) for c in self.courses],
+            "checks": [_check_document(c) for c in self.checks],
+            "alarms": [_alarm_document(c, self.checks) for c in self.alarms],
+            "forecast": [
+                {"input": c.name, "days": d, "value": v, "u": u, "unit": c.unit}
+                for c in self.courses
+                for d, v, u in c.ahead
+            ],
+            "not_followed": list(self.followed.tracked.apart),
+        }
+
+    def files(self, target: Path) -> dict[str, str]:
+        """The machine of the day as files: see vcmm.learn.tracking.machine_text."""
+        return machine_files(self.dated, self.original, target, self.at, self.checks[-1].date)
+
+    def write(self, folder: str | Path) -> Path:
+        """machine.toml with its table and covariances into a folder; its path."""
+        target = Path(folder) / "machine.toml"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_files(target.parent, self.files(target))
+        return target
+
+
+@dataclass(frozen=True, eq=False)
+class _Picked:
+    """A number that is shown: weights (size,) on the elements of a quantity."""
+
+    quantity: TrackedQuantity
+    name: str
+    unit: str
+    what: str
+    weights: Array
+
+
+def _numbers_of(q: TrackedQuantity) -> list[_Picked]:
+    """A single number; a table by its end less its start; of another array every element."""
+    unit = parameter(q.effect, q.parameter).metadata["show"]
+    unit = unit_of(q.effect, q.parameter) if unit == "mm or rad" or unit not in ROUND.values() else unit
+    if unit == "mm or rad" or unit in ROUND:
+        unit = ROUND.get(unit, "um")
+    if is_single(q):
+        return [_Picked(q, q.id, unit, "", np.ones(1))]
+    if q.effect.stored == q.parameter:
+        weights = np.zeros(q.size)
+        weights[0], weights[-1] = -1.0, 1.0
+        return [_Picked(q, q.id, unit, "end less start", weights)]
+    return [_Picked(q, f"{q.id}@{i}", unit, "", np.eye(q.size)[i]) for i in range(q.size)]
+
+
+def _document(c: NumberOverTime, checks: tuple[FollowedCheck, ...]) -> dict[str, Any]:
+    return {
+        "input": c.name,
+        "unit": c.unit,
+        "of": c.what or "number",
+        "time": [k.date for k in checks],
+        "value": c.value.tolist(),
+        "u": c.u.tolist(),
+    }
+
+
+def _check_document(c: FollowedCheck) -> dict[str, Any]:
+    return {
+        "recording": c.name, "date": c.date, "rows": c.rows, "combinations_seen": c.rank, "noise_scale": c.noise,
+        "outliers": c.outliers, "chance": c.chance, "level": c.level, "alarm": c.alarm, "rms_predicted": c.predicted,
+        "rms_unchanged": c.unchanged, "innovation_over_u": c.spread, "probability_of_change": c.change,
+        "changed": [{"name": n, "probability": p} for n, p in c.suspects],
+    }  # fmt: skip
+
+
+def _alarm_document(c: FollowedCheck, checks: tuple[FollowedCheck, ...]) -> Mapping[str, Any]:
+    return {
+        "recording": c.name,
+        "date": c.date,
+        "since": last_good(c, checks),
+        "chance": c.chance,
+        "level": c.level,
+        "probability_of_change": c.change,
+        "changed": [{"name": n, "probability": p} for n, p in c.suspects],
+        "diagnosis": c.answer or None,
+    }
+
+
+def last_good(alarm: FollowedCheck, checks: tuple[FollowedCheck, ...]) -> str | None:
+    """Date of the last recording before an alarm that was as predicted; None where there was none."""
+    before = [c for c in checks[: checks.index(alarm)] if not c.alarm]
+    return before[-1].date if before else None

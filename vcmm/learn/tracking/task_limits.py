@@ -1,0 +1,106 @@
+"""How a task sees the state of the machine: u of a characteristic on any day, from the covariance of the state alone.
+
+    u^2(day) = u_rest^2 + g C(day) g'        g: change of the characteristic per number of the machine, C: their covariance
+
+g is exact to first order (vcmm.answer.evaluation.linear); u_rest is all that is uncertain besides, and stays. Extremes (form, location)
+are no linear function of the machine and are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.linear import LinearModel, build
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.core.units import quantity
+from vcmm.files.own.tracked import SINCE, STATE
+from vcmm.learn.tracking.machine_at import DatedMachine, as_machine
+from vcmm.physics.structure.component import CalibrationModes
+from vcmm.task.measuring.scenario import Scenario
+
+LINEAR = ("size", "distance", "angle")
+K = 2.0  # U = 2 u
+
+
+@dataclass(frozen=True, eq=False)
+class TaskLimit:
+    """name of the characteristic; limit of U = 2 u, mm or rad; gain (n,) per number of the state; rest: u of all else; unit."""
+
+    name: str
+    limit: float
+    gain: Array
+    rest: float
+    unit: str
+
+
+def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> tuple[TaskLimit, ...]:
+    """texts: "bore distance = 2 um". Raises UsageError for names, values and types that do not serve."""
+    model = build(replace(scenario, machine=_in_task(scenario, dated)).task())
+    names, out = [c.name for c in model.characteristics], []
+    gradient = model.gradient()
+    state, rest = _gain(model, gradient, dated), _rest(model, gradient)
+    for text in texts:
+        found = re.fullmatch(r"\s*(.+?)\s*=\s*(.+?)\s*", text)
+        if not found or found[1] not in names:
+            raise UsageError(
+                f'--limit "{text}": write the name of a characteristic and U, such as "{names[0]} = 2 um".{choose_from(found[1] if found else text, names)}'
+            )
+        i = names.index(found[1])
+        kind = model.characteristics[i].type
+        if kind not in LINEAR:
+            raise UsageError(
+                f'--limit "{text}": {kind} is an extreme of many points and no linear function of the machine; a limit can be kept for '
+                f"{', '.join(LINEAR)}"
+            )
+        unit = "rad" if kind == "angle" else "mm"
+        value = quantity(found[2], "angle" if kind == "angle" else "length", "--limit", "2 um")
+        out.append(TaskLimit(found[1], value, state[i], float(rest[i]), unit))
+    return tuple(out)
+
+
+def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
+    """The machine of the day with what part and room of the scenario bring. Raises UsageError where the task is one of another machine."""
+    own, given, now = dated.followed.tracked.machine, scenario.machine, as_machine(dated)
+    if own.chain.structure != given.chain.structure or own.axes.keys() != given.axes.keys():
+        raise UsageError(
+            f'the task is one of the machine "{given.name}" ({given.chain.structure}), and "{own.name}" ({own.chain.structure}) is followed; '
+            "give a scenario whose machine is that one"
+        )
+    known, said = {e.id for e in own.effects}, {i.id for i in own.inputs}
+    effects = [e for e in given.effects if e.id not in known and not isinstance(e, CalibrationModes)]
+    inputs = [
+        i
+        for i in given.inputs
+        if i.id not in said and not i.id.startswith(STATE) and i.effect != CalibrationModes.name
+    ]
+    return replace(now, effects=(*now.effects, *effects), inputs=(*now.inputs, *inputs))
+
+
+def _gain(model: LinearModel, gradient: Array, dated: DatedMachine) -> Array:
+    """(C, n): characteristics per number of the state."""
+    whole = np.zeros((len(gradient), dated.followed.tracked.factor.shape[0]))
+    own = next((f for f in model.influences if f.input.id.startswith(STATE)), None)
+    if own is None:
+        return whole @ dated.followed.ways
+    rows = dated.followed.tracked.rows
+    numbers = np.concatenate([np.arange(rows[q.id].start, rows[q.id].stop) for q in dated.uncertain])
+    whole[:, numbers] = gradient @ model.operator @ model.along_normal(own)
+    return whole @ dated.followed.ways
+
+
+def _rest(model: LinearModel, gradient: Array) -> Array:
+    """(C,): u of everything but the state of the machine."""
+    square = np.zeros(len(gradient))
+    for influence in model.influences:
+        if influence.input.id in (STATE, f"{STATE} by {SINCE}"):
+            continue
+        term = model.term(influence)
+        u = np.ravel(np.asarray(term.law.u, dtype=float))
+        square += ((gradient @ term.gain * u) ** 2).sum(axis=1)
+    return np.sqrt(square)

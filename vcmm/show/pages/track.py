@@ -1,0 +1,65 @@
+"""The page of a machine that is followed: alarms, numbers over time with their forecast, recordings as they were predicted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm.learn.tracking.result import Track
+from vcmm.show import charts
+from vcmm.show import report as r
+from vcmm.show.charts import Band, PlotSeries
+from vcmm.show.tables import track as tables
+from vcmm.show.tables.table import html
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+DRAWN = 9  # numbers with a picture, those that moved most
+
+
+def track_page(track: Track, planned: tables.Planned | None = None) -> str:
+    """One self-contained HTML file."""
+    name = track.followed.tracked.machine.name
+    blocks = [
+        r.paragraph(
+            f"{len(track.checks)} recordings from {track.checks[0].date} until {track.checks[-1].date}; as of {track.at}. "
+            f"Chance of any false alarm over all recordings: {track.followed.alpha:.3g}."
+        )
+    ]
+    if track.alarms:
+        blocks += [r.heading("What changed"), html(tables.alarms(track))]
+    blocks.append(r.heading("Numbers over time"))
+    drawn = sorted(track.courses, key=lambda c: -c.moved)[:DRAWN]
+    blocks += [r.columns(*(charts.on_page(track.plot, c.name) for c in drawn)), html(tables.numbers(track))]
+    if planned is not None:
+        blocks += [
+            r.heading("What to check next"),
+            html(tables.next_checks(planned, track)),
+            html(tables.plan(planned, track)),
+        ]
+    blocks += [r.heading("How well each recording was predicted"), charts.on_page(_spread, track)]
+    rates = "; ".join(
+        f"{g}: {rate.words}" for g, rate in zip(track.followed.tracked.groups, track.followed.rates)
+    )
+    blocks.append(r.note(f"Rates learnt, in usual sizes of the parameter: {rates}."))
+    alarms = [i for i, c in enumerate(track.checks) if c.alarm]
+    blocks += [r.heading("Recordings"), html(tables.checks(track), emphasise=alarms)]
+    return r.page(f"{name} over time", blocks, footer=f"vcmm {__version__}")
+
+
+def _spread(track: Track, ax: charts.ChartSheet | None = None) -> Axes:
+    """The innovation over its standard uncertainty."""
+    days = np.array([c.when for c in track.checks])
+    days = days - days[0]
+    values = np.array([c.spread for c in track.checks])
+    alarm = np.array([c.alarm for c in track.checks])
+    series = [PlotSeries(days[~alarm], values[~alarm], "as predicted", marker=True, line=False)]
+    if alarm.any():
+        series.append(PlotSeries(days[alarm], values[alarm], "alarm", marker="s", line=False))
+    return charts.curve(
+        series, x_label=f"days since {track.checks[0].date}", y_label="innovation over its u", bands=[Band(0.0, 1.0, "as predicted on average")],
+        title="Innovation of every recording", zero_line=False, ax=ax,
+    )  # fmt: skip

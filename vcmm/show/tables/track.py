@@ -1,0 +1,162 @@
+"""A machine that is followed, as tables: its recordings, its alarms, its numbers of the day."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vcmm.learn.tracking.dates import date_of
+from vcmm.learn.tracking.follow import FollowedCheck
+from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
+from vcmm.learn.tracking.result import NumberOverTime, Track, last_good
+from vcmm.learn.tracking.task_limits import TaskLimit
+from vcmm.show.tables.fleet import value_text
+from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+
+MOST = 12  # numbers that people see; all stand in the document
+
+
+def _changed(c: FollowedCheck) -> str:
+    said = [f"{name} {p:.2f}" for name, p in c.suspects[:3] if p >= 0.01]
+    return ", ".join(said) or "–"
+
+
+def _tenth(value: float) -> str:
+    return f"{value:.2f}"
+
+
+CHECKS: tuple[Column[FollowedCheck], ...] = (
+    Column("recording", lambda c: c.name, csv="recording"),
+    Column("date", lambda c: c.date, csv="date"),
+    Column("rows", lambda c: str(c.rows), NUMBER_TEXT, csv="rows"),
+    Column("file unchanged", lambda c: _tenth(c.unchanged), NUMBER_TEXT),
+    Column("predicted", lambda c: _tenth(c.predicted), NUMBER_TEXT),
+    Column("over its u", lambda c: _tenth(c.spread), NUMBER_TEXT),
+    Column("chance", lambda c: f"{c.chance:.2g}", NUMBER_TEXT),
+    Column("may spend", lambda c: f"{c.level:.2g}", NUMBER_TEXT),
+    Column("", lambda c: "ALARM" if c.alarm else ""),
+    Column("changed, probability", _changed),
+    Column(None, lambda c: c.unchanged, csv="rms_unchanged"),
+    Column(None, lambda c: c.predicted, csv="rms_predicted"),
+    Column(None, lambda c: c.spread, csv="innovation_over_u"),
+    Column(None, lambda c: c.chance, csv="chance"),
+    Column(None, lambda c: c.level, csv="level"),
+    Column(None, lambda c: c.change, csv="probability_of_change"),
+    Column(None, lambda c: c.noise, csv="noise_scale"),
+)
+CHECK_CAPTION = (
+    "file unchanged, predicted: rms of what the recording differs by from the machine file and from the prediction, over the noise of a reading; over its"
+    " u: that of the prediction over its own standard uncertainty, near 1 where that is right"
+)
+
+
+def checks(track: Track) -> ResultTable[FollowedCheck]:
+    shown = track.checks
+    return ResultTable(
+        f"{len(shown)} recordings of {track.followed.tracked.machine.name}", CHECKS, shown, CHECK_CAPTION
+    )
+
+
+def alarms(track: Track) -> ResultTable[FollowedCheck]:
+    columns: Sequence[Column[FollowedCheck]] = (
+        Column("date", lambda c: c.date),
+        Column("recording", lambda c: c.name),
+        Column("as predicted until", lambda c: last_good(c, track.checks) or "–"),
+        Column("changed, probability", _changed),
+        Column("diagnosis", lambda c: c.answer or "–"),
+    )
+    said = "what was measured or cut between the two dates is doubtful"
+    return ResultTable("alarms", columns, track.alarms, said)
+
+
+NUMBERS: tuple[Column[NumberOverTime], ...] = (
+    Column("number", lambda c: c.name, csv="input"),
+    Column("", lambda c: c.what),
+    Column("first", lambda c: value_text((float(c.value[0]), float(c.u[0])), c.unit), NUMBER_TEXT),
+    Column("last", lambda c: value_text((float(c.value[-1]), float(c.u[-1])), c.unit), NUMBER_TEXT),
+    Column("in 30 d", lambda c: value_text(c.ahead[1][1:], c.unit), NUMBER_TEXT),
+    Column(None, lambda c: float(c.value[-1]), csv="value"),
+    Column(None, lambda c: float(c.u[-1]), csv="u"),
+    Column(None, lambda c: c.ahead[1][2], csv="u_in_30_d"),
+    Column(None, lambda c: c.unit, csv="unit"),
+)
+
+
+def numbers(track: Track, most: int = MOST) -> ResultTable[NumberOverTime]:
+    every = sorted(track.courses, key=lambda c: -c.moved)
+    more = f"; {len(every) - most} more stand in numbers.csv" if len(every) > most else ""
+    return ResultTable(
+        "numbers that are followed, those that moved most first",
+        NUMBERS,
+        every[:most],
+        f"± standard uncertainty{more}",
+    )
+
+
+Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
+
+
+def _date(track: Track, day: int) -> str:
+    return date_of(track.dated.when + day)
+
+
+def _u_after(one: NextCheck, limits: Sequence[TaskLimit]) -> str:
+    return ", ".join(f"{x.name} {_small(one.u_after[x.name], x)}" for x in limits)
+
+
+def _small(value: float, limit: TaskLimit) -> str:
+    return f"{value * 1e3:.3g} µm" if limit.unit == "mm" else f"{value * 1e6:.3g} µrad"
+
+
+def _columns(limits: Sequence[TaskLimit], track: Track) -> tuple[Column[NextCheck], ...]:
+    return (
+        Column("check", lambda n: n.check.name),
+        Column("when", lambda n: _date(track, n.day)),
+        Column("U after it", lambda n: _u_after(n, limits)),
+        Column(
+            "holds", lambda n: "a year" if n.holds is None else f"{n.holds} d" if n.holds >= 0 else "not met"
+        ),
+        Column("cost", lambda n: f"{n.check.cost:g}", NUMBER_TEXT),
+        Column("minutes", lambda n: f"{n.check.minutes:g}", NUMBER_TEXT),
+    )
+
+
+def next_checks(planned: Planned, track: Track) -> ResultTable[NextCheck]:
+    limits, each, _ = planned
+    said = "each by itself, on the last day on which all limits hold; the longest for its cost first; U = 2 u, a known bias apart"
+    return ResultTable("which check next", _columns(limits, track), each, said)
+
+
+def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
+    limits, _, found = planned
+    kept = (
+        "keeps every limit"
+        if found.kept
+        else "does NOT keep the limits: no order of these checks that was searched does"
+    )
+    fixed = (
+        f"; at a fixed interval: {found.fixed[0]} every {found.fixed[1]} d, cost {found.fixed[2]:g}"
+        if found.fixed
+        else ""
+    )
+    title = f"plan of {found.days} days from {_date(track, 0)}, cost {found.cost:g}"
+    return ResultTable(title, _columns(limits, track), found.checks, f"{kept}{fixed}")
+
+
+def plan_document(planned: Planned, track: Track) -> dict[str, object]:
+    """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
+    limits, each, found = planned
+    return {
+        "limits": [{"name": x.name, "limit": x.limit, "u_rest": x.rest, "unit": x.unit} for x in limits],
+        "next_checks": [_next_document(n, track) for n in each],
+        "plan": {
+            "days": found.days, "cost": found.cost, "kept": found.kept, "checks": [_next_document(n, track) for n in found.checks],
+            "fixed_interval": found.fixed and {"check": found.fixed[0], "days": found.fixed[1], "cost": found.fixed[2]},
+        },
+    }  # fmt: skip
+
+
+def _next_document(one: NextCheck, track: Track) -> dict[str, object]:
+    return {
+        "check": one.check.name, "when": _date(track, one.day), "U_after": dict(one.u_after), "holds_days": one.holds,
+        "cost": one.check.cost, "minutes": one.check.minutes,
+    }  # fmt: skip
