@@ -1,4 +1,4 @@
-"""One task on the bench: previews at once, whole evaluations one at a time, the older one given up when a knob moves on."""
+"""One task on the bench: previews at once, long work one at a time, the older given up when a knob moves on or it is cancelled."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from typing import Any
 from vcmm.core.confinement import confine
 from vcmm.core.errors import UsageError, VcmmError
 from vcmm.face import api
-from vcmm.face.workbench.knobs import knobs_of, with_knobs
 from vcmm.face.workbench.live import preview
+from vcmm.face.workbench.saved import saved_text
+from vcmm.face.workbench.sweep import pictures, sweep
+from vcmm.files.own.scenario import turned_knobs
 from vcmm.show.console.documents import document
-from vcmm.show.pages.uncertainty import scenes
+from vcmm.show.pages.uncertainty import decision_chart, scenes
 from vcmm.show.report.scene import figure_of
 from vcmm.show.tables.evaluated import uncertainty_json
+from vcmm.task.measuring.knobs import knobs_of, with_knobs
 from vcmm.task.measuring.scenario import Scenario
 
 Question = tuple[str, int]  # the page that asks, and which of its questions
@@ -29,16 +32,53 @@ class GivenUp(Exception):
 class Bench:
     """The task, and which question of every open page is its newest. Answers are dictionaries of JSON."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
+    def __init__(self, scenario: Scenario, source: Path | None = None) -> None:
+        """source: the file of the scenario, whose [knobs] are not turned yet (`load_scenario(..., knobs=False)`)."""
+        self.scenario, self.source = scenario, source
+        self._turned = {} if source is None else turned_knobs(source)
         self._working = threading.Lock()
         self._asked = threading.Lock()
         self._newest: dict[str, int] = {}
+        self._done: dict[str, tuple[str, float | None]] = {}
 
     def state(self) -> dict[str, Any]:
-        """Name, knobs, and the answer with all knobs where they stand."""
+        """Name, knobs with their ranges, and where those stand that the file has turned."""
         knobs = [vars(k) | {"low": k.reach[0], "high": k.reach[1]} for k in knobs_of(self.scenario)]
-        return {"name": self.scenario.name, "knobs": knobs}
+        return {"name": self.scenario.name, "knobs": knobs, "turned": self._turned}
+
+    def progress(self, page: str = "") -> dict[str, Any]:
+        """What the long work of a page is at, in words and as a share; empty where it has none."""
+        text, share = self._done.get(page, ("", None))
+        return {"text": text, "share": share}
+
+    def cancel(self, page: str = "") -> dict[str, Any]:
+        """Ends what a page has asked for: it answers GivenUp at its next step."""
+        self._ask(page)
+        return {"cancelled": True}
+
+    def saved(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The scenario file with the knobs at `values`, to be kept in the folder of the one that was opened."""
+        if self.source is None:
+            raise UsageError(
+                "this task was not read from a file; vcmm serve SCENARIO opens one that can be saved"
+            )
+        stem = self.source.stem.removesuffix("-turned")
+        return {"name": f"{stem}-turned.toml", "toml": saved_text(self.source, self.scenario, values)}
+
+    def sweep(self, values: Mapping[str, Any], knob: str, page: str = "") -> dict[str, Any]:
+        """U of every characteristic along one knob; other pages may ask between two of its steps."""
+        mine = self._ask(page)
+
+        def step(done: int, total: int) -> None:
+            self._check_newest(mine)
+            self._done[page] = (f"sweep, {done} of {total}", done / total)
+
+        try:
+            found = sweep(self.scenario, values, knob, step)
+            with self._working:
+                return found | {"pictures": pictures(self.scenario, found)}
+        finally:
+            self._done.pop(page, None)
 
     def preview(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
         """Raises UsageError for knobs that do not exist; GivenUp when the page has asked something newer meanwhile."""
@@ -55,13 +95,18 @@ class Bench:
 
         def report(text: str, share: float | None) -> None:
             self._check_newest(mine)
+            self._done[page] = (text, share)
 
-        with self._working:
-            self._check_newest(mine)
-            result = api.uncertainty(chosen, progress=report)
-            self._check_newest(mine)
+        try:
+            with self._working:
+                self._check_newest(mine)
+                result = api.uncertainty(chosen, progress=report)
+                self._check_newest(mine)
+                zones = [decision_chart(c) for c in result.characteristics]
+        finally:
+            self._done.pop(page, None)
         figures = [figure_of(items)[0] for items in scenes(result)]
-        body = {"preview": False, **uncertainty_json(result), "figures": figures}
+        body = {"preview": False, **uncertainty_json(result), "figures": figures, "pictures": zones}
         return document("vcmm.uncertainty/1", body, seed=result.seed, files=[], warnings=result.warnings)
 
     def _ask(self, page: str = "") -> Question:
@@ -94,8 +139,12 @@ def diagnose_files(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
         raise UsageError(
             f'drop one recording (.toml with vcmm = "recording/1") and its tables; {len(heads)} are among the files'
         )
-    for name, content in files.items():
-        (folder / name).write_bytes(content)
+    try:
+        for name, content in files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
+    except OSError:
+        raise UsageError("a file and a folder among the dropped ones have the same name") from None
     with confine(folder):
         try:
             recording, machine = load_recording(folder / heads[0])

@@ -134,7 +134,7 @@ def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part
 def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
     """Decision zones, distribution and budget bars side by side; nothing where there is none of them."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
-    charts = [_zones(c, word, scale), _histogram(c, part)]
+    charts = [decision_chart(c), _histogram(c, part)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
         charts.append(
@@ -150,7 +150,9 @@ def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part
     return [r.columns(*shown)] if shown else []
 
 
-def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
+def decision_chart(c: CharacteristicResult) -> str:
+    """The zones of ISO 14253-1 with the result; nothing where nothing is decided."""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     if c.tolerance is None or c.decision is None or not math.isfinite(c.u):
         return ""
     low, high = ((t - c.nominal) * scale if math.isfinite(t) else None for t in c.tolerance)
