@@ -22,6 +22,7 @@ def test_command(
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
     trials: DrawsOption = 1000,
+    report: Path | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.
@@ -40,6 +41,8 @@ def test_command(
         Seed of the drawn machines.
     trials
         Number of drawn machines.
+    report
+        File for the HTML report of recorded tests of 230-2 and 230-4, with the band chart of every axis or the trace of every circle.
     json
         Print one JSON document.
     """
@@ -54,6 +57,8 @@ def test_command(
 
     warnings: list[str] = []
     drawn = False
+    if report is not None:
+        _check_report(iso, [file, *more])
     limits = limits_of(limit or [], angles=iso == "230-7")
     if iso == "230-7":
         figures = _spindle(_only_file([file, *more]), limits, warnings, seed=seed, trials=trials)
@@ -68,6 +73,8 @@ def test_command(
     read = [f for one in (file, *more) for f in sources(one)]
     body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
     content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
+    if report is not None:
+        _write_report(report, [file, *more], iso, figures, warnings)
     if json:
         print_json(content)
     else:
@@ -75,6 +82,31 @@ def test_command(
         for warning in warnings:
             print(f"note: {warning}")
     return int(not drawn and any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
+
+
+def _check_report(iso: str, files: list[Path]) -> None:
+    """UsageError where there is nothing to draw."""
+    from vcmm.core.errors import UsageError
+    from vcmm.files.toml import read_toml
+
+    recorded = all(str(read_toml(f).data.get("vcmm", "")).startswith("recording/") for f in files)
+    if iso not in ("230-2", "230-4") or not recorded:
+        raise UsageError(
+            "--report draws recorded tests of ISO 230-2 and 230-4; leave it out, or give recordings of them"
+        )
+
+
+def _write_report(report: Path, files: list[Path], iso: str, figures: Any, warnings: list[str]) -> None:
+    from vcmm.files.own.recording import load_recording
+    from vcmm.learn.calibration.deviations import RecordedTest
+    from vcmm.show.console.files import output_folder, write_text
+    from vcmm.show.console.terminal import say
+    from vcmm.show.pages.acceptance import acceptance_page
+
+    output_folder(report.parent)
+    tests = [RecordedTest(*load_recording(f)) for f in files]
+    write_text(report, acceptance_page(tests, iso, figures, warnings))
+    say(f"wrote {report}")
 
 
 def _table(iso: str, figures: Any) -> Any:

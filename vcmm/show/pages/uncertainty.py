@@ -128,7 +128,16 @@ def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
 
 def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
     """Decision zones, distribution, budget bars and table. part: whose indicated values the trials are."""
-    return [*characteristic_charts(c, part), budget_table(c)]
+    return [*characteristic_charts(c, part), *_waterfall(c), budget_table(c)]
+
+
+def _waterfall(c: CharacteristicResult) -> list[str]:
+    """How u grows out of its contributions; nothing where one alone makes it, or u has no value."""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    items = [(b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
+    if len(items) < 2 or not math.isfinite(c.u):
+        return []
+    return [draw.on_page(draw.waterfall, items, c.u * scale, unit=word, title="How u grows: contributions added in quadrature")]  # fmt: skip
 
 
 def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
