@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from vcmm.show.charts.bars import NAME, ROW
+from vcmm.show.charts.bars import ROW, in_two_lines
 from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain, plain_label
 from vcmm.show.report.palette import LIGHT
-from vcmm.show.report.text import number, shorten
+from vcmm.show.report.text import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,12 +48,12 @@ def waterfall(
     for i, (_, low, high, u) in enumerate(steps):
         colour = LIGHT["accent"] if high >= low else LIGHT["c2"]
         drawn.barh(i, high - low, left=low, height=0.55, color=colour)
-        drawn.text(max(low, high), i, f"  {number(u, 3)}", va="center", fontsize=TICK, color=MUTED)
+        _beside(drawn, max(low, high), i, number(u, 3), color=MUTED)
         if i + 1 < len(steps):
             drawn.plot([high, high], [i - 0.28, i + 1.28], color=LIGHT["rule"], linewidth=0.8, zorder=0.5)
     drawn.barh(len(steps), total, height=0.55, color=LIGHT["ink"])
-    drawn.text(total, len(steps), f"  {number(total, 3)}", va="center", fontsize=TICK, color=LIGHT["ink"], fontweight="bold")  # fmt: skip
-    names = [shorten(name, 12.0, NAME) for name, *_ in steps] + ["u"]
+    _beside(drawn, total, len(steps), number(total, 3), color=LIGHT["ink"], fontweight="bold")
+    names = [in_two_lines(name) for name, *_ in steps] + ["u"]
     drawn.set_yticks(range(len(names)), [plain_label(n) for n in names])
     drawn.set_ylim(len(names) - 0.4, -0.6)
     drawn.set_xlim(0.0, 1.22 * max([total, *(h for _, _, h, _ in steps)], default=1.0) or 1.0)
@@ -62,3 +62,7 @@ def waterfall(
         drawn, chart="waterfall", unit=unit, names=[n for n, *_ in steps], values=[u for *_, u in steps],
         ends=[h for _, _, h, _ in steps], total=total,
     )  # fmt: skip
+
+
+def _beside(drawn: Any, x: float, y: float, words: str, **look: Any) -> None:
+    drawn.annotate(words, (x, y), (5, 0), textcoords="offset points", va="center", fontsize=TICK, **look)

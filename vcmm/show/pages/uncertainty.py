@@ -134,7 +134,7 @@ def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part
 def _waterfall(c: CharacteristicResult) -> list[str]:
     """How u grows out of its contributions; nothing where one alone makes it, or u has no value."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
-    items = [(b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
+    items = [(b.what or b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
     if len(items) < 2 or not math.isfinite(c.u):
         return []
     return [draw.on_page(draw.waterfall, items, c.u * scale, unit=word, title="How u grows: contributions added in quadrature")]  # fmt: skip
