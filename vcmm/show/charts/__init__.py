@@ -12,6 +12,7 @@ from vcmm.show.charts.maps import heat_map, is_of_one_colour
 from vcmm.show.charts.polar import polar
 from vcmm.show.charts.positioning import positioning_band
 from vcmm.show.charts.space import heights, motions, touches
+from vcmm.show.charts.tolerance_zones import flatness_zone, position_zone
 from vcmm.show.charts.traces import ReferenceCircle, Trace, traces
 from vcmm.show.charts.waterfall import waterfall
 from vcmm.show.charts.zones import zones
@@ -28,6 +29,7 @@ __all__ = [
     "contributions",
     "curve",
     "distribution",
+    "flatness_zone",
     "heat_map",
     "heights",
     "is_grouped",
@@ -36,6 +38,7 @@ __all__ = [
     "on_page",
     "panels",
     "polar",
+    "position_zone",
     "positioning_band",
     "probabilities",
     "readings",

@@ -17,6 +17,7 @@ from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
+from vcmm.show.pages.zones import zone_picture
 from vcmm.show.tables.evaluated import (
     BUDGET,
     budget_rows,
@@ -53,7 +54,12 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     ]
     part = "a part with this form" if result.model.task.form.any() else "the nominal part"
     leaves += [
-        [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c, part)] for c in result.characteristics
+        [
+            r.heading(f"{c.name} ({c.type})"),
+            *zone_picture(result.model, asked),
+            *characteristic_blocks(c, part),
+        ]
+        for c, asked in zip(result.characteristics, result.model.characteristics)
     ]
     blocks = [r.leaf(*leaf) for leaf in leaves]
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
