@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vcmm.core.confinement import confine
-from vcmm.core.errors import UsageError, VcmmError
+from vcmm.core.errors import UsageError
 from vcmm.face import api
+from vcmm.face.workbench.jobs import run_files, run_open
 from vcmm.face.workbench.live import preview
 from vcmm.face.workbench.saved import saved_text
 from vcmm.face.workbench.sweep import pictures, sweep
@@ -109,6 +109,26 @@ class Bench:
         body = {"preview": False, **uncertainty_json(result), "figures": figures, "pictures": zones}
         return document("vcmm.uncertainty/1", body, seed=result.seed, files=[], warnings=result.warnings)
 
+    def job(
+        self, name: str, files: Mapping[str, bytes], folder: Path, values: Mapping[str, Any], page: str = ""
+    ) -> dict[str, Any]:
+        """Another job: on the task with its knobs at `values`, or with dropped files. GivenUp when it is cancelled."""
+        mine = self._ask(page)
+        chosen = with_knobs(self.scenario, values)
+
+        def report(text: str, share: float | None) -> None:
+            self._check_newest(mine)
+            self._done[page] = (text, share)
+
+        try:
+            with self._working:
+                self._check_newest(mine)
+                if files:
+                    return run_files(name, files, folder, chosen, report)
+                return run_open(name, chosen, report)
+        finally:
+            self._done.pop(page, None)
+
     def _ask(self, page: str = "") -> Question:
         with self._asked:
             number = self._newest.pop(page, 0) + 1
@@ -126,31 +146,6 @@ class Bench:
 def diagnose_files(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
     """What physics a dropped recording holds: its .toml and the tables that it names. Raises UsageError for other sets of files.
 
-    files: by plain name (checked by the caller); folder: an empty one, in which they are read. What they name elsewhere on this
-    machine is refused by the readers themselves (`confined`).
+    files: by plain name (checked by the caller); folder: an empty one, in which they are read.
     """
-
-    from vcmm.files.own.recording import load_recording
-    from vcmm.learn.diagnosis.job import diagnose
-    from vcmm.show.pages.diagnosis import sentences
-
-    heads = [n for n in files if n.endswith(".toml") and b"recording/" in files[n]]
-    if len(heads) != 1:
-        raise UsageError(
-            f'drop one recording (.toml with vcmm = "recording/1") and its tables; {len(heads)} are among the files'
-        )
-    try:
-        for name, content in files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(content)
-    except OSError:
-        raise UsageError("a file and a folder among the dropped ones have the same name") from None
-    with confine(folder):
-        try:
-            recording, machine = load_recording(folder / heads[0])
-        except VcmmError as error:
-            problems = [p.replace(f"{folder}/", "") for p in getattr(error, "problems", (str(error),))]
-            raise UsageError("\n".join(problems)) from None
-    found = diagnose(recording, machine)
-    answers = [{"effect": a.effect, "where": a.where, "probability": a.probability} for a in found.answer]
-    return {"verdict": found.verdict, "sentences": list(sentences(found)), "answer": answers}
+    return run_files("diagnose", files, folder, None, lambda text, share: None)

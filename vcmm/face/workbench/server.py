@@ -116,6 +116,7 @@ class Handler(BaseHTTPRequestHandler):
         answers: dict[str, Answer] = {
             "/state": self._state, "/preview": self._preview, "/settled": self._settle, "/diagnose": self._diagnose,
             "/sweep": self._sweep, "/save": self._save, "/progress": self._progress, "/cancel": self._cancel,
+            "/job": self._job,
         }  # fmt: skip
         if not self._is_ours():
             self._refuse(403, FOREIGN_ADDRESS)
@@ -163,14 +164,14 @@ class Handler(BaseHTTPRequestHandler):
         return self.server.bench.cancel(_page(body))
 
     def _diagnose(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        files = dict(body["files"])
-        if not 0 < len(files) <= MOST_FILES:
-            raise UsageError(f"{len(files)} files; 1 to {MOST_FILES} are taken")
-        wrong = next((n for n in files if not PLAIN.fullmatch(n)), None)
-        if wrong is not None:
-            raise UsageError("a dropped file needs a plain name: letters, digits, dots, dashes")
         with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
-            return diagnose_files({n: str(t).encode() for n, t in files.items()}, Path(folder))
+            found = diagnose_files(_files(body["files"]), Path(folder))
+        return {"verdict": found["verdict"], "sentences": found["said"], "answer": found["answer"]}
+
+    def _job(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        files = _files(body["files"]) if body.get("files") else {}
+        with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
+            return self.server.bench.job(str(body["job"]), files, Path(folder), body["knobs"], _page(body))
 
     def _is_ours(self) -> bool:
         """Whether host and origin are this server's own."""
@@ -206,6 +207,16 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Quiet: the terminal shows the address and nothing else."""
+
+
+def _files(given: Any) -> dict[str, bytes]:
+    """Dropped files by name. UsageError: too many, or names that are none of a file in a folder below."""
+    files = dict(given)
+    if not 0 < len(files) <= MOST_FILES:
+        raise UsageError(f"{len(files)} files; 1 to {MOST_FILES} are taken")
+    if any(not PLAIN.fullmatch(n) for n in files):
+        raise UsageError("a dropped file needs a plain name: letters, digits, dots, dashes")
+    return {n: str(t).encode() for n, t in files.items()}
 
 
 def _page(body: Mapping[str, Any]) -> str:

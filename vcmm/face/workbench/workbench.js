@@ -187,14 +187,22 @@
     }
     return out;
   };
-  const take = async pairs => {
-    said.textContent = "diagnosing";
+  const job = async (name, files, telling) => {
+    telling.textContent = name ? `${name}: under way` : "under way";
     try {
-      const files = Object.fromEntries(await Promise.all((await pairs).map(async ([name, file]) => [name, await file.text()])));
-      const told = await ask("/diagnose", {files});
-      found.replaceChildren(...told.sentences.map(s => make("p", {textContent: s})));
-      said.textContent = told.verdict;
-    } catch (error) { said.textContent = error.message; }
+      const told = await long("/job", {job: name, files, knobs});
+      found.replaceChildren(...told.said.map(s => make("p", {textContent: s})));
+      by("report").hidden = by("keep").hidden = !told.report;
+      by("report").srcdoc = told.report;
+      by("keep").onclick = () => keep(`${told.job}.html`, told.report, "text/html");
+      telling.textContent = told.verdict ?? `${told.job}: done, below`;
+      if (rows.className === "preview") await settle();  // which the job has ended
+    } catch (error) { telling.textContent = error.newer ? "ended" : error.message; }
+  };
+  for (const name of ["measure", "place"]) by(name).onclick = () => job(name, null, status);
+  const take = async pairs => {
+    const files = Object.fromEntries(await Promise.all((await pairs).map(async ([name, file]) => [name, await file.text()])));
+    await job(by("what").value, files, said);
   };
   for (const kind of ["dragover", "drop"]) drop.addEventListener(kind, event => event.preventDefault());
   drop.addEventListener("drop", event => {
