@@ -18,8 +18,8 @@ from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.recorded import evaluate_recordings
 from vcmm.show.charts import (
     ChartSheet,
+    PolarTrace,
     ReferenceCircle,
-    Trace,
     boxes,
     is_grouped,
     on_page,
@@ -94,14 +94,14 @@ def test_the_trace_of_a_ball_bar_has_the_widths_of_its_table():
 
 def test_a_trace_and_its_circles():
     angle = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
-    line = Trace("unfiltered", angle, 2.0 * np.cos(angle) + np.cos(2 * angle))
+    line = PolarTrace("unfiltered", angle, 2.0 * np.cos(angle) + np.cos(2 * angle))
     circle = ReferenceCircle("least squares", 0.0, 2.0, 0.0, 2.0)
     ax = traces([line], title="t", circles=[circle], ax=ChartSheet())
     assert ax.vcmm_numbers["width"] == {"unfiltered": pytest.approx(4.5)}  # from 3 at 0 to -1.5 at 120 deg
     assert ax.vcmm_numbers["circles"]["least squares"]["width"] == 2.0
     assert circle.at([0.0, np.pi]).tolist() == pytest.approx([2.0, -2.0])
     with pytest.raises(DataError, match="finite"):
-        traces([Trace("a", [0.0], [math.nan])], title="t", ax=ChartSheet())
+        traces([PolarTrace("a", [0.0], [math.nan])], title="t", ax=ChartSheet())
 
 
 def test_a_covariate_of_two_values_is_two_boxes():

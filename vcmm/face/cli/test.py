@@ -22,9 +22,8 @@ def test_command(
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
     trials: DrawsOption = 1000,
-    report: Path | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-) -> int:
+    report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False,
+) -> int:  # fmt: skip
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.
 
     Parameters
@@ -42,7 +41,7 @@ def test_command(
     trials
         Number of drawn machines.
     report
-        File for the HTML report of recorded tests of 230-2 and 230-4, with the band chart of every axis or the trace of every circle.
+        File for the HTML report of recorded tests of 230-2 and 230-4: band charts, or traces of circles.
     json
         Print one JSON document.
     """
@@ -51,41 +50,37 @@ def test_command(
     from vcmm.learn.calibration.acceptance import predict_figures
     from vcmm.learn.calibration.limits import limits_of
     from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import show_table
     from vcmm.show.tables.calibrated import FIGURES
     from vcmm.show.tables.table import records
 
     warnings: list[str] = []
-    drawn = False
-    if report is not None:
-        _check_report(iso, [file, *more])
+    drawn, files = False, [file, *more]
+    _check_report(report, iso, files)
     limits = limits_of(limit or [], angles=iso == "230-7")
     if iso == "230-7":
-        figures = _spindle(_only_file([file, *more]), limits, warnings, seed=seed, trials=trials)
+        figures = _spindle(_only_file(files), limits, warnings, seed=seed, trials=trials)
     elif more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
-        figures = _evaluate_recordings([file, *more], iso, limits, warnings)
+        figures = _evaluate_recordings(files, iso, limits, warnings)
     else:
         machine = load_machine_of(file)
         stated, drawn = _stated_limits(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = _drop_rounding(predict_figures(machine, iso, limits, seed, trials), warnings)
     _refuse_unused_limits(limits, figures, parts=iso == "230-7")
-    read = [f for one in (file, *more) for f in sources(one)]
-    body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
-    content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
-    if report is not None:
-        _write_report(report, [file, *more], iso, figures, warnings)
+    _write_report(report, files, iso, figures, warnings)
     if json:
-        print_json(content)
+        read = [f for one in files for f in sources(one)]
+        body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
+        print_json(document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings))
     else:
-        show_table(_table(iso, figures))
-        for warning in warnings:
-            print(f"note: {warning}")
+        _show(iso, figures, warnings)
     return int(not drawn and any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
 
 
-def _check_report(iso: str, files: list[Path]) -> None:
+def _check_report(report: Path | None, iso: str, files: list[Path]) -> None:
     """UsageError where there is nothing to draw."""
+    if report is None:
+        return
     from vcmm.core.errors import UsageError
     from vcmm.files.toml import read_toml
 
@@ -96,7 +91,11 @@ def _check_report(iso: str, files: list[Path]) -> None:
         )
 
 
-def _write_report(report: Path, files: list[Path], iso: str, figures: Any, warnings: list[str]) -> None:
+def _write_report(
+    report: Path | None, files: list[Path], iso: str, figures: Any, warnings: list[str]
+) -> None:
+    if report is None:
+        return
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.deviations import RecordedTest
     from vcmm.show.console.files import output_folder, write_text
@@ -107,6 +106,15 @@ def _write_report(report: Path, files: list[Path], iso: str, figures: Any, warni
     tests = [RecordedTest(*load_recording(f)) for f in files]
     write_text(report, acceptance_page(tests, iso, figures, warnings))
     say(f"wrote {report}")
+
+
+def _show(iso: str, figures: Any, warnings: list[str]) -> None:
+    """The table, and notes below it."""
+    from vcmm.show.console.terminal import show_table
+
+    show_table(_table(iso, figures))
+    for warning in warnings:
+        print(f"note: {warning}")
 
 
 def _table(iso: str, figures: Any) -> Any:

@@ -13,7 +13,7 @@ from vcmm.show.charts.polar import polar
 from vcmm.show.charts.positioning import positioning_band
 from vcmm.show.charts.space import heights, motions, touches
 from vcmm.show.charts.tolerance_zones import flatness_zone, position_zone
-from vcmm.show.charts.traces import ReferenceCircle, Trace, traces
+from vcmm.show.charts.traces import PolarTrace, ReferenceCircle, traces
 from vcmm.show.charts.waterfall import waterfall
 from vcmm.show.charts.zones import zones
 
@@ -21,8 +21,8 @@ __all__ = [
     "Band",
     "ChartSheet",
     "PlotSeries",
+    "PolarTrace",
     "ReferenceCircle",
-    "Trace",
     "band",
     "bars",
     "boxes",

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Trace:
+class PolarTrace:
     """Deviations radius_um (n,) at angle_rad (n,), counter-clockwise from +x; colour: a role of the palette."""
 
     name: str
@@ -62,7 +62,7 @@ class ReferenceCircle:
 
 
 def traces(
-    lines: Sequence[Trace],
+    lines: Sequence[PolarTrace],
     *,
     title: str,
     circles: Sequence[ReferenceCircle] = (),
@@ -108,7 +108,7 @@ def traces(
     return carrying(drawn, chart="trace", unit="µm", width=widths, circles=about, scale=[low, high])
 
 
-def _checked(line: Trace) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _checked(line: PolarTrace) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     angle, radius = (np.asarray(v, dtype=np.float64) for v in (line.angle_rad, line.radius_um))
     if angle.shape != radius.shape or angle.ndim != 1 or not np.isfinite(radius).any():
         raise DataError(

@@ -58,8 +58,8 @@ def circle_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
         f"{n} {v:.3g} µm" for n in ("G+", "G-", "G(b)", "H") if (v := stated.get(f"{n} {paths.plane}")) is not None
     )  # fmt: skip
     lines = [
-        draw.Trace("counter-clockwise", paths.angle, 1e3 * paths.ahead, "c1", closed=False),
-        draw.Trace("clockwise", paths.back_angle, 1e3 * paths.back, "c2", closed=False),
+        draw.PolarTrace("counter-clockwise", paths.angle, 1e3 * paths.ahead, "c1", closed=False),
+        draw.PolarTrace("clockwise", paths.back_angle, 1e3 * paths.back, "c2", closed=False),
     ]
     title = f"{test.recording.name}, {paths.plane}: {said}"
     return draw.on_page(draw.traces, lines, title=title)

@@ -75,7 +75,7 @@ def bar_traces(recording: Recording, machine: Machine, before: Array, after: Arr
     for (circle, radial), word, colour in zip(found, ("before", "after"), (BEFORE, AFTER)):
         ways = (("counter-clockwise", 1.0, False), ("clockwise", -1.0, True))
         lines = [
-            draw.Trace(name, circle.angle[mine], 1e3 * radial[mine], colour, thin=thin, closed=False)
+            draw.PolarTrace(name, circle.angle[mine], 1e3 * radial[mine], colour, thin=thin, closed=False)
             for name, way, thin in ways
             if (mine := circle.way == way).any()
         ]

@@ -35,11 +35,11 @@ def zone_picture(model: LinearModel, c: Characteristic) -> list[str]:
 def _round(c: Characteristic, shown: RoundPoints) -> str:
     order = np.argsort(shown.angle, kind="stable")
     angle, raw = shown.angle[order], 1e3 * shown.residual[order]
-    lines = [draw.Trace("unfiltered", angle, raw, "c1" if shown.filtered is None else "c6", thin=True)]
+    lines = [draw.PolarTrace("unfiltered", angle, raw, "c1" if shown.filtered is None else "c6", thin=True)]
     kept = raw
     if shown.filtered is not None:
         kept = 1e3 * shown.filtered[order]
-        lines.append(draw.Trace("filtered", angle, kept, "c1"))
+        lines.append(draw.PolarTrace("filtered", angle, kept, "c1"))
     circles = []
     for name, found, zone in (
         ("LSC", least_squares_circle, False), ("MZC", minimum_zone_circles, True),
