@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from tests.learn.calibration.drawn import bare
-from tests.learn.calibration.test_recorded import ball_bar
+from tests.learn.calibration.test_standard_figures import ball_bar
 from tests.learn.calibration.test_standards import DOWN, UP
 from vcmm.core.errors import DataError
 from vcmm.learn.calibration.deviations import RecordedTest
-from vcmm.learn.calibration.recorded import evaluate_recordings
+from vcmm.learn.calibration.standard_figures import evaluate_recordings
 from vcmm.show.charts import (
     ChartSheet,
     PolarTrace,
@@ -123,7 +123,7 @@ def test_the_residual_of_a_diagnosis_stands_at_its_own_rows():
     from vcmm.files.own.library import example
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.diagnosis.comparison import left_by
-    from vcmm.learn.diagnosis.order import as_in_the_file
+    from vcmm.learn.diagnosis.row_order import as_in_the_file
     from vcmm.show.pages.diagnosis_pictures import bar_traces
 
     recording, machine = load_recording(example("ballbar"))

@@ -17,7 +17,7 @@ from vcmm.files.own.scenario import turned_knobs
 from vcmm.show.console.documents import document
 from vcmm.show.pages.uncertainty import decision_chart, scenes
 from vcmm.show.report.scene import figure_of
-from vcmm.show.tables.evaluated import uncertainty_json
+from vcmm.show.tables.uncertainty import uncertainty_json
 from vcmm.task.measuring.knobs import knobs_of, with_knobs
 from vcmm.task.measuring.scenario import Scenario
 

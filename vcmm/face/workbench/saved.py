@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.core.text import read_text
-from vcmm.files.own.placed import number_text, placed_text
+from vcmm.files.own.placement_writer import number_text, placed_text
 from vcmm.task.measuring.knobs import POSE, knobs_of, with_knobs
 from vcmm.task.measuring.scenario import Scenario
 

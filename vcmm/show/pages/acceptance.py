@@ -12,7 +12,7 @@ from vcmm.learn.calibration.recorded_circles import circle_paths
 from vcmm.learn.calibration.recorded_lines import axis_line, axis_of
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.tables.calibrated import figures as figures_table
+from vcmm.show.tables.calibration import figures as figures_table
 from vcmm.show.tables.table import html
 
 SHOWN = ("A", "R", "E", "B", "M")

@@ -9,13 +9,13 @@ import numpy as np
 from vcmm import __version__
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.accepted import answers_to_write
+from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.comparison import left_by
 from vcmm.learn.diagnosis.constants import LEAST_TOLD
 from vcmm.learn.diagnosis.log_mistakes import LOG
-from vcmm.learn.diagnosis.order import as_in_the_file
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.learn.diagnosis.row_order import as_in_the_file
 from vcmm.learn.diagnosis.several import Several
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.learn.diagnosis.written_fit import handed_over
@@ -31,7 +31,7 @@ from vcmm.show.pages.diagnosis_pictures import (
     unknown_picture,
     zone_maps,
 )
-from vcmm.show.tables.diagnosed import (
+from vcmm.show.tables.diagnosis import (
     answers,
     detectable_table,
     folds,
