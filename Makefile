@@ -53,6 +53,9 @@ docs: .venv/.installed-dev ## documentation as web pages in docs/_build/html
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
+gallery: .venv/.installed-dev ## docs/gallery.md and its pictures, each out of the report that its command writes
+	$(BIN)/python docs/make_gallery.py
+
 bench: .venv/.installed-dev ## run times, each beside the plain way of doing it; then the exam
 	@set -e; for file in benchmarks/bench_*.py; do echo "$$file"; $(BIN)/python "$$file"; done
 	@$(MAKE) exam

@@ -30,7 +30,7 @@ myst_heading_anchors = 3
 suppress_warnings = [
     "myst.xref_missing"
 ]  # links that leave docs/ (to tests, README) are checked by tests/test_docs.py
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build"]  # gallery.md is made by make_gallery.py and kept
 nb_execution_mode = "cache"
 nb_execution_in_temp = True  # lessons write files
 nb_execution_timeout = 600

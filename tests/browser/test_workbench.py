@@ -130,8 +130,42 @@ def test_a_dropped_recording_is_diagnosed(plugged: Any, server: WorkbenchServer)
         settled(seen)
         seen.page.evaluate(DROP, [seen.page.query_selector("#drop"), files])
         seen.page.wait_for_selector("#found p", timeout=120_000)
-        assert seen.page.locator("#drop").inner_text() == "explained"
+        assert seen.page.locator("#said").inner_text() == "explained"
         assert "backlash Y" in seen.page.locator("#found").inner_text()
+
+
+def test_undo_figures_address_pin_and_narrow_screens(plugged: Any, server: WorkbenchServer) -> None:
+    """A number typed in is in the address and comes back from it; undo and redo go both ways; A stands beside; 390 px hold it all."""
+    with Watched(plugged) as seen:
+        seen.page.set_viewport_size({"width": 390, "height": 844})
+        seen.page.goto(server.address)
+        first = settled(seen)
+        wide = "() => document.documentElement.scrollWidth <= innerWidth"
+        assert seen.page.evaluate(wide)
+        row = seen.page.locator("#rows tr").first.bounding_box()
+        assert row["y"] + row["height"] < 844  # the answer before all knobs
+        seen.page.click("#pin")
+        figure = seen.page.locator('input[data-knob="spread"]')
+        figure.fill("2.5")
+        figure.press("Enter")
+        moved = settled(seen, spread=2.5)
+        assert seen.page.url.endswith("#spread=2.5")
+        was = seen.page.locator("#rows tr td.pinned").all_inner_texts()
+        assert [w.split(" ", 1)[1].startswith(first[n]) for n, w in zip(first, was)] == [True] * len(first)
+        seen.page.click("#undo")
+        assert settled(seen, spread=1.0) == first
+        seen.page.click("#redo")
+        assert settled(seen, spread=2.5) == moved
+        address = seen.page.url
+        assert seen.page.evaluate(wide)
+        figure.fill("99")
+        figure.press("Enter")
+        assert figure.input_value() == "2.5"
+        assert "0.5 to 3" in seen.page.locator("#status").inner_text()
+        assert seen.complaints == []
+    with Watched(plugged) as again:
+        again.page.goto(address)
+        assert settled(again, spread=2.5) == moved
 
 
 def test_other_sites_get_nothing(plugged: Any, server: WorkbenchServer) -> None:

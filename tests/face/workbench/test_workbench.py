@@ -15,11 +15,11 @@ import pytest
 from tests.plate import PLATE
 from vcmm.core.errors import Environment, UsageError
 from vcmm.face.workbench.bench import MOST_PAGES, Bench, GivenUp
-from vcmm.face.workbench.knobs import knobs_of, with_knobs
 from vcmm.face.workbench.live import preview
 from vcmm.face.workbench.server import WorkbenchServer
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
+from vcmm.task.measuring.knobs import knobs_of, with_knobs
 from vcmm.task.measuring.scenario import Scenario
 
 

@@ -35,10 +35,10 @@ def serve_command(
 
     if not 0 <= port < 65536:
         raise UsageError(f"--port {port}: 0 to 65535")
-    loaded = load_scenario(scenario)
+    loaded = load_scenario(scenario, knobs=False)
     if not isinstance(loaded, Scenario):
         raise UsageError(f"{scenario}: the workbench is for measuring tasks; use vcmm cut for this one")
-    with WorkbenchServer(Bench(loaded), port) as server:
+    with WorkbenchServer(Bench(loaded, scenario), port) as server:
         print(f"{server.address}\nCtrl-C ends the workbench.", flush=True)
         if open_browser:
             import webbrowser

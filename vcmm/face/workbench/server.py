@@ -26,7 +26,9 @@ HOST = "127.0.0.1"
 LARGEST = 20_000_000  # bytes of a request: what a recording of 10^5 rows has
 MOST_FILES = 20
 LENGTH = re.compile(r"[0-9]{1,10}")
-PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}")
+PLAIN = re.compile(
+    r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}(/[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}){0,4}"
+)  # perhaps in folders
 FOREIGN_ADDRESS = "this workbench answers to its own address only"
 Answer = Callable[[Mapping[str, Any]], dict[str, Any]]
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
@@ -60,7 +62,7 @@ class WorkbenchServer(ThreadingHTTPServer):
 
 
 class Handler(BaseHTTPRequestHandler):
-    """GET / with the token: the page. POST /state, /preview, /settled, /diagnose with the token: JSON."""
+    """GET / with the token: the page. POST a question (`do_POST`) with the token: JSON."""
 
     server: WorkbenchServer
     protocol_version = "HTTP/1.1"
@@ -113,6 +115,8 @@ class Handler(BaseHTTPRequestHandler):
         content = self.rfile.read(int(self.headers["Content-Length"]))
         answers: dict[str, Answer] = {
             "/state": self._state, "/preview": self._preview, "/settled": self._settle, "/diagnose": self._diagnose,
+            "/sweep": self._sweep, "/save": self._save, "/progress": self._progress, "/cancel": self._cancel,
+            "/job": self._job,
         }  # fmt: skip
         if not self._is_ours():
             self._refuse(403, FOREIGN_ADDRESS)
@@ -147,15 +151,27 @@ class Handler(BaseHTTPRequestHandler):
     def _settle(self, body: Mapping[str, Any]) -> dict[str, Any]:
         return self.server.bench.settle(body["knobs"], _page(body))
 
+    def _sweep(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.sweep(body["knobs"], str(body["knob"]), _page(body))
+
+    def _save(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.saved(body["knobs"])
+
+    def _progress(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.progress(_page(body))
+
+    def _cancel(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return self.server.bench.cancel(_page(body))
+
     def _diagnose(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        files = dict(body["files"])
-        if not 0 < len(files) <= MOST_FILES:
-            raise UsageError(f"{len(files)} files; 1 to {MOST_FILES} are taken")
-        wrong = next((n for n in files if not PLAIN.fullmatch(n)), None)
-        if wrong is not None:
-            raise UsageError("a dropped file needs a plain name: letters, digits, dots, dashes")
         with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
-            return diagnose_files({n: str(t).encode() for n, t in files.items()}, Path(folder))
+            found = diagnose_files(_files(body["files"]), Path(folder))
+        return {"verdict": found["verdict"], "sentences": found["said"], "answer": found["answer"]}
+
+    def _job(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        files = _files(body["files"]) if body.get("files") else {}
+        with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
+            return self.server.bench.job(str(body["job"]), files, Path(folder), body["knobs"], _page(body))
 
     def _is_ours(self) -> bool:
         """Whether host and origin are this server's own."""
@@ -191,6 +207,16 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Quiet: the terminal shows the address and nothing else."""
+
+
+def _files(given: Any) -> dict[str, bytes]:
+    """Dropped files by name. UsageError: too many, or names that are none of a file in a folder below."""
+    files = dict(given)
+    if not 0 < len(files) <= MOST_FILES:
+        raise UsageError(f"{len(files)} files; 1 to {MOST_FILES} are taken")
+    if any(not PLAIN.fullmatch(n) for n in files):
+        raise UsageError("a dropped file needs a plain name: letters, digits, dots, dashes")
+    return {n: str(t).encode() for n, t in files.items()}
 
 
 def _page(body: Mapping[str, Any]) -> str:

@@ -34,10 +34,11 @@ from vcmm.files.own.placement import PlacementTable, ProcessTable, placement_fro
 from vcmm.files.own.plan import plan_from
 from vcmm.files.own.room import room_changes
 from vcmm.files.problems import Problems
-from vcmm.files.schema import Point, Table, Turn, checked_model, read_model
+from vcmm.files.schema import Gradient, Point, Table, Turn, checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.decision import RULES
+from vcmm.task.measuring.knobs import with_knobs
 from vcmm.task.measuring.plan import Plan
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
@@ -74,6 +75,15 @@ class RecordTable(Table):
     remarks: str = ""
 
 
+class KnobsTable(Table):
+    """What the workbench turned on top of all other tables: `vcmm.task.measuring.knobs`."""
+
+    room: Gradient = 0.0
+    styli: float = Field(default=1.0, examples=["1.5"])
+    touches: int = Field(default=1, examples=["2"])
+    spread: float = Field(default=1.0, examples=["0.5"])
+
+
 class ScenarioFile(Table):
     """scenario/1"""
 
@@ -91,10 +101,14 @@ class ScenarioFile(Table):
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     placement: PlacementTable = Field(default_factory=PlacementTable)
     record: RecordTable = Field(default_factory=RecordTable)
+    knobs: KnobsTable = Field(default_factory=KnobsTable)
 
 
 def load_scenario(
-    path: str | Path, machine: str | Path | None = None, certificate: dict[str, Any] | None = None
+    path: str | Path,
+    machine: str | Path | None = None,
+    certificate: dict[str, Any] | None = None,
+    knobs: bool = True,
 ) -> Scenario:
     """Read a scenario (scenario/1) that measures.
 
@@ -106,6 +120,8 @@ def load_scenario(
         A machine file that takes the place of the scenario's own.
     certificate
         A [certificate] table in place of that of its machine.
+    knobs
+        Whether those of its [knobs] are turned (the workbench turns them itself).
 
     Returns
     -------
@@ -127,9 +143,18 @@ def load_scenario(
     check_version(document, "scenario")
     problems = Problems(document)
     scenario = _checked_scenario(document, problems)
+    if scenario is not None and knobs and "knobs" in document.data:
+        scenario = _with_its_knobs(scenario, document, problems)
     problems.raise_if_any()
     assert scenario is not None
     return scenario
+
+
+def turned_knobs(path: str | Path) -> dict[str, float]:
+    """What [knobs] of a scenario file says, by the name of the knob; knobs that it does not name are not in it."""
+    table = read_toml(path).data.get("knobs", {})
+    whole = read_model(KnobsTable, table, read_toml(path), ("knobs",)).model_dump()
+    return {name: float(whole[name]) for name in table}
 
 
 def _checked_scenario(document: Document, problems: Problems) -> Scenario | None:
@@ -172,6 +197,16 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
         surroundings=around, record={k: v for k, v in model.record.model_dump().items() if v},
     )  # fmt: skip
+
+
+def _with_its_knobs(scenario: Scenario, document: Document, problems: Problems) -> Scenario | None:
+    """The scenario with [knobs] turned; a knob beyond its range is a problem of its line."""
+    table = read_model(KnobsTable, document.data["knobs"], document, ("knobs",)).model_dump()
+    for name in document.data["knobs"]:
+        problems.attempt(("knobs", name), partial(with_knobs, scenario, {name: table[name]}))
+    if problems.found:
+        return None
+    return with_knobs(scenario, {name: table[name] for name in document.data["knobs"]})
 
 
 def noting(make: Any, document: Document, data: dict[str, Any], at: Location) -> Any:

@@ -12,7 +12,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.deviations import SAME, Limits, RecordedTest
-from vcmm.learn.calibration.standards import TURN, circular
+from vcmm.learn.calibration.standards import TURN, about_common_circle, circular
 from vcmm.task.response.recording import Ints, Recording
 
 PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}
@@ -51,6 +51,41 @@ def recorded_circles(
     return out, notes
 
 
+@dataclass(frozen=True, eq=False)
+class CirclePaths:
+    """Radial deviations mm at angles rad in both senses of rotation, about the centre from which G and F are stated."""
+
+    plane: str
+    angle: Array
+    ahead: Array
+    back_angle: Array
+    back: Array
+
+
+def circle_paths(test: RecordedTest) -> CirclePaths:
+    """What the figures of a recorded circle are of. Raises UsageError for recordings that are no circle."""
+    circle = circle_of(test)
+    ahead, back = (np.flatnonzero(circle.way == w) for w in (1.0, -1.0))
+    radial = _radial(test.recording, circle) @ test.value
+    angle, back_angle = circle.angle[ahead], circle.angle[back]
+    paths = radial[ahead], radial[back]
+    if len(ahead) and len(back) and _is_about_own_centre(test, circle):
+        paths = about_common_circle(angle, paths[0], back_angle, paths[1])
+    return CirclePaths(circle.plane, angle, paths[0], back_angle, paths[1])
+
+
+def radial_of(test: RecordedTest, value: Array) -> tuple[Circle, Array]:
+    """The circle of a recording and `value` (m,) of its observations as radial deviations, one per row of the circle."""
+    circle = circle_of(test)
+    return circle, _radial(test.recording, circle) @ value
+
+
+def _is_about_own_centre(test: RecordedTest, circle: Circle) -> bool:
+    """Whether the centre is found from the readings: of full circles, and where [nuisance] frees it."""
+    swept = min(_swept(circle.angle[circle.way == w]) for w in (1.0, -1.0))
+    return swept >= FULL or "centre" in test.recording.nuisance or "rigid" in test.recording.nuisance
+
+
 def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[Figure], list[str]]:
     recording = test.recording
     ahead, back = (np.flatnonzero(circle.way == w) for w in (1.0, -1.0))
@@ -61,7 +96,7 @@ def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[F
                 "senses of rotation, in one file, in the order made"
             )
     swept = min(_swept(circle.angle[w]) for w in (ahead, back))
-    free = swept >= FULL or "centre" in recording.nuisance or "rigid" in recording.nuisance
+    free = _is_about_own_centre(test, circle)
     radius_free = "radius" in recording.nuisance
     notes = []
     if swept < FULL:

@@ -66,7 +66,7 @@ def circular(
     """
     back_angle = angle if back_angle is None else back_angle
     if centred:
-        forward, backward = _about_circle(angle, forward, back_angle, backward)
+        forward, backward = about_common_circle(angle, forward, back_angle, backward)
     same, weights = _at_angles(angle, back_angle)
     largest = np.maximum(forward.max(axis=-1), backward.max(axis=-1))
     least = np.minimum(forward.min(axis=-1), backward.min(axis=-1))
@@ -81,7 +81,9 @@ def circular(
     }
 
 
-def _about_circle(angle: Array, forward: Array, back_angle: Array, backward: Array) -> tuple[Array, Array]:
+def about_common_circle(
+    angle: Array, forward: Array, back_angle: Array, backward: Array
+) -> tuple[Array, Array]:
     """Both paths about the centre of their common least-squares circle."""
     ways = [np.stack([np.cos(a), np.sin(a)], axis=1) for a in (angle, back_angle)]
     columns = np.concatenate(ways)

@@ -22,14 +22,27 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
     """The same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
     recording = replace(recording, run=_run_with_counts(recording, machine))
     run = recording.run
-    rows = rows_in_order(run, recording)
-    place = np.empty(run.n, dtype=np.intp)
-    place[rows] = np.arange(run.n)
-    row, other = place[recording.row], np.where(recording.other >= 0, place[recording.other], -1)
-    first = _lexical([row.astype(float), other.astype(float), *recording.direction.T, recording.value])
+    rows, row, other, first = _order(recording)
     moved = replace(recording, row=row, other=other).take(first)
     lines = None if recording.lines is None else recording.lines[rows]
     return replace(moved, run=run.take(rows), lines=lines)
+
+
+def as_in_the_file(recording: Recording, machine: Machine, values: Array) -> Array:
+    """Values (m,) of `in_order(recording, machine)`, such as residuals, in the order of the recording itself."""
+    out = np.empty_like(values)
+    out[_order(replace(recording, run=_run_with_counts(recording, machine)))[3]] = values
+    return out
+
+
+def _order(recording: Recording) -> tuple[Ints, Ints, Ints, Ints]:
+    """Run rows in their order, row and other of every observation among these, and the observations in their order."""
+    rows = rows_in_order(recording.run, recording)
+    place = np.empty(recording.run.n, dtype=np.intp)
+    place[rows] = np.arange(recording.run.n)
+    row, other = place[recording.row], np.where(recording.other >= 0, place[recording.other], -1)
+    first = _lexical([row.astype(float), other.astype(float), *recording.direction.T, recording.value])
+    return rows, row, other, first
 
 
 def _run_with_counts(recording: Recording, machine: Machine) -> Run:

@@ -81,16 +81,27 @@ def evaluate(
     c = characteristic
     check(c)
     choice = criteria.choose_criteria(c)
-    features, fitted = with_common(c, features, fitted, choice.datums)
-    pose = system_pose(c, features, fitted, choice, pose)
-    pointwise = c.type in (*POINTWISE, *criteria.ORIENTATION_TYPES) or c.filter is not None
-    of = [place(n, features, fitted, pose, k, pointwise) for n, k in zip((*c.of, *c.between), choice.of)]
-    datums = [place(n, features, fitted, pose, k, False) for n, k in zip(c.datums, choice.datums)]
+    of, datums = measured_elements(c, features, fitted, pose)
     if c.type in RUNOUT and has_system(c):  # the datums lie where the drawing has them
         datums = [nominal_element(turning_datum(d.feature for d in datums))]
     if c.type in PROFILE:
         return profile(c, of[0], [d.feature for d in datums], choice.fit == "C")
     return with_material(c, of[0], _value(c, of, datums)) if c.material else _value(c, of, datums)
+
+
+def measured_elements(
+    c: Characteristic,
+    features: Mapping[str, Feature],
+    fitted: Mapping[str, FittedElement],
+    pose: Pose | None = None,
+) -> tuple[list[MeasuredElement], list[MeasuredElement]]:
+    """The elements of a characteristic in the frame in which it is evaluated, and those of its datums."""
+    choice = criteria.choose_criteria(c)
+    features, fitted = with_common(c, features, fitted, choice.datums)
+    pose = system_pose(c, features, fitted, choice, pose)
+    pointwise = c.type in (*POINTWISE, *criteria.ORIENTATION_TYPES) or c.filter is not None
+    of = [place(n, features, fitted, pose, k, pointwise) for n, k in zip((*c.of, *c.between), choice.of)]
+    return of, [place(n, features, fitted, pose, k, False) for n, k in zip(c.datums, choice.datums)]
 
 
 def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> float:

@@ -83,8 +83,13 @@ def with_material(c: Characteristic, e: MeasuredElement, value: Array) -> Array:
         raise UsageError(
             f'"{c.name}": a material requirement is of a feature of size, not of {kind_text(e.feature.kind)}.'
         )
+    return np.maximum(value - paid_by_size(c, e), 0.0)
+
+
+def paid_by_size(c: Characteristic, e: MeasuredElement) -> Array:
+    """What the size (...) mm lies off its maximum material limit (M) or its least material limit (L)."""
+    assert c.size_limits is not None
     low, high = c.size_limits
     bore, most = e.feature.inside, c.material == "M"
     size = 2.0 * e.sizes[..., 0]
-    paid = size - low if bore == most else high - size
-    return np.maximum(value - paid, 0.0)
+    return np.asarray(size - low if bore == most else high - size)

@@ -104,7 +104,7 @@ def bars(
     drawn.bar_label(made, labels=words, padding=4, fontsize=TICK, color=MUTED)
     for bar, name, value in zip(made, names, values):
         bar.set_gid(f"{HINT}{name}: {number(value, 3)}")
-    drawn.set_yticks(range(len(items)), [plain_label(_label(name)) for name in names])
+    drawn.set_yticks(range(len(items)), [plain_label(in_two_lines(name)) for name in names])
     drawn.set_ylim(len(items) - 0.4, -0.6)
     low, high = min([0.0, *wide]), max([0.0, longest, *wide])
     before = BEFORE if low < 0 else 0.0
@@ -116,7 +116,7 @@ def bars(
     return carrying(drawn, chart="bars", unit=unit, names=names, values=values, total=total)
 
 
-def _label(name: str) -> str:
+def in_two_lines(name: str) -> str:
     """A name in one line or two, broken between words; what is too long for both loses words in its middle."""
     if text_width(name, 12.0) <= NAME:
         return name

@@ -25,7 +25,8 @@ class PlotSeries:
     """One curve: x, y (n,); `low` and `high` (n,) bound its band (for example mean - 2 u, mean + 2 u).
 
     A NaN interrupts the line. `marker` draws a dot at every point (or the marker of matplotlib that it names);
-    `line=False` leaves only the dots.
+    `line=False` leaves only the dots. `colour`: a role of the palette in place of that of its turn, so that one thing keeps it in
+    all pictures.
     """
 
     x: npt.ArrayLike
@@ -36,6 +37,7 @@ class PlotSeries:
     marker: bool | str = False
     line: bool = True
     dashed: bool = False
+    colour: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def curve(
     """Curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
     drawn = canvas(ax)
     for k, one in enumerate(series):
-        _draw(drawn, _check_series(one), one, LIGHT[SERIES[k % len(SERIES)]])
+        _draw(drawn, _check_series(one), one, LIGHT[one.colour or SERIES[k % len(SERIES)]])
     for band_ in bands:
         x = np.asarray(drawn.get_xlim() if band_.x is None else band_.x, dtype=np.float64)
         low, high = (

@@ -10,7 +10,18 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import INK, MUTED, RULE, TICK, WORD, ChartSheet, canvas, plain, plain_label
+from vcmm.show.charts.canvas import (
+    INK,
+    MUTED,
+    RULE,
+    TICK,
+    WORD,
+    ChartSheet,
+    canvas,
+    carrying,
+    plain,
+    plain_label,
+)
 from vcmm.show.report.colormap import Bands, bands
 from vcmm.show.report.palette import LIGHT
 
@@ -29,15 +40,17 @@ def heat_map(
     title: str,
     symmetric: bool = False,
     marks: Sequence[tuple[str, float, float]] = (),
+    over: npt.ArrayLike | None = None,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """`values` (ny, nx) at cell centres x (nx,) and y (ny,), both increasing. Cells without a value are hatched.
 
     `symmetric`: blue-white-red about zero, for signed quantities. `marks`: (name, x, y), for example the best pose.
-    DataError: shapes that do not fit, x or y not increasing.
+    `over`: values whose colours these are, of all maps that are compared. DataError: shapes that do not fit, x or y not increasing.
     """
     data, xc, yc = _check_grid(values, x, y)
-    drawn, scale = canvas(ax, 340), bands(data, symmetric=symmetric)
+    drawn = canvas(ax, 340)
+    scale = bands(data if over is None else np.asarray(over, dtype=np.float64), symmetric=symmetric)
     colours, norm = colours_of(scale)
     if not np.isfinite(data).all():
         drawn.patch.set(hatch="////", edgecolor=LIGHT["faint"])
@@ -60,7 +73,20 @@ def heat_map(
         if np.isfinite([mx, my]).all():
             _mark(drawn, name, mx, my, mx > (xc[0] + xc[-1]) / 2)
     add_colour_bar(drawn, made, scale, unit)
-    return plain(drawn, title, x_label, y_label, grid="")
+    plain(drawn, title, x_label, y_label, grid="")
+    known = data[np.isfinite(data)]
+    least, most = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+    return carrying(drawn, chart="map", unit=unit, least=least, most=most, levels=scale.levels)
+
+
+def is_of_one_colour(
+    values: npt.ArrayLike, over: npt.ArrayLike | None = None, symmetric: bool = False
+) -> bool:
+    """Whether a map would have one colour: then a sentence says more."""
+    data = np.asarray(values, dtype=np.float64)
+    scale = bands(data if over is None else np.asarray(over, dtype=np.float64), symmetric=symmetric)
+    inner = np.asarray(scale.levels[1:-1], dtype=np.float64)
+    return len(np.unique(np.digitize(data[np.isfinite(data)], inner))) < 2
 
 
 def colours_of(scale: Bands) -> tuple[Any, Any]:

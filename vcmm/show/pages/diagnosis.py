@@ -15,13 +15,22 @@ from vcmm.learn.diagnosis.constants import LEAST_TOLD
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.learn.diagnosis.row_order import as_in_the_file
 from vcmm.learn.diagnosis.several import Several
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.physics import BY_NAME
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
+from vcmm.show.pages.diagnosis_pictures import (
+    AFTER,
+    BEFORE,
+    arrows,
+    bar_traces,
+    location_bars,
+    unknown_picture,
+    zone_maps,
+)
 from vcmm.show.tables.diagnosis import (
     answers,
     detectable_table,
@@ -44,6 +53,8 @@ VERDICT = {
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
 CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word
+AXES = ("x", "y", "z")
+LEAST_ALONG = 20  # readings along a direction that are drawn by themselves
 MOST_DRAWN = 10_000  # observations in pictures: some MB of a page
 NOTHING_FOUND = "Something does not fit, and neither a name nor a place for it is found."
 
@@ -180,8 +191,7 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
     """Residuals by order and over the covariate that tells most, nuisances taken off by least squares; after: what the
     machine that is written leaves, and in words what else it would be with the candidates.
     """
-    before = left_by(recording, machine).residual
-    after = left_by(recording, handed_over(d, machine)).residual
+    before, after = residuals(recording, machine, d)
     explained = bool(answers_to_write(d.answer)) or d.mistake is not None
     scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
     charts = [
@@ -194,20 +204,45 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
             explained,
         )
     ]
-    place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
-    if place is not None:
-        x = _covariate(recording, place.covariate)
-        assert x is not None
-        charts.append(_scatter(x, before * scale, after * scale, place.covariate, unit, explained))
+    charts += _over_what_named_it(recording, before * scale, after * scale, d, unit, explained)
     charts.append(_histogram(before * scale, after * scale, unit))
     maps = zone_maps(recording, before * scale, after * scale, unit)
     shown = [r.columns(*maps)] if maps else []
+    bar = bar_traces(recording, machine, before, after)
     return [
         r.paragraph(after_text(d)),
+        *bar,
         r.columns(*charts),
         *shown,
-        *arrows(recording, machine.prepare(recording.run).tip, before, after),
+        *([] if bar else arrows(recording, machine.prepare(recording.run).tip, before, after)),
     ]
+
+
+def _over_what_named_it(
+    recording: Recording, before: Array, after: Array, d: Diagnosis, unit: str, found: bool
+) -> list[str]:
+    """Before and after over the covariate that told most, along the direction in which it did: of readings within 45 degrees of it."""
+    place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
+    if place is None:
+        return []
+    x = _covariate(recording, place.covariate)
+    assert x is not None
+    label, along = place.covariate, np.ones(recording.m)
+    if place.direction in AXES and recording.kind != "angle":
+        share = recording.direction[:, AXES.index(place.direction)]
+        mine = np.abs(share) >= np.sqrt(0.5)
+        if mine.sum() >= LEAST_ALONG:
+            label, along = f"{place.covariate}, of readings along {place.direction}", np.where(mine, np.sign(share), np.nan)  # fmt: skip
+    kept = np.isfinite(along)
+    before, after = (v[kept] * along[kept] for v in (before, after))
+    return [_scatter(x[kept], before, after, label, unit, found)]
+
+
+def residuals(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[Array, Array]:
+    """(m,) mm or rad before and after, observation by observation as the recording has them."""
+    written = handed_over(d, machine)
+    before, after = (as_in_the_file(recording, m, left_by(recording, m).residual) for m in (machine, written))
+    return before, after
 
 
 def after_text(d: Diagnosis) -> str:
@@ -235,15 +270,19 @@ def _covariate(recording: Recording, name: str) -> Array | None:
 
 
 def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
-    series = [draw.PlotSeries(x, before, "before", marker=True, line=False)]
-    if found:
-        series.append(draw.PlotSeries(x, after, "after", marker=True, line=False))
+    both = [("before", before, BEFORE), *([("after", after, AFTER)] if found else [])]
+    if draw.is_grouped(x):
+        title = f"Residual over {label}"
+        return draw.on_page(draw.boxes, x, both, label=label, y_label=f"residual / {unit}", title=title)
+    series = [
+        draw.PlotSeries(x, values, name, marker=True, line=False, colour=colour) for name, values, colour in both
+    ]  # fmt: skip
     return draw.on_page(
         draw.curve,
         series,
         x_label=label,
         y_label=f"residual / {unit}",
-        title=f"Residual over {label.split(',')[0]}",
+        title=f"Residual over {label.removesuffix(', in the order made')}",
     )
 
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.learn.calibration.deviations import RecordedTest
+from vcmm.learn.calibration.recorded_circles import radial_of
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.show import charts as draw
 from vcmm.show import report as r
@@ -12,6 +16,7 @@ from vcmm.task.response.recording import Recording
 
 CELLS = (10, 8)  # of the map over two axes
 MOST_ARROWS = 400
+BEFORE, AFTER = "c2", "c1"  # colours in charts and scenes alike
 
 
 def location_bars(d: Diagnosis) -> list[str]:
@@ -30,14 +35,19 @@ def zone_maps(recording: Recording, before: Array, after: Array, unit: str) -> l
     if len(axes) < 2 or recording.m < 40:
         return []
     x, y = (recording.run.position[a][recording.row] for a in sorted(axes))
+    grids = {word: _cells(x, y, values) for word, values in (("before", before), ("after", after))}
+    scale = np.concatenate([grid.ravel() for grid, *_ in grids.values()])
+    first, second = (f"{a} / {'mm' if a in 'XYZ' else 'rad'}" for a in sorted(axes))
     out = []
-    for values, word in ((before, "before"), (after, "after")):
-        grid, xs, ys = _cells(x, y, values)
-        first, second = (f"{a} / {'mm' if a in 'XYZ' else 'rad'}" for a in sorted(axes))
-        title = f"Rms of the residual {word}"
+    for word, (grid, xs, ys) in grids.items():
+        if draw.is_of_one_colour(grid, scale):
+            low, high = np.nanmin(grid), np.nanmax(grid)
+            out.append(r.paragraph(f"Rms of the residual {word}: {low:.3g} to {high:.3g} {unit} in all cells, one colour of the scale of both."))  # fmt: skip
+            continue
+        title = f"Rms of the residual {word} (one scale for before and after)"
         out.append(
-            draw.on_page(draw.heat_map, grid, xs, ys, unit=unit, title=title, x_label=first, y_label=second)
-        )
+            draw.on_page(draw.heat_map, grid, xs, ys, unit=unit, title=title, x_label=first, y_label=second, over=scale)
+        )  # fmt: skip
     return out
 
 
@@ -49,6 +59,36 @@ def _cells(x: Array, y: Array, values: Array) -> tuple[Array, Array, Array]:
     total = np.histogram2d(y, x, bins=(ey, ex), weights=values**2)[0]
     grid = np.where(count > 0, np.sqrt(total / np.maximum(count, 1)), np.nan)
     return np.asarray(grid), (ex[1:] + ex[:-1]) / 2, (ey[1:] + ey[:-1]) / 2
+
+
+def bar_traces(recording: Recording, machine: Machine, before: Array, after: Array) -> list[str]:
+    """Polar traces of a ball bar before and after, mm, on one scale; nothing for recordings that are no circle."""
+    if recording.kind != "length":
+        return []
+    test = RecordedTest(recording, machine)
+    try:
+        found = [radial_of(test, values) for values in (before, after)]
+    except UsageError:
+        return []
+    every = 1e3 * np.concatenate([radial for _, radial in found])
+    out = []
+    for (circle, radial), word, colour in zip(found, ("before", "after"), (BEFORE, AFTER)):
+        ways = (("counter-clockwise", 1.0, False), ("clockwise", -1.0, True))
+        lines = [
+            draw.PolarTrace(name, circle.angle[mine], 1e3 * radial[mine], colour, thin=thin, closed=False)
+            for name, way, thin in ways
+            if (mine := circle.way == way).any()
+        ]
+        out.append(
+            draw.on_page(
+                draw.traces,
+                lines,
+                title=f"Residual of the ball bar in {circle.plane} {word}",
+                low_um=float(every.min()),
+                high_um=float(every.max()),
+            )
+        )
+    return [r.columns(*out)]
 
 
 def arrows(recording: Recording, tip: Array, before: Array, after: Array) -> list[str]:
@@ -63,8 +103,8 @@ def arrows(recording: Recording, tip: Array, before: Array, after: Array) -> lis
     along = recording.direction[chosen]
     items: list[r.Points | r.Arrows] = [
         r.Points(place[chosen], "muted", 1.5),
-        r.Arrows(place[chosen], before[chosen, None] * along, scale, "c2", name=f"before x {scale:,.0f}"),
-        r.Arrows(place[chosen], after[chosen, None] * along, scale, "accent", name=f"after x {scale:,.0f}"),
+        r.Arrows(place[chosen], before[chosen, None] * along, scale, BEFORE, name=f"before x {scale:,.0f}"),
+        r.Arrows(place[chosen], after[chosen, None] * along, scale, AFTER, name=f"after x {scale:,.0f}"),
     ]
     return [
         r.scene(items, title="Residuals in space", caption="Along the direction of each observation; mm.")

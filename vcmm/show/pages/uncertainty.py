@@ -17,6 +17,7 @@ from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
+from vcmm.show.pages.zones import zone_picture
 from vcmm.show.tables.ends_known import how_well_known
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
@@ -56,7 +57,12 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     ]
     part = "a part with this form" if result.model.task.form.any() else "the nominal part"
     leaves += [
-        [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c, part)] for c in result.characteristics
+        [
+            r.heading(f"{c.name} ({c.type})"),
+            *zone_picture(result.model, asked),
+            *characteristic_blocks(c, part),
+        ]
+        for c, asked in zip(result.characteristics, result.model.characteristics)
     ]
     blocks = [r.leaf(*leaf) for leaf in leaves]
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
@@ -131,13 +137,22 @@ def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
 
 def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
     """Decision zones, distribution, budget bars and table. part: whose indicated values the trials are."""
-    return [*characteristic_charts(c, part), budget_table(c)]
+    return [*characteristic_charts(c, part), *_waterfall(c), budget_table(c)]
+
+
+def _waterfall(c: CharacteristicResult) -> list[str]:
+    """How u grows out of its contributions; nothing where one alone makes it, or u has no value."""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    items = [(b.what or b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
+    if len(items) < 2 or not math.isfinite(c.u):
+        return []
+    return [draw.on_page(draw.waterfall, items, c.u * scale, unit=word, title="How u grows: contributions added in quadrature")]  # fmt: skip
 
 
 def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
     """Decision zones, distribution and budget bars side by side; nothing where there is none of them."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
-    charts = [_zones(c, word, scale), _histogram(c, part)]
+    charts = [decision_chart(c), _histogram(c, part)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
         charts.append(
@@ -153,7 +168,9 @@ def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part
     return [r.columns(*shown)] if shown else []
 
 
-def _zones(c: CharacteristicResult, word: str, scale: float) -> str:
+def decision_chart(c: CharacteristicResult) -> str:
+    """The zones of ISO 14253-1 with the result; nothing where nothing is decided."""
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     if c.tolerance is None or c.decision is None or not math.isfinite(c.u):
         return ""
     low, high = ((t - c.nominal) * scale if math.isfinite(t) else None for t in c.tolerance)

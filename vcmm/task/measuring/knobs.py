@@ -20,6 +20,7 @@ LEAST, MOST = 0.5, 3.0  # factors of the scatter and of the length of styli
 ROOM = 10.0  # K about the temperatures of the scenario
 RISING = ("temp_", "reading_")  # columns of a temperature, and what its sensor reads, which rises with it
 DIFFERENCE = "gradient_C"  # stays where all temperatures rise
+POSE = ("x", "y", "z", "turn")  # what a file says in [pose]; the rest it says in [knobs]
 SPREADS = ("u", "scale", "half_width")  # the number of a law that says how wide it is
 
 

@@ -1,0 +1,77 @@
+"""What a picture of a tolerance zone shows: where points or axes lie in it, by the same elements from which the value is evaluated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.part.fit import FittedElement
+from vcmm.part.gps.characteristics import measured_elements
+from vcmm.part.gps.drawing import paid_by_size, project
+from vcmm.part.gps.elements import AXES, axis_ends
+from vcmm.part.gps.filters import apply_filter, profile_places
+from vcmm.part.part import Characteristic, Feature, ends, frame
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPoints:
+    """Residuals (n,) mm from the associated plane at places (n,) mm along its longer side."""
+
+    along: Array
+    residual: Array
+
+
+@dataclass(frozen=True, eq=False)
+class RoundPoints:
+    """Deviations (n,) mm from the associated circle at angles (n,) rad; filtered: what the filter of the drawing keeps, or None."""
+
+    angle: Array
+    residual: Array
+    filtered: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedAxis:
+    """Where the centre, or both ends of the axis, lie (k, 2) mm about the drawn place; paid: what size adds to the zone (ISO 2692)."""
+
+    off: Array
+    paid: float
+
+
+def zone_points(
+    c: Characteristic,
+    features: Mapping[str, Feature],
+    fitted: Mapping[str, FittedElement],
+    places: Mapping[str, Array],
+    pose: Pose | None = None,
+) -> FlatPoints | RoundPoints | PlacedAxis | None:
+    """Flatness, roundness of a circle, or position of one hole, pin or centre; None for all else.
+
+    places: where every feature was touched (n, 3) mm in the drawing frame.
+    """
+    if c.type not in ("flatness", "roundness", "position") or len(c.of) != 1:
+        return None
+    feature = features[c.of[0]]
+    if c.type == "roundness" and feature.kind != "circle":
+        return None
+    if c.type == "position" and feature.kind not in ("cylinder", "cone", "circle"):
+        return None
+    element = measured_elements(c, features, fitted, pose)[0][0]
+    at = places[c.of[0]]
+    if c.type == "flatness":
+        sides = (at - feature.point) @ frame(feature)[:2].T
+        return FlatPoints(sides[:, int(np.argmax(np.ptp(sides, axis=0)))], element.residuals)
+    if c.type == "roundness":
+        kept = None if c.filter is None else apply_filter(c.filter, feature, at, element.residuals)
+        return RoundPoints(profile_places(feature, at)[0], element.residuals, kept)
+    element = project(c, element)
+    axes = frame(feature)[:2]
+    found, drawn = (
+        (axis_ends(element), ends(element.feature)) if feature.kind in AXES else (element.point[None], feature.point[None])
+    )  # fmt: skip
+    paid = float(paid_by_size(c, element)) if c.material else 0.0
+    return PlacedAxis((found - drawn) @ axes.T, paid)

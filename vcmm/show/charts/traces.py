@@ -1,0 +1,128 @@
+"""Polar traces: ball bar (both senses, before and after) and roundness (unfiltered, filtered, with its reference circles).
+
+Radial deviations are magnified and drawn on a circle (layout of ISO 12181-1 and ISO 230-4). A reference circle whose centre lies off
+the origin by (x, y) is drawn as radius + x cos t + y sin t, which is exact to deviation^2 / diameter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import DataError
+from vcmm.show.charts.canvas import (
+    GRID,
+    MUTED,
+    TICK,
+    ChartSheet,
+    add_legend,
+    add_title,
+    canvas,
+    carrying,
+    plain_label,
+)
+from vcmm.show.charts.polar import CENTRE
+from vcmm.show.report.palette import LIGHT
+from vcmm.show.report.text import number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class PolarTrace:
+    """Deviations radius_um (n,) at angle_rad (n,), counter-clockwise from +x; colour: a role of the palette."""
+
+    name: str
+    angle_rad: npt.ArrayLike
+    radius_um: npt.ArrayLike
+    colour: str = "c1"
+    thin: bool = False
+    closed: bool = True
+
+
+@dataclass(frozen=True)
+class ReferenceCircle:
+    """Radius and centre of a reference circle, as deviations (um) from the nominal one; `width_um`: the roundness about it."""
+
+    name: str
+    radius_um: float
+    x_um: float
+    y_um: float
+    width_um: float
+    zone: bool = False  # drawn as the two circles of the minimum zone
+
+    def at(self, angle: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        t = np.asarray(angle, dtype=np.float64)
+        return np.asarray(self.radius_um + self.x_um * np.cos(t) + self.y_um * np.sin(t))
+
+
+def traces(
+    lines: Sequence[PolarTrace],
+    *,
+    title: str,
+    circles: Sequence[ReferenceCircle] = (),
+    low_um: float | None = None,
+    high_um: float | None = None,
+    ax: Axes | ChartSheet | None = None,
+) -> Axes:
+    """Traces about one reference circle (the thin one at 0), on one scale. low_um, high_um: ends of the scale, where pictures are compared.
+
+    The width of every trace, highest less lowest point about the drawn centre, is a number of the picture. DataError: lengths differ,
+    nothing finite.
+    """
+    kept = [_checked(line) for line in lines]
+    if not kept:
+        raise DataError("A polar trace needs one trace at least.")
+    drawn: Any = canvas(ax, 440, "polar")
+    ends = np.concatenate([*(r for _, r in kept), *([v] for v in (low_um, high_um) if v is not None), [0.0]])
+    low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
+    around = np.linspace(0.0, 2.0 * np.pi, 181)
+    drawn.plot(around, np.zeros(around.size), color=LIGHT["faint"], linewidth=0.9)
+    for one, (angle, radius) in zip(lines, kept):
+        shut = one.closed and bool(np.isfinite(radius).all())
+        both = [np.append(v, v[0]) if shut else v for v in (angle, radius)]
+        drawn.plot(
+            *both,
+            color=LIGHT[one.colour],
+            linewidth=0.8 if one.thin else 1.4,
+            alpha=0.75 if one.thin else 1.0,
+            label=plain_label(one.name),
+        )
+    for circle in circles:
+        half = circle.width_um / 2 if circle.zone else 0.0
+        for shift in {-half, half}:
+            name = plain_label(circle.name) if shift == half else None
+            colour, style = ("c4", "--") if circle.zone else ("c3", "-.")
+            drawn.plot(around, circle.at(around) + shift, style, color=LIGHT[colour], linewidth=1.0, label=name)  # fmt: skip
+    _frame(drawn, low, high)
+    drawn.set_xticks(np.radians([0, 45, 135, 180, 225, 270, 315]))  # the keys stand above 90 degrees
+    widths = {one.name: float(np.nanmax(r) - np.nanmin(r)) for one, (_, r) in zip(lines, kept)}
+    said = ", ".join([f"{name}: {number(w, 3)} µm" for name, w in widths.items()] + [f"{c.name}: {number(c.width_um, 3)} µm" for c in circles])  # fmt: skip
+    add_title(add_legend(drawn), f"{title}\nHighest less lowest point; {said}.")
+    about = {c.name: {"radius": c.radius_um, "x": c.x_um, "y": c.y_um, "width": c.width_um} for c in circles}
+    return carrying(drawn, chart="trace", unit="µm", width=widths, circles=about, scale=[low, high])
+
+
+def _checked(line: PolarTrace) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    angle, radius = (np.asarray(v, dtype=np.float64) for v in (line.angle_rad, line.radius_um))
+    if angle.shape != radius.shape or angle.ndim != 1 or not np.isfinite(radius).any():
+        raise DataError(
+            f'The trace "{line.name}" needs finite radii (n,) and angles (n,), got {radius.shape} and {angle.shape}.'
+        )
+    return angle, np.where(np.isfinite(radius), radius, np.nan)
+
+
+def _frame(drawn: Any, low: float, high: float) -> None:
+    span = high - low or 1.0
+    drawn.set_ylim(low, high + 0.04 * span)
+    drawn.set_rorigin(low - CENTRE / (1.0 - CENTRE) * span)
+    drawn.set_rlabel_position(67.5)
+    drawn.tick_params(labelsize=TICK, labelcolor=MUTED)
+    drawn.grid(color=GRID, linewidth=0.8)
+    for name in ("polar", "inner"):
+        drawn.spines[name].set_edgecolor(GRID)
