@@ -44,8 +44,9 @@ def compare_command(
     folder = output_folder(out) if out else None
     recordings = [recording_file(path) for path in recordings]
     others = [(file, load_machine(file)) for file in machine or ()]
-    rows = [_compare(recordings, None, None, seed)]
-    rows += [_compare(recordings, file, known, seed) for file, known in others]
+    every = [effect for _, known in others for effect in known.effects]
+    rows = [_compare(recordings, None, None, seed, every)]
+    rows += [_compare(recordings, file, known, seed, every) for file, known in others]
     inputs = [p for recording in recordings for p in sources(recording)]
     inputs += [p for file in machine or () for p in sources(file)]
     warnings, files = _left_out(rows), list(dict.fromkeys(inputs))
@@ -65,17 +66,24 @@ def compare_command(
     return 0
 
 
-def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int) -> Any:
-    """One machine (None: the one that each recording names) against all recordings."""
+def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int, every: list[Any]) -> Any:
+    """One machine (None: the one that each recording names) against all recordings, in the rows that all machines can predict.
+
+    every: the effects of all other machines: what one of them needs and a sensor did not read is left out for all.
+    """
     from dataclasses import replace
 
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.diagnosis.comparison import compare_machines
+    from vcmm.learn.diagnosis.unread import for_effects
     from vcmm.show.console.complaints import about
 
     pairs = []
     for path in recordings:
         recording, known = load_recording(path, machine, gaps=True)
+        if recording.unread:
+            own = known if machine is None else load_recording(path, gaps=True)[1]
+            recording = for_effects(recording, (*every, *own.effects))
         pairs.append((replace(recording, name=str(path)) if len(recordings) > 1 else recording, known))
     with about(recordings[0]):
         return compare_machines(str(file) if file else _machine_name(recordings), pairs, seed)

@@ -30,6 +30,7 @@ from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.result import Answer, Diagnosis, diagnosis_json
 from vcmm.learn.diagnosis.scans import is_change
+from vcmm.learn.diagnosis.unread import rows_read
 from vcmm.learn.diagnosis.very_long import few_together
 from vcmm.learn.diagnosis.written_fit import with_written_fit
 from vcmm.task.response.folds import Mask
@@ -88,7 +89,7 @@ def diagnose_several(
     """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`), or where one is
     given twice.
     """
-    recordings = few_together(recordings)
+    recordings = [_all_read(r) for r in few_together(recordings)]
     refuse_copies(recordings, machine)
     whole = join_recordings(recordings, machine)
 
@@ -111,6 +112,14 @@ def diagnose_several(
     told = tuple(s for s in shared if s not in differing)
     together = with_written_fit(together, recordings, machine)  # of the rows as they were given
     return Several(together, (*told, *own), alone, rest, whole.left_out)
+
+
+def _all_read(recording: Recording) -> Recording:
+    """The rows of which every sensor has a reading: what one recording alone may do without, another may need."""
+    read = rows_read(recording)
+    lost = recording.m - read.m
+    said = f"{lost} observations in which a sensor has no reading are set aside"
+    return replace(read, notes=(*read.notes, said)) if lost else read
 
 
 def has_scan(a: Answer) -> bool:
