@@ -9,6 +9,7 @@ from itertools import count
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.learn.diagnosis.account import account
+from vcmm.learn.diagnosis.answers import add_repeated
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
 from vcmm.learn.diagnosis.delivered import left_over
@@ -21,6 +22,7 @@ from vcmm.learn.diagnosis.noise import Audit, audit
 from vcmm.learn.diagnosis.order import in_order
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.qualify import qualify
+from vcmm.learn.diagnosis.repeated import repeated_stretch
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
 from vcmm.learn.diagnosis.screening import screen_families, screened_shapes
@@ -54,7 +56,8 @@ def diagnose_recording(
     """
     tell = _steps(progress)
     tell("checking and predicting the recording")
-    fit = check_recording(recording, machine)
+    again = repeated_stretch(recording)
+    fit = check_recording(recording if again is None else recording.take(~again.copied), machine)
     problem, warnings = _usable(fit, machine)
     searched = thin_problem(problem, LARGEST)
     tell("listing what could be missing")
@@ -65,6 +68,7 @@ def diagnose_recording(
     found = account(held, known, searched, problem, seed)
     found = replace(found, warnings=(*warnings, *found.warnings))
     found = qualify(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
+    found = found if again is None else add_repeated(found, again)
     attempt = Attempt.none()
     found = attempt(STEP_COMPARE, lambda: with_written_fit(found, [recording], machine), found)
     attempt.raise_bugs()

@@ -66,7 +66,9 @@ class Answer:
     kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
     scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
     beyond: str = ""  # why physics does not have its size; "" where it may
-    mistake: str = ""  # of a log_mistake: columns_exchanged, sign, unit, directions_exchanged
+    mistake: str = (
+        ""  # of a log_mistake: columns_exchanged, labels_exchanged, clock_offset ... (docs/diagnose.md)
+    )
     renewed: RenewedTables | None = (
         None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
     )
