@@ -16,7 +16,7 @@ from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.contradicted import add_contradictions, pulls_of, told_pulls, unexplained_pulls
 from vcmm.learn.diagnosis.delivered import DeliveredTerms, deliver_terms, rms_left
 from vcmm.learn.diagnosis.evidence import scorer
-from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge
+from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something
 from vcmm.learn.diagnosis.judged import FIELD, Judgement
 from vcmm.learn.diagnosis.locate import locate, score_map
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
@@ -57,7 +57,11 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
         locate(scorer(stage.generic), y, stage.chance), is_named or bool(against)
     )
     against = (*against, *unnamed)
-    predicted = tuple(judge(given.problem, f, given.selection, given.selection.terms) for f in given.parts)
+    predicted = tuple(
+        judge(given.problem, f, given.selection, given.selection.terms)
+        for f in given.parts
+        if says_something(f, given.selection)
+    )
     scatter = _sigma(named.selection, named.stage) * float(np.sqrt(np.mean(named.stage.u**2)))
     left = rms_left(named.problem, named.selection)
     return Diagnosis(

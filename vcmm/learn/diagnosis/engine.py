@@ -12,6 +12,7 @@ from vcmm.learn.diagnosis.account import account
 from vcmm.learn.diagnosis.answers import add_repeated
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
+from vcmm.learn.diagnosis.cross_checks import cross_check
 from vcmm.learn.diagnosis.delivered import left_over
 from vcmm.learn.diagnosis.judged import beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
@@ -64,9 +65,11 @@ def diagnose_recording(
     known, generics, stage, chosen = _search(searched, extra_effects, seed, nulls, tell)
     tell("predicting rows held out, and weighing the names against physics without a name")
     held = beside_field(judge_terms(chosen, stage, seed), known, generics, seed, nulls)
+    tell("asking parts of the rows, and a second opinion")
+    held, checks = cross_check(held)
     tell("planning the next measurement")
     found = account(held, known, searched, problem, seed)
-    found = replace(found, warnings=(*warnings, *found.warnings))
+    found = replace(found, warnings=(*warnings, *found.warnings, *checks.texts), checks=checks)
     found = qualify(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
     found = found if again is None else add_repeated(found, again)
     attempt = Attempt.none()

@@ -11,6 +11,12 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
+from vcmm.learn.diagnosis.checks_json import (
+    next_step_json,
+    second_opinion_json,
+    stable_json,
+    transfer_json,
+)
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
 from vcmm.learn.diagnosis.discrepancy import Shape
 from vcmm.learn.diagnosis.estimates import Estimate, as_json
@@ -28,6 +34,7 @@ from vcmm.show import charts
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from vcmm.learn.diagnosis.cross_checks import CrossChecks
     from vcmm.learn.diagnosis.renewed import RenewedTables
 
 STATUS_NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
@@ -140,6 +147,17 @@ class NextStep:
     do: str
     minutes: float
     gain: float
+    expected: float | None = None  # probability of what is right, expected after it; None where no rows say
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """rms (mm or rad) of a recording, without and with the file that was written from another one."""
+
+    recording: str
+    source: str
+    before: float
+    after: float
 
 
 @dataclass(frozen=True)
@@ -184,6 +202,8 @@ class Diagnosis:
         0  # observations that the recording held, where `all of them` were chosen from more; else 0
     )
     failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
+    checks: CrossChecks | None = None  # parts of the rows, and a second opinion
+    transfer: tuple[Transfer, ...] = ()  # what the file from one recording leaves of the others
 
     def __repr__(self) -> str:
         names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.found]
@@ -224,7 +244,10 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "not_testable": sorted(d.not_testable),
         "invisible": sorted(d.invisible),
         "detectable": [_detectable(x, micro) for x in d.detectable],
-        "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
+        "next_measurement": [next_step_json(n) for n in d.next_measurement],
+        "stable": stable_json(d.checks),
+        "second_opinion": second_opinion_json(d.checks),
+        "transfer": [transfer_json(t, micro) for t in d.transfer],
         "improved_machine": None,
         "failed": failed_json(d.failed),
     }  # fmt: skip

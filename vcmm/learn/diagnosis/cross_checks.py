@@ -1,0 +1,56 @@
+"""What else speaks of the names before they are claimed: parts of the rows, and a second opinion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.learn.diagnosis.confusion import Standing, lowered
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING
+from vcmm.learn.diagnosis.judged import Judgement
+from vcmm.learn.diagnosis.second_opinion import SecondOpinion, lowered_claim, second_opinion
+from vcmm.learn.diagnosis.stability import Stability, stability
+
+
+@dataclass(frozen=True, eq=False)
+class CrossChecks:
+    """texts: what disagrees, in words."""
+
+    stable: Stability
+    opinion: SecondOpinion
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        other = self.opinion
+        if other.agrees:
+            return self.stable.text
+        names = ", ".join(other.names) or "nothing"
+        return (
+            *self.stable.text,
+            f"a second opinion (EBIC over the same columns) names {names}; its probability of the names here is {other.for_ours:.2g}",
+        )
+
+
+def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:
+    """The judgement with the probability that parts of the rows and a second opinion leave to its names."""
+    stable = stability(one.problem, one.stage, one.selection, one.places)
+    opinion = second_opinion(one.stage.found, one.selection, one.places, one.stage.white.dof)
+    places = [
+        _lower(place, most, opinion.for_ours if lacks else None)
+        for place, most, lacks in zip(one.places, stable.most, opinion.lacks)
+    ]
+    return replace(one, places=places), CrossChecks(stable, opinion)
+
+
+def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
+    """most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
+    even odds to a name that had them.
+    """
+    own = max(place.probability, place.with_aliases)
+    claim = max(own, place.kin.probability if place.kin else 0.0)
+    share = 1.0
+    if for_ours is not None and claim > 0.0:
+        share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(own, NOTHING), 1.0))
+    share = min(share, most / max(claim, most))
+    return place if share >= 1.0 else lowered(place, float(np.nextafter(share, np.inf)))
