@@ -36,11 +36,11 @@ zero = ""
 def written(
     folder: Path, seed: int, scale: float, gap: float, only_odd: bool = False
 ) -> tuple[Path, np.ndarray]:
-    """160 rows: scale um/m times X, and -gap / 2 times the sense, scatter 1 um; what was written too. only_odd: scale in every second row."""
+    """160 rows: scale um/m times X, and -gap / 2 times the sense, scatter 1 um; what was written too. only_odd: the gap in every second row."""
     rng = np.random.default_rng(seed)
     x, sense = np.sort(rng.uniform(0, 600, 160)), rng.choice([-1, 1], 160)
     share = np.arange(160) % 2 if only_odd else np.ones(160)
-    d = scale * 1e-3 * x * share - 0.5 * gap * sense + rng.normal(0, 1, 160)
+    d = scale * 1e-3 * x - 0.5 * gap * share * sense + rng.normal(0, 1, 160)
     rows = [f"{a:.4f},{s},1,0,0,{v:.4f}" for a, s, v in zip(x, sense, d)]
     folder.mkdir(exist_ok=True)
     (folder / "data.csv").write_text("\n".join(["X_mm,sense_X,nx,ny,nz,d_um", *rows]) + "\n")
@@ -67,13 +67,13 @@ def test_what_every_part_of_the_rows_finds_is_stable(tmp_path, capsys):
 
 
 def test_what_half_of_the_parts_lacks_is_unstable_and_claimed_with_one_half(tmp_path, capsys):
-    # asked in 2 parts, found in 1 of them: at most (1 + 1) / (2 + 2)
-    found = document(capsys, written(tmp_path, 2, scale=60.0, gap=0.0, only_odd=True)[0])
+    # half of a play of 6 um fits all rows and leaves as much as it explains: delta sqrt(80) = 8.9 in a half, above 7, so both are asked;
+    # found in 1 of 2: at most (1 + 1) / (2 + 2)
+    found = document(capsys, written(tmp_path, 2, scale=0.0, gap=6.0, only_odd=True)[0])
     assert found["stable"]["alternate_rows"] is False
-    assert any("even rows" in text or "odd rows" in text for text in found["stable"]["changes"])
-    names = [a for a in found["answer"] if a["effect"] in ("scale_factor", "geometric_change")]
-    assert names
-    assert all(a["family_probability"] <= 0.5 + 1e-9 for a in names)
+    assert found["stable"]["changes"] == ["backlash[X] is not found in odd rows, where it should show"]
+    (play,) = [a for a in found["answer"] if a["effect"] == "backlash"]
+    assert play["family_probability"] == pytest.approx(0.5)
 
 
 def test_two_opinions_that_disagree_leave_even_odds(tmp_path):

@@ -17,13 +17,13 @@ from vcmm.learn.diagnosis.contradicted import add_contradictions, pulls_of, told
 from vcmm.learn.diagnosis.delivered import DeliveredTerms, deliver_terms, rms_left
 from vcmm.learn.diagnosis.evidence import scorer
 from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something
-from vcmm.learn.diagnosis.judged import FIELD, Judgement
+from vcmm.learn.diagnosis.judged import Judgement
 from vcmm.learn.diagnosis.locate import locate, score_map
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
 from vcmm.learn.diagnosis.null import clip_residuals
 from vcmm.learn.diagnosis.power import power
-from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.problem import FIELD, Problem
 from vcmm.learn.diagnosis.renewed import is_stale, renew_tables
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, Answer, Diagnosis, Fit
 from vcmm.learn.diagnosis.search import Stage

@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.bounds import beyond
 from vcmm.learn.diagnosis.candidates import rebuild_option
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, NOTHING, STRONG
-from vcmm.learn.diagnosis.delivered import DeliveredTerms, setting_for, shares_of_rows
+from vcmm.learn.diagnosis.delivered import DeliveredTerms, fitted_noise, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import estimates
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.families import open_text
@@ -115,7 +115,7 @@ def answers(
 def _with_numbers(
     bare: Answer, problem: Problem, selection: Selection, i: int, stage: Stage, seed: int
 ) -> Answer:
-    white = problem.whitener(stage.u, stage.noise.rho)
+    white = problem.whitener(*fitted_noise(problem, stage))
     found = estimates(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted_effect(selection, i, problem.machine)
     terms, offset = (*scanned_names(selection.terms[i].option), "period"), problem.run.offset

@@ -19,6 +19,8 @@ from vcmm.learn.diagnosis.sanity import without_gaps
 from vcmm.task.response.observe import Observer, known_here, noise_u, nuisance_columns
 from vcmm.task.response.recording import Recording
 
+FIELD = "field"  # a covariance beside those of the machine's Inputs: physics without a name
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
