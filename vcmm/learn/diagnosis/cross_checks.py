@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from vcmm.learn.diagnosis.confusion import Standing, lowered
-from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING, UNSEEN
 from vcmm.learn.diagnosis.judged import Judgement
 from vcmm.learn.diagnosis.second_opinion import SecondOpinion, lowered_claim, second_opinion
 from vcmm.learn.diagnosis.stability import Stability, stability
@@ -43,6 +41,22 @@ def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:
     return replace(one, places=places), CrossChecks(stable, opinion)
 
 
+def unstable_names(one: Judgement, checks: CrossChecks) -> set[str]:
+    """Ids of the terms that more parts of the rows lack than have."""
+    return {t.family.id for t, most in zip(one.selection.terms, checks.stable.most) if most < EVEN_ODDS}
+
+
+def steadier(
+    first: tuple[Judgement, CrossChecks], second: tuple[Judgement, CrossChecks]
+) -> tuple[Judgement, CrossChecks]:
+    """The answer without the names that parts of the rows lack, where every part has all of its names; what changed stays told."""
+    one, checks = second
+    if not one.selection.terms or min(checks.stable.most) < 1.0:
+        return first
+    stable = first[1].stable
+    return one, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))
+
+
 def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
     """most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
     even odds to a name that had them.
@@ -53,4 +67,4 @@ def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
     if for_ours is not None and claim > 0.0:
         share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(own, NOTHING), 1.0))
     share = min(share, most / max(claim, most))
-    return place if share >= 1.0 else lowered(place, float(np.nextafter(share, np.inf)))
+    return place if share >= 1.0 else lowered(place, share * (1.0 + UNSEEN))

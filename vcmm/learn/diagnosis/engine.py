@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.account import account
 from vcmm.learn.diagnosis.answers import add_repeated
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
-from vcmm.learn.diagnosis.cross_checks import cross_check
+from vcmm.learn.diagnosis.cross_checks import cross_check, steadier, unstable_names
 from vcmm.learn.diagnosis.delivered import left_over
 from vcmm.learn.diagnosis.judged import beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
@@ -21,6 +21,7 @@ from vcmm.learn.diagnosis.machine_match import check_belonging, wild
 from vcmm.learn.diagnosis.mistakes import tables_of
 from vcmm.learn.diagnosis.noise import Audit, audit
 from vcmm.learn.diagnosis.order import in_order
+from vcmm.learn.diagnosis.outside import with_outside
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.qualify import qualify
 from vcmm.learn.diagnosis.repeated import repeated_stretch
@@ -67,6 +68,13 @@ def diagnose_recording(
     held = beside_field(judge_terms(chosen, stage, seed), known, generics, seed, nulls)
     tell("asking parts of the rows, and a second opinion")
     held, checks = cross_check(held)
+    gone = unstable_names(held, checks)
+    if gone:
+        tell("searching without a name that parts of the rows do not have")
+        fewer = replace(known, families=tuple(f for f in known.families if f.id not in gone))
+        stage, chosen = _passes(searched, fewer, generics, stage.screen, seed, nulls, tell)
+        other = beside_field(judge_terms(chosen, stage, seed), fewer, generics, seed, nulls)
+        held, checks = steadier((held, checks), cross_check(other))
     tell("planning the next measurement")
     found = account(held, known, searched, problem, seed)
     found = replace(found, warnings=(*warnings, *found.warnings, *checks.texts), checks=checks)
@@ -75,7 +83,7 @@ def diagnose_recording(
     attempt = Attempt.none()
     found = attempt(STEP_COMPARE, lambda: with_written_fit(found, [recording], machine), found)
     attempt.raise_bugs()
-    found = replace(found, failed=(*found.failed, *attempt.failures))
+    found = with_outside(replace(found, failed=(*found.failed, *attempt.failures)))
     if progress:
         progress("done", 1.0)
     return found

@@ -82,6 +82,9 @@ class Answer:
     of_instrument: tuple[
         str, ...
     ] = ()  # errors of the instrument that repeat it exactly, as probable as all of the machine
+    stands: bool = (
+        False  # a finding before the share of a mechanism that no catalogue holds was taken off (see outside)
+    )
 
     @property
     def family(self) -> str:
@@ -100,6 +103,8 @@ class Answer:
     @property
     def improbable(self) -> bool:
         """Less probable than not, together with all that repeats it exactly, and its family is not secure."""
+        if self.stands:
+            return False
         return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
 
     @property
