@@ -120,3 +120,21 @@ def test_transfer_is_said_first(tmp_path, capsys):
     files = [written(tmp_path / n, s, scale=40.0, gap=6.0)[0] for n, s in (("a", 3), ("b", 4))]
     assert run(["diagnose", *map(str, files)]) == 0
     assert capsys.readouterr().out.lstrip().startswith("the file from one recording predicts another")
+
+
+def test_two_bad_readings_are_told_beside_nothing_missing(tmp_path, capsys):
+    file, _ = written(tmp_path, 7, scale=0.0, gap=0.0)
+    lines = (tmp_path / "data.csv").read_text().splitlines()
+    for k, far in ((30, 10.0), (90, -11.0)):  # lines 31 and 91 of the file: 10 and 11 standard deviations of 1 um
+        cells = lines[k].split(",")
+        lines[k] = ",".join([*cells[:-1], f"{far:.3f}"])
+    (tmp_path / "data.csv").write_text("\n".join(lines) + "\n")
+    found = document(capsys, file)
+    assert [a for a in found["answer"] if not a["doubtful"]] == []
+    assert any("lines 31 and 91 lie" in w and "standard deviations" in w for w in found["warnings"])
+
+
+def test_without_bad_readings_none_is_told(tmp_path, capsys):
+    found = document(capsys, written(tmp_path, 7, scale=0.0, gap=0.0)[0])
+    assert found["verdict"] == "nothing missing"
+    assert not any("standard deviations from what is predicted" in w for w in found["warnings"])

@@ -49,9 +49,9 @@ def unstable_names(one: Judgement, checks: CrossChecks) -> set[str]:
 def steadier(
     first: tuple[Judgement, CrossChecks], second: tuple[Judgement, CrossChecks]
 ) -> tuple[Judgement, CrossChecks]:
-    """The answer without the names that parts of the rows lack, where every part has all of its names; what changed stays told."""
+    """The answer without the names that parts of the rows lack, where none of its own is so; what changed stays told."""
     one, checks = second
-    if not one.selection.terms or min(checks.stable.most) < 1.0:
+    if not one.selection.terms or min(checks.stable.most) < EVEN_ODDS:
         return first
     stable = first[1].stable
     return one, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))

@@ -14,6 +14,7 @@ from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
 from vcmm.learn.diagnosis.cross_checks import cross_check, steadier, unstable_names
 from vcmm.learn.diagnosis.delivered import left_over
+from vcmm.learn.diagnosis.far_rows import far_rows, raw_rest
 from vcmm.learn.diagnosis.judged import beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.locate import each_shape, generic_families
@@ -77,7 +78,8 @@ def diagnose_recording(
         held, checks = steadier((held, checks), cross_check(other))
     tell("planning the next measurement")
     found = account(held, known, searched, problem, seed)
-    found = replace(found, warnings=(*warnings, *found.warnings, *checks.texts), checks=checks)
+    told = (*checks.texts, *far_rows(held.problem, raw_rest(held.problem, held.stage.white, held.selection)))
+    found = replace(found, warnings=(*warnings, *found.warnings, *told), checks=checks)
     found = qualify(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
     found = found if again is None else add_repeated(found, again)
     attempt = Attempt.none()
