@@ -116,7 +116,7 @@ KNOWN = {
     "strB": AXIS,
     "strC": AXIS,
     "strD": AXIS,
-    "heatB": Known("frame, bed, bed with a lag", (("thermal_drift",),), heating),
+    "heatB": Known("frame, bed, bed with a lag", (("thermal_drift z column",), ("thermal_drift z table",)), heating),
     "mountG": Known(
         "index, tilts, squareness, flexure; harmonics", (("gravity_flexure",),), lambda t: 709.0,
         (*HARMONIC, "rotary_location", "geometric_change", "squareness"),
@@ -127,14 +127,19 @@ KNOWN = {
 }  # fmt: skip
 
 
+def ids_of(answer: Mapping[str, Any]) -> set[str]:
+    """Its effect, and its effect with its place."""
+    return {answer["effect"], " ".join((answer["effect"], *map(str, answer["where"].values())))}
+
+
 def outcome(known: Known, found: Mapping[str, Any]) -> str:
     """right, open or wrong, by the head of this file."""
     names = [a for a in found["answer"] if not a["doubtful"]]
     allowed = {n for group in known.names for n in group} | set(known.further)
-    foreign = [a for a in names if a["effect"] not in allowed]
+    foreign = [a for a in names if not ids_of(a) & allowed]
     if any(a["probability"] >= CLAIMED for a in foreign):
         return "wrong"
-    lacks = [g for g in known.names if not any(a["effect"] in g for a in names)]
+    lacks = [g for g in known.names if not any(ids_of(a) & set(g) for a in names)]
     if not lacks and not foreign:
         return "right"
     return "wrong" if found["verdict"] in ("explained", "nothing missing") else "open"

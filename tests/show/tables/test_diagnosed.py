@@ -54,6 +54,6 @@ def test_next_steps_places_and_what_is_seen():
         location=(SimpleNamespace(covariate="X", direction="z", p=0.0123, text="low end"),),
         detectable=(SimpleNamespace(effect="lag", where={}, amplitude=2e-6),),
     )
-    assert in_terminal(diagnosed.next_steps(d)).rows == [["a, b", "turn it", "4.2"]]
+    assert in_terminal(diagnosed.next_steps(d)).rows == [["a, b", "turn it", "–", "4.2"]]
     assert in_terminal(diagnosed.places(d)).rows == [["X", "z", "0.012", "low end"]]
     assert in_terminal(diagnosed.detectable_table(d)).rows == [["lag", "–", "2 urad"]]
