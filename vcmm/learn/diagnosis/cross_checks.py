@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from vcmm.learn.diagnosis.checks import CrossChecks
 from vcmm.learn.diagnosis.confusion import Standing, lowered
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING, UNSEEN
 from vcmm.learn.diagnosis.judged import Judgement
-from vcmm.learn.diagnosis.second_opinion import SecondOpinion, lowered_claim, second_opinion
-from vcmm.learn.diagnosis.stability import Stability, stability
-
-
-@dataclass(frozen=True, eq=False)
-class CrossChecks:
-    """texts: what disagrees, in words."""
-
-    stable: Stability
-    opinion: SecondOpinion
-
-    @property
-    def texts(self) -> tuple[str, ...]:
-        other = self.opinion
-        if other.agrees:
-            return self.stable.text
-        names = ", ".join(other.names) or "nothing"
-        return (
-            *self.stable.text,
-            f"a second opinion (EBIC over the same columns) names {names}; its probability of the names here is {other.for_ours:.2g}",
-        )
+from vcmm.learn.diagnosis.second_opinion import lowered_claim, second_opinion
+from vcmm.learn.diagnosis.stability import stability
 
 
 def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:

@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.foretold import describe_unknown
 from vcmm.learn.diagnosis.opposite_sign import other_way
 from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.diagnosis.unread import diagnose_unread
+from vcmm.learn.diagnosis.unread_job import diagnose_unread
 from vcmm.learn.diagnosis.very_long import few_enough, thinning_notes
 from vcmm.task.response.recording import Recording
 

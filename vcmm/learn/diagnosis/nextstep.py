@@ -81,7 +81,7 @@ def _for_rival(
     rival = _nearest(setting, selection, family, i)
     pair = _pair(selection, i, setting, family)
     columns = (selection.terms[i].option.columns, rival.columns)
-    asked = _Question(pair, odds, separability(columns, problem.whitener(), selection, i))
+    asked = _RivalQuestion(pair, odds, separability(columns, problem.whitener(), selection, i))
     found = [
         _try_addon(problem, addon, selection, i, rival, asked) for addon in (*ADDONS, *along_axes(problem))
     ]
@@ -89,7 +89,7 @@ def _for_rival(
 
 
 @dataclass(frozen=True)
-class _Question:
+class _RivalQuestion:
     """Two names, ln of their odds, and the share of the first one's signal that the other cannot mimic, as length and in noise."""
 
     pair: tuple[str, str]
@@ -169,7 +169,7 @@ def _try_addon(
     selection: Selection,
     i: int,
     rival: Option,
-    asked: _Question,
+    asked: _RivalQuestion,
 ) -> NextStep | None:
     """The add-on with what is expected after it; None where it cannot be done, separates no better, or decides no more."""
     try:

@@ -11,7 +11,10 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
-from vcmm.learn.diagnosis.checks_json import (
+from vcmm.learn.diagnosis.checks import (
+    CrossChecks,
+    NextStep,
+    Transfer,
     next_step_json,
     second_opinion_json,
     stable_json,
@@ -34,7 +37,6 @@ from vcmm.show import charts
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.learn.diagnosis.cross_checks import CrossChecks
     from vcmm.learn.diagnosis.renewed import RenewedTables
 
 STATUS_NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
@@ -142,27 +144,6 @@ class Unknown:
     shape: Shape | None = None
     formula: str = ""
     gain: float = 0.0  # nats of the formula on rows never fitted
-
-
-@dataclass(frozen=True)
-class NextStep:
-    """An add-on measurement that separates tied answers."""
-
-    separates: tuple[str, ...]
-    do: str
-    minutes: float
-    gain: float
-    expected: float | None = None  # probability of what is right, expected after it; None where no rows say
-
-
-@dataclass(frozen=True)
-class Transfer:
-    """rms (mm or rad) of a recording, without and with the file that was written from another one."""
-
-    recording: str
-    source: str
-    before: float
-    after: float
 
 
 @dataclass(frozen=True)

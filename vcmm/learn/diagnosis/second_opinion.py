@@ -10,26 +10,16 @@ does not have is claimed with the mean of both probabilities, and with even odds
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.learn.diagnosis.checks import SecondOpinion
 from vcmm.learn.diagnosis.confusion import Standing, ranks
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, MOST_TERMS, NOTHING, SAME, SUREST, UNSEEN
 from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.learn.diagnosis.select import Selection, Term, basis_of
 from vcmm.learn.diagnosis.stability import same_physics
-
-
-@dataclass(frozen=True)
-class SecondOpinion:
-    """names: ids that EBIC chooses; agrees: has it all of ours and no more; for_ours: its probability of our names."""
-
-    names: tuple[str, ...]
-    agrees: bool
-    for_ours: float
-    lacks: tuple[bool, ...]  # of our names, those that it does not have
 
 
 def second_opinion(

@@ -15,6 +15,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener, whitener, without_span
 from vcmm.core.errors import ModelLimit
 from vcmm.learn.diagnosis.candidates import Family
+from vcmm.learn.diagnosis.checks import Stability
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import FEWEST, SECURE_DELTA
 from vcmm.learn.diagnosis.evidence import dictionary
@@ -27,18 +28,6 @@ from vcmm.task.response.folds import Mask
 from vcmm.task.response.observe import Observer
 
 ALTERNATE, HALVES = "alternate_rows", "halves"
-
-
-@dataclass(frozen=True)
-class Stability:
-    """kind -> True where every part that was asked finds the same names, None where none could be asked; text: what changes.
-
-    most: of every term the largest probability that the parts allow.
-    """
-
-    same: dict[str, bool | None]
-    text: tuple[str, ...]
-    most: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
