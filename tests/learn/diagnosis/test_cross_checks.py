@@ -68,12 +68,12 @@ def test_what_every_part_of_the_rows_finds_is_stable(tmp_path, capsys):
 
 def test_what_half_of_the_parts_lacks_is_unstable_and_claimed_with_one_half(tmp_path, capsys):
     # half of a play of 6 um fits all rows and leaves as much as it explains: delta sqrt(80) = 8.9 in a half, above 7, so both are asked;
-    # found in 1 of 2: at most (1 + 1) / (2 + 2)
+    # found in 1 of 2: at most (1 + 1) / (2 + 2) = 0.5; something is left, and even odds of a mechanism outside leave half of that
     found = document(capsys, written(tmp_path, 2, scale=0.0, gap=6.0, only_odd=True)[0])
     assert found["stable"]["alternate_rows"] is False
     assert found["stable"]["changes"] == ["backlash[X] is not found in odd rows, where it should show"]
     (play,) = [a for a in found["answer"] if a["effect"] == "backlash"]
-    assert play["family_probability"] == pytest.approx(0.5)
+    assert play["family_probability"] == pytest.approx(0.25, abs=1e-5)
 
 
 def test_two_opinions_that_disagree_leave_even_odds(tmp_path):
@@ -125,7 +125,10 @@ def test_transfer_is_said_first(tmp_path, capsys):
 def test_two_bad_readings_are_told_beside_nothing_missing(tmp_path, capsys):
     file, _ = written(tmp_path, 7, scale=0.0, gap=0.0)
     lines = (tmp_path / "data.csv").read_text().splitlines()
-    for k, far in ((30, 10.0), (90, -11.0)):  # lines 31 and 91 of the file: 10 and 11 standard deviations of 1 um
+    for k, far in (
+        (30, 10.0),
+        (90, -11.0),
+    ):  # lines 31 and 91 of the file: 10 and 11 standard deviations of 1 um
         cells = lines[k].split(",")
         lines[k] = ",".join([*cells[:-1], f"{far:.3f}"])
     (tmp_path / "data.csv").write_text("\n".join(lines) + "\n")
