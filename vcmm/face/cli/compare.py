@@ -110,7 +110,7 @@ def _machine_name(recordings: list[Path]) -> str:
 
 def _show(rows: list[Any]) -> None:
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.compared import tables
+    from vcmm.show.tables.comparison import tables
 
     for table in tables(rows):
         show_table(table)

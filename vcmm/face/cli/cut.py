@@ -181,7 +181,7 @@ def measured_points(measured: Path | None, u_point: str) -> Any:
         if u_point:
             raise UsageError("--u-point is of measured points; add --measured points.csv")
         return None
-    from vcmm.files.own.measured import read_measured_points
+    from vcmm.files.own.measured_data import read_measured_points
 
     points, *more = read_measured_points(measured)
     if more:
@@ -198,7 +198,7 @@ def show(result: Any) -> None:
     """Deviations, who owns them, what a batch shares, the surface."""
     from vcmm.show.console.terminal import say, show_table
     from vcmm.show.tables import cut as tables
-    from vcmm.show.tables.evaluated import not_added_up
+    from vcmm.show.tables.uncertainty import not_added_up
 
     show_table(tables.finished_part(result))
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):

@@ -236,7 +236,7 @@ def show(placed: Any) -> None:
     from vcmm.answer.placing.advice import advice
     from vcmm.answer.placing.words import pose_text
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.placed import compared_poses, how_sure, why
+    from vcmm.show.tables.placement import compared_poses, how_sure, why
 
     for table in (compared_poses(placed), why(placed), how_sure(placed)):
         show_table(table)
@@ -248,7 +248,7 @@ def show(placed: Any) -> None:
 
 
 def _write(folder: Path, source: Path, placed: Any, content: dict[str, Any]) -> None:
-    from vcmm.files.own.placed import placed_text
+    from vcmm.files.own.placement_writer import placed_text
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say

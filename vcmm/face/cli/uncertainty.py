@@ -96,7 +96,7 @@ def run_uncertainty(
     """The whole job: document, files, tables. options: trials, seed, engine, digits."""
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
-    from vcmm.show.tables.evaluated import uncertainty_json
+    from vcmm.show.tables.uncertainty import uncertainty_json
 
     folder = output_folder(out) if out else None
     loaded, result = _evaluate(scenario, options, sharing)
@@ -127,7 +127,7 @@ def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.answer.evaluation.result import common_causes
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.evaluated import (
+    from vcmm.show.tables.uncertainty import (
         computation_table,
         largest,
         not_added_up,
@@ -155,7 +155,7 @@ def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) ->
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.uncertainty import uncertainty_page
-    from vcmm.show.tables.evaluated import budget_csv
+    from vcmm.show.tables.uncertainty import budget_csv
 
     texts = {
         "uncertainty.json": json_text(content),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from vcmm.learn.diagnosis.checks import CrossChecks
 from vcmm.learn.diagnosis.confusion import Standing, lowered
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING, UNSEEN
-from vcmm.learn.diagnosis.judged import Judgement
+from vcmm.learn.diagnosis.judgement import Judgement
 from vcmm.learn.diagnosis.second_opinion import lowered_claim, second_opinion
 from vcmm.learn.diagnosis.stability import stability
 

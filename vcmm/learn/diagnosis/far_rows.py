@@ -10,7 +10,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import CHANCE, FAR
-from vcmm.learn.diagnosis.delivered import left_over
+from vcmm.learn.diagnosis.delivery import left_over
 from vcmm.learn.diagnosis.noise import stated_noise
 from vcmm.learn.diagnosis.null import robust_scale
 from vcmm.learn.diagnosis.problem import Problem

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm import __version__
-from vcmm.learn.calibration.identified import is_angle
+from vcmm.learn.calibration.identifiability import is_angle
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.tables.calibrated import Left, residuals
+from vcmm.show.tables.calibration import Left, residuals
 from vcmm.show.tables.table import titled_html
 
 MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one

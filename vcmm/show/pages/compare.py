@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.comparison import Comparison, Misfit
 from vcmm.learn.diagnosis.locate import short
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.tables.compared import short_names, tables
+from vcmm.show.tables.comparison import short_names, tables
 from vcmm.show.tables.table import html
 
 

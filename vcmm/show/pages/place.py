@@ -13,7 +13,7 @@ from vcmm.answer.placing.words import UNITS, change, changes, goal_text, pose_te
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.view import part_items, touch_items, volume_items
-from vcmm.show.tables.placed import compared_poses
+from vcmm.show.tables.placement import compared_poses
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.fixture import DOFS, pose_of
 

@@ -8,7 +8,7 @@ from vcmm.shop.machining.placement import PlacedCut
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.tables.placed import compared_cut_poses, gains
+from vcmm.show.tables.placement import compared_cut_poses, gains
 from vcmm.show.tables.table import html, listing
 
 

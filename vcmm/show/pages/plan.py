@@ -11,7 +11,7 @@ from vcmm.part.gps import characteristics as gps
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.view import part_items
-from vcmm.show.tables.planned import curve
+from vcmm.show.tables.plans import curve
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, html
 from vcmm.task.measuring.scenario import Scenario

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vcmm import __version__
 from vcmm.answer.routes.job import RoutesResult
 from vcmm.show import report as r
-from vcmm.show.tables.routed import agreements_table, contributions_table, routes_table
+from vcmm.show.tables.routes import agreements_table, contributions_table, routes_table
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.scenario import Scenario
 
