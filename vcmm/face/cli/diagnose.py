@@ -232,8 +232,10 @@ def _show(d: Any) -> None:
     from vcmm.learn.diagnosis.acceptance import notes
     from vcmm.show.console.terminal import say, show_table
     from vcmm.show.pages.diagnosis import least_seen, sentences
-    from vcmm.show.tables.diagnosis import answers, folds, next_steps
+    from vcmm.show.tables.diagnosis import answers, folds, next_steps, transfers
 
+    if d.transfer:
+        show_table(transfers(d))
     for sentence in sentences(d):
         print(sentence)
     print()
