@@ -184,7 +184,7 @@ def _rewritten(
     write_source(target, result.data)
     say(f"wrote {target}")
     if shown[1]:
-        _write_page(target.with_suffix(".html"), result, program)
+        _write_page(target.with_suffix(".html"), result, program, proof)
     if json:
         body = compensation_json(result, target, proof)
         print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
@@ -195,12 +195,12 @@ def _rewritten(
     return 0 if (result.met if proof.after is None else proof.met) else 1
 
 
-def _write_page(target: Path, result: Any, program: Path) -> None:
+def _write_page(target: Path, result: Any, program: Path, proof: Any) -> None:
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.followed import compensation_page
     from vcmm.show.report import write
 
-    write(target, compensation_page(result, program))
+    write(target, compensation_page(result, program, proof))
     say(f"wrote {target}")
 
 
@@ -208,7 +208,7 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
     """--offset-only: nothing is written."""
     from vcmm.compensation.offsets import best_offsets
     from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_table
     from vcmm.show.tables.compensated import departure_json, departures, shifts, shifts_json
 
     result = best_offsets(
@@ -226,8 +226,7 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
         departures(result, [("as programmed", result.before), ("work offsets shifted", result.offset_only)])
     )
     show_table(shifts(result))
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
     return 0
 
 
@@ -261,10 +260,12 @@ def compensation_json(result: Any, target: Path, proof: Any) -> dict[str, Any]:
 
 
 def _show(result: Any, proof: Any) -> None:
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers_machine import compensation_answers
     from vcmm.show.tables.compensated import before_and_after, departures, pointings, shifts
     from vcmm.show.tables.proofs import proof_text
 
+    show_answers(compensation_answers(result, proof))
     if proof.after is not None:
         print(proof_text(proof))
     show_table(departures(result, before_and_after(result)))
@@ -280,8 +281,7 @@ def _show(result: Any, proof: Any) -> None:
     )
     if proof.after is None:
         print(proof_text(proof))
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
 
 
 def _show_diff(program: Path, target: Path, result: Any) -> None:

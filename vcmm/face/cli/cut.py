@@ -126,7 +126,7 @@ def run_cut(
     from vcmm.face.cli.cut_measured import came_back
     from vcmm.face.cli.proof import inspected_program
     from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.show.console.documents import print_json
+    from vcmm.show.console.documents import print_json, sources
     from vcmm.show.console.files import output_folder
     from vcmm.show.tables.proofs import proof_json, proof_text
 
@@ -141,7 +141,7 @@ def run_cut(
         {} if proof is None else proof_json(proof)
     )
     if folder:
-        _write(folder, loaded, result, content)
+        _write(folder, loaded, result, content, [*sources(scenario), loaded.program])
     if proof is not None and not json:
         print(proof_text(proof))
     print_json(content) if json else _show_both(result, back)
@@ -196,10 +196,12 @@ def measured_points(measured: Path | None, u_point: str) -> Any:
 
 def show(result: Any) -> None:
     """Deviations, who owns them, what a batch shares, the surface."""
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+    from vcmm.show.report.answers import answer_of
     from vcmm.show.tables import cut as tables
     from vcmm.show.tables.evaluated import not_added_up
 
+    show_answers(answer_of(c) for c in result.characteristics)
     show_table(tables.finished_part(result))
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
         show_table(table)
@@ -220,8 +222,7 @@ def show(result: Any) -> None:
             f"stock ({result.blank.kept_as}): {result.blank.removed / 1e3:.1f} cm³ removed, "
             f"{len(result.blank.collisions)} rapids through material"
         )
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
 
 
 def _recut_text(result: Any) -> str:
@@ -230,7 +231,7 @@ def _recut_text(result: Any) -> str:
     return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} um at most\n"
 
 
-def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
@@ -240,7 +241,7 @@ def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) ->
     texts = {
         "cut.json": json_text(content),
         "surface.csv": surface_csv(result),
-        "report.html": cut_page(scenario, result),
+        "report.html": cut_page(scenario, result, files),
     }
     write_files(folder, texts)
     if result.blank is not None:

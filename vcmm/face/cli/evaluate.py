@@ -159,19 +159,22 @@ def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], fil
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.sheet import sheet_page
-    from vcmm.show.pages.uncertainty import uncertainty_page
+    from vcmm.show.pages.uncertainty import MEASURED, uncertainty_page
     from vcmm.show.tables.evaluated import budget_csv
     from vcmm.show.tables.inferred import values_csv
 
     texts = {"evaluation.json": json_text(content), "values.csv": values_csv(parts)}
+    given = [*sources(files[0]), files[1]]
     if len(parts) == 1:
         whole = replace(
             parts[0].uncertainty,
             characteristics=tuple(e.result for e in parts[0].characteristics),
             warnings=parts[0].warnings,
         )
-        texts |= {"report.html": uncertainty_page(scenario, whole), "budget.csv": budget_csv(whole)}
-    given = [*sources(files[0]), files[1]]
+        texts |= {
+            "report.html": uncertainty_page(scenario, whole, given, MEASURED),
+            "budget.csv": budget_csv(whole),
+        }
     for p in parts:
         texts[_sheet_name(p.part, texts)] = sheet_page(scenario, p, given)
     write_files(folder, texts)

@@ -46,7 +46,7 @@ def loop_command(
     from vcmm.face.cli.cut import measured_points
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say
+    from vcmm.show.console.terminal import say, say_warnings
     from vcmm.show.pages.diagnosis import sentences
     from vcmm.show.tables.loops import loop_json, loop_text
 
@@ -64,8 +64,7 @@ def loop_command(
     else:
         for line in loop_text(result, sentences(result.diagnosis)):
             print(line)
-        for warning in result.warnings:
-            say(f"note: {warning}")
+        say_warnings(result.warnings)
     say(f"wrote {folder}/" + ", ".join([*result.written, "loop.json"]))
     return 0 if result.met else 1
 

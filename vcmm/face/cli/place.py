@@ -235,16 +235,17 @@ def show(placed: Any) -> None:
     """Poses compared, why, certificate and flatness, advice."""
     from vcmm.answer.placing.advice import advice
     from vcmm.answer.placing.words import pose_text
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers import place_answers
     from vcmm.show.tables.placed import compared_poses, how_sure, why
 
+    show_answers(place_answers(placed))
     for table in (compared_poses(placed), why(placed), how_sure(placed)):
         show_table(table)
     if placed.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(placed.region.convenient)}")
     print("\n".join(["advice:", *advice(placed)]))
-    for warning in placed.warnings:
-        say(f"note: {warning}")
+    say_warnings(placed.warnings)
 
 
 def _write(folder: Path, source: Path, placed: Any, content: dict[str, Any]) -> None:

@@ -113,7 +113,7 @@ def run_uncertainty(
         given = {k: v for k, v in options.items() if (k, v) != ("engine", "auto")}
         keep_evidence(evidence, ("uncertainty", scenario, given), loaded.task(), content)
     if folder:
-        _write(folder, loaded, result, content)
+        _write(folder, loaded, result, content, sources(scenario))
     if json:
         print_json(content)
     else:
@@ -126,7 +126,8 @@ def run_uncertainty(
 def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.answer.evaluation.result import common_causes
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+    from vcmm.show.report.answers import answer_of
     from vcmm.show.tables.evaluated import (
         computation_table,
         largest,
@@ -136,6 +137,7 @@ def show(result: Any) -> None:
         undecided_because,
     )
 
+    show_answers(answer_of(c) for c in result.characteristics)
     show_table(results(result))
     for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
         say(sentence)
@@ -146,11 +148,10 @@ def show(result: Any) -> None:
             say(f"{c.name}: {share:.1%} of u² come from {cause}, in {' and '.join(names)}")
     for sentence in not_added_up(result.characteristics):
         say(sentence)
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
 
 
-def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
@@ -160,7 +161,7 @@ def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) ->
     texts = {
         "uncertainty.json": json_text(content),
         "budget.csv": budget_csv(result),
-        "report.html": uncertainty_page(scenario, result),
+        "report.html": uncertainty_page(scenario, result, files),
     }
     write_files(folder, texts)
     say(f"wrote {folder}/report.html, uncertainty.json, budget.csv")

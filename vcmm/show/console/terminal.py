@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vcmm.show.console.widths import FittedTable
+    from vcmm.show.report.answers import AnswerLine
     from vcmm.show.tables.table import ResultTable
 
 
@@ -37,6 +38,21 @@ def progress(show: bool = True) -> Iterator[Any]:
 def say(text: str) -> None:
     """A remark for the person, on stderr."""
     print(text, file=sys.stderr)
+
+
+def say_warnings(texts: Iterable[str]) -> None:
+    """What has to be said beside a result, each with its severity: note, warning or error."""
+    from vcmm.show.report.notices import in_terminal
+
+    for text in texts:
+        say(in_terminal(text))
+
+
+def show_answers(lines: Iterable[AnswerLine]) -> None:
+    """The answer first: value ± U, limits, decision, largest contributor, what to change; then an empty line."""
+    from vcmm.show.report.answers import answer_text
+
+    print(answer_text(lines) + "\n")
 
 
 def show_table(table: ResultTable[Any]) -> None:

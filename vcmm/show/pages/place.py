@@ -12,7 +12,9 @@ from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items, touch_items, volume_items
+from vcmm.show.tables.answers import place_answers
 from vcmm.show.tables.placed import compared_poses
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.fixture import DOFS, pose_of
@@ -29,7 +31,7 @@ def place_page(placed: PlacementResult) -> str:
         html(compared_poses(placed), emphasise=(0,)),
     ]
     blocks += [r.heading("Advice"), *map(r.paragraph, advice(placed))]
-    blocks += [r.note(w, "warning") for w in placed.warnings]
+    blocks += r.notices(placed.warnings)
     blocks += [r.heading("How sure"), sure_table(placed)]
     blocks += [r.heading("Over the table"), *maps(placed)]
     if placed.before is not None:
@@ -39,7 +41,13 @@ def place_page(placed: PlacementResult) -> str:
         f"vcmm {__version__}, seed {placed.seed}. Pose: shift of the part's origin after turns about the fixed x, then y, "
         "then z. The search is in closed form; budgets and the gain are those of the full evaluation."
     )
-    return r.page(f"Placement: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
+    return r.page(
+        f"Placement report: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=place_answers(placed),
+        facts=facts("", scenario.machine.name, scenario.record, placed.seed),
+    )
 
 
 def sure_table(placed: PlacementResult) -> str:

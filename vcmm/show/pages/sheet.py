@@ -7,7 +7,6 @@ What the scenario does not state is a blank to be filled in by hand.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -18,7 +17,8 @@ from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.core.run import T0_DEG_C
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.show import report as r
-from vcmm.show.report.table import Raw
+from vcmm.show.pages.header import facts, hashes
+from vcmm.show.pages.uncertainty import MEASURED
 from vcmm.show.tables.evaluated import BUDGET, budget_rows, not_added_up
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html
@@ -101,18 +101,13 @@ def _decision_text(c: CharacteristicResult) -> str:
     return f"{c.decision.text}{reason}; limits {low:.6g} to {high:.6g} {c.unit}, rule: {c.decision.rule} (ISO 14253-1){p}"
 
 
-def hashes(files: Sequence[Path]) -> list[list[object]]:
-    """File and the SHA-256 of its bytes."""
-    return [[str(f), Raw(f"<code>{hashlib.sha256(f.read_bytes()).hexdigest()}</code>")] for f in files]
-
-
 def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -> str:
     """The whole sheet as one HTML file: a page for every characteristic, then the files and a place to sign."""
     blocks = []
     for number, e in enumerate(part.characteristics, 1):
         blocks.append(f'<section class="sheet">{_section(scenario, part, e, number)}</section>')
     blocks += [r.heading("Files and their hashes (SHA-256)"), r.table(["file", "hash"], hashes(files))]
-    blocks += [r.note(w, "warning") for w in part.warnings]
+    blocks += r.notices(part.warnings)
     signed = [
         ["evaluated by", scenario.record.get("by", BLANK)],
         ["approved by", BLANK],
@@ -122,7 +117,11 @@ def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -
     footer = f"vcmm {__version__}, seed {part.uncertainty.seed}. The same files, version and seed give the same numbers."
     name = f", part {part.part}" if part.part else ""
     return r.page(
-        f"Measurement result: {scenario.name}{name}", blocks, subtitle=scenario.machine.name, footer=footer
+        f"{MEASURED}: {scenario.name}{name}",
+        blocks,
+        footer=footer,
+        answers=[r.answer_of(e.result) for e in part.characteristics],
+        facts=facts("", scenario.machine.name, scenario.record, part.uncertainty.seed),
     )
 
 

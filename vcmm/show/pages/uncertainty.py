@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 
 from vcmm import __version__
 from vcmm.answer.evaluation.result import (
@@ -16,6 +18,7 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
+from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
 from vcmm.show.tables.evaluated import (
     BUDGET,
@@ -30,16 +33,20 @@ from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
 from vcmm.task.measuring.scenario import Scenario
 
+PREDICTED, MEASURED = "Virtual measurement report", "Measurement result"
 
-def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
-    """One self-contained HTML file."""
+
+def uncertainty_page(
+    scenario: Scenario, result: UncertaintyResult, files: Sequence[Path] = (), title: str = PREDICTED
+) -> str:
+    """One self-contained HTML file. files: what was read; title: of a prediction, or of what was measured (`MEASURED`)."""
     why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
     leaves = [
         [
             r.heading("Results"),
             html(results(result)),
             *(r.note(w) for w in why),
-            *(r.note(w, "warning") for w in result.warnings),
+            *r.notices(result.warnings),
             r.heading("What was assumed"),
             assumptions(scenario, result),
         ],
@@ -55,10 +62,14 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     leaves += [
         [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c, part)] for c in result.characteristics
     ]
-    blocks = [r.leaf(*leaf) for leaf in leaves]
+    blocks = [r.leaf(*leaf) for leaf in leaves] + files_block(files)
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
     return r.page(
-        f"Measurement uncertainty: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
+        f"{title}: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=[r.answer_of(c) for c in result.characteristics],
+        facts=facts("", scenario.machine.name, scenario.record, result.seed),
     )
 
 
