@@ -220,7 +220,11 @@ def twin_page(scenario: Scenario, result: GaskaTwin, first: Sequence[str] = ()) 
         r.table(["paper", "here"], [[cell.replace("`", "") for cell in row] for row in STEPS]),
     ]
     footer = f"vcmm {__version__}, seed {scenario.settings.seed}. Error = indicated - true."
-    title = "Measured virtually: how well" if first else "Gąska 2014, virtually measured"
+    title = (
+        "Virtual measurement report: one part, and a published one"
+        if first
+        else "Gąska 2014, virtually measured"
+    )
     return r.page(title, blocks, subtitle="" if first else scenario.machine.name, footer=footer)
 
 

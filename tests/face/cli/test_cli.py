@@ -333,7 +333,8 @@ def test_numbers_that_are_not_finite_become_null_with_a_warning():
     found = frame("vcmm.test/1", {"a": {"u_mm": float("inf")}, "b": [1.0, float("nan")]}, warnings=["first"])
     assert found["a"]["u_mm"] is None
     assert found["b"] == [1.0, None]
-    assert found["warnings"] == ["first", "a.u_mm is inf", "b[1] is nan"]
+    assert found["warning_texts"] == ["first", "a.u_mm is inf", "b[1] is nan"]
+    assert [w["severity"] for w in found["warnings"]] == ["warning", "error", "error"]
 
 
 def test_record_of_inputs_names_every_file_once(tmp_path):

@@ -233,7 +233,7 @@ def _place(scenario: Path, options: dict[str, Any], json: bool, folder: Path | N
 
 def show(placed: Any) -> None:
     """Poses compared, why, certificate and flatness, advice."""
-    from vcmm.answer.placing.advice import advice
+    from vcmm.answer.placing.advice import room_and_shares
     from vcmm.answer.placing.words import pose_text
     from vcmm.show.console.terminal import say_warnings, show_answers, show_table
     from vcmm.show.tables.answers import place_answers
@@ -244,7 +244,7 @@ def show(placed: Any) -> None:
         show_table(table)
     if placed.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(placed.region.convenient)}")
-    print("\n".join(["advice:", *advice(placed)]))
+    print("\n".join(["advice:", *room_and_shares(placed)]))
     say_warnings(placed.warnings)
 
 

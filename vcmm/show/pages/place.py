@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm.answer.placing.advice import advice
+from vcmm.answer.placing.advice import room_and_shares
 from vcmm.answer.placing.result import PlacementResult
-from vcmm.answer.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
+from vcmm.answer.placing.words import UNITS, changes, goal_text, pose_text, region_text
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items, touch_items, volume_items
 from vcmm.show.tables.answers import place_answers
-from vcmm.show.tables.placed import compared_poses
+from vcmm.show.tables.placed import OTHER_DRAWS, compared_poses
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.fixture import DOFS, pose_of
 
@@ -30,7 +30,7 @@ def place_page(placed: PlacementResult) -> str:
         r.heading("Poses compared"),
         html(compared_poses(placed), emphasise=(0,)),
     ]
-    blocks += [r.heading("Advice"), *map(r.paragraph, advice(placed))]
+    blocks += [r.heading("Advice"), *map(r.paragraph, room_and_shares(placed))]
     blocks += r.notices(placed.warnings)
     blocks += [r.heading("How sure"), sure_table(placed)]
     blocks += [r.heading("Over the table"), *maps(placed)]
@@ -59,12 +59,8 @@ def sure_table(placed: PlacementResult) -> str:
             "confirmed" if sure.is_confirmed else "not confirmed",
             kind="good" if sure.is_confirmed else "warning",
         )
-        text = (
-            f"{change(sure.gain, sure.present)} of the present value, standard error {sure.u_gain / sure.present:.2%}, {sure.trials:,} "
-            f"paired trials with a seed of their own"
-        )
-        rows.insert(0, ["gain out of sample", text])
-        rows.insert(1, ["the gain is", verdict])
+        rows.insert(0, ["the gain above is", verdict])
+        rows.insert(1, ["by", f"{sure.trials:,} paired trials with a seed of their own, {OTHER_DRAWS}"])
     rows.append(
         [
             "search",

@@ -36,16 +36,21 @@ def place_answers(placed: PlacementResult) -> list[AnswerLine]:
     first = AnswerLine(
         "Where to put the part",
         result,
-        coverage,
-        f"of {goal_words(placed)}",
-        verdict,
-        kind,  # type: ignore[arg-type]
-        _largest_change(placed),
-        pose_text(placed.region.convenient if placed.region.convenient is not None else placed.best.pose)
+        coverage=coverage,
+        limits=f"of {goal_words(placed)}",
+        verdict=verdict,
+        kind=kind,  # type: ignore[arg-type]
+        because=_largest_change(placed),
+        change=pose_text(
+            placed.region.convenient if placed.region.convenient is not None else placed.best.pose
+        )
         if moving
         else "",
-        "Poses compared",
-        {"gain": None if sure is None or not sure.present else sure.gain / sure.present, "moving": moving},
+        link="Poses compared",
+        numbers={
+            "gain": None if sure is None or not sure.present else sure.gain / sure.present,
+            "moving": moving,
+        },
         labels=("", "", "convenient pose:"),
     )
     at = placed.after if moving or placed.before is None else placed.before
@@ -108,14 +113,13 @@ def placed_cut_answers(placed: PlacedCut) -> list[AnswerLine]:
     first = AnswerLine(
         "Where to put the part",
         f"gain {placed.gain:.1%}",
-        "by the known errors",
-        "of weighted deviations as shares of the tolerance",
-        "move part and work offset" if moving else "leave the part where it is",
-        "good" if moving else "muted",
-        "",
-        pose_text(placed.best.pose) if moving else "",
-        "Poses",
-        {"gain": placed.gain, "moving": moving},
+        coverage="by the known errors",
+        limits="of weighted deviations as shares of the tolerance",
+        verdict="move part and work offset" if moving else "leave the part where it is",
+        kind="good" if moving else "muted",
+        change=pose_text(placed.best.pose) if moving else "",
+        link="Poses",
+        numbers={"gain": placed.gain, "moving": moving},
         labels=("", "", "convenient pose:"),
     )
     at = placed.after if moving else placed.before
@@ -134,15 +138,13 @@ def field_answers(machine: Machine, error_map: ErrorField) -> list[AnswerLine]:
     first = AnswerLine(
         "Largest tip error",
         f"{largest:.{places_of(half) if half else 2}f} µm",
-        f"k = {K:.0f}, U of one positioning" if half else "no Inputs are stated, so no U",
-        at,
-        "",
-        "muted",
-        f"along {'xyz'[axis]}: {signed(float(parts[axis]), half, 'µm')}",
-        "",
-        "Volumetric error",
-        {"largest_um": largest, "U_um": half or None},
-        ("at", "mostly", ""),
+        coverage=f"k = {K:.0f}, U of one positioning" if half else "no Inputs are stated, so no U",
+        limits=at,
+        kind="muted",
+        because=f"along {'xyz'[axis]}: {signed(float(parts[axis]), half, 'µm')}",
+        link="Volumetric error",
+        numbers={"largest_um": largest, "U_um": half or None},
+        labels=("at", "mostly", ""),
     )
     mean = float(error_map.size.mean()) * 1e3
     return [first, AnswerLine("Mean tip error", f"{mean:.2f} µm", f"{error_map.run.n} points")]
@@ -160,14 +162,11 @@ def compare_answers(rows: Sequence[Comparison], names: Sequence[str]) -> list[An
             AnswerLine(
                 name,
                 f"rms {c.rms * scale:.3g} {unit}",
-                f"noise {c.noise * scale:.3g} {unit}",
-                "",
-                "leaves least" if least else "",
-                "good",
-                f"the rest depends on {worst.covariate}" if worst else "",
-                "",
-                "",
-                {"rms": c.rms, "noise": c.noise},
+                coverage=f"noise {c.noise * scale:.3g} {unit}",
+                verdict="leaves least" if least else "",
+                kind="good",
+                because=f"the rest depends on {worst.covariate}" if worst else "",
+                numbers={"rms": c.rms, "noise": c.noise},
             )
         )
     return out
@@ -189,16 +188,14 @@ def routes_answers(found: RoutesResult) -> list[AnswerLine]:
             AnswerLine(
                 c.name,
                 f"{first.value:.5f} {c.unit} ± {half:.{places_of(half) if half > 0 else 2}f} {word}",
-                f"{first.route}, k = {first.k:.2f}",
-                "",
-                ""
+                coverage=f"{first.route}, k = {first.k:.2f}",
+                verdict=""
                 if math.isnan(apart)
                 else ("routes agree" if agree else "routes do not agree") + f", |E_n| ≤ {apart:.2f}",
-                "good" if agree else "bad",
-                owner.name if owner else "",
-                "",
-                "By every route",
-                {"name": c.name, "value": first.value, "U": first.expanded},
+                kind="good" if agree else "bad",
+                because=owner.name if owner else "",
+                link="By every route",
+                numbers={"name": c.name, "value": first.value, "U": first.expanded},
             )
         )
     return out

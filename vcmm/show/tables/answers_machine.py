@@ -17,8 +17,8 @@ from vcmm.program.moves import Program
 from vcmm.program.summary import ProgramSummary
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.motion.toolpath import Toolpath, clock
-from vcmm.show.report.answers import AnswerLine, K, places_of, signed
-from vcmm.show.tables.diagnosed import micro_text, probability_text
+from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed, whole
+from vcmm.show.tables.diagnosed import micro_text
 
 MOST_FIGURES = 3  # errors named beside an axis
 
@@ -56,15 +56,13 @@ def _axis_line(
     return AnswerLine(
         f"{axis} axis",
         "; ".join(told) or _error_text(rows[own[0]]),
-        coverage if told else "",
-        "",
-        f"{len(own)} errors found",
-        "good",
-        ", ".join(worst),
-        "",
-        "Errors by name",
-        {"axis": axis, **{n: None if f is None else f.value_um for n, f in iso.items()}},
-        ("", "largest:", ""),
+        coverage=coverage if told else "",
+        verdict=f"{len(own)} errors found",
+        kind="good",
+        because=", ".join(worst),
+        link="Errors by name",
+        numbers={"axis": axis, **{n: None if f is None else f.value_um for n, f in iso.items()}},
+        labels=("", "largest:", ""),
     )
 
 
@@ -100,15 +98,13 @@ def _identified_line(found: Calibration) -> AnswerLine:
     return AnswerLine(
         "Identified",
         f"{len(found.identified.names)} errors",
-        rest,
-        "",
-        verdict,
-        "good" if not left else "warning",
-        left[0] if left else "",
-        "",
-        "Not identified",
-        {"identified": len(found.identified.names), "not_identified": len(left)},
-        ("", "", ""),
+        coverage=rest,
+        verdict=verdict,
+        kind="good" if not left else "warning",
+        because=left[0] if left else "",
+        link="Not identified",
+        numbers={"identified": len(found.identified.names), "not_identified": len(left)},
+        labels=("", "", ""),
     )
 
 
@@ -118,15 +114,14 @@ def compensation_answers(result: CompensatedProgram, proof: CutProof | None = No
     path = AnswerLine(
         "Path of the tool",
         f"at most {after.largest * 1e3:.2f} µm, was {before.largest * 1e3:.2f} µm",
-        f"rms {after.rms * 1e3:.2f} µm, was {before.rms * 1e3:.2f} µm",
-        f"at most {allowed * 1e3:g} µm and the rounding of numbers",
-        "met" if result.met else "not met",
-        "good" if result.met else "bad",
-        f"line {after.line}" if after.line else "",
-        "",
-        "Along the program",
-        {"largest_um": after.largest * 1e3, "before_um": before.largest * 1e3, "met": result.met},
-        ("", "largest at", ""),
+        coverage=f"rms {after.rms * 1e3:.2f} µm, was {before.rms * 1e3:.2f} µm",
+        limits=f"at most {allowed * 1e3:g} µm and the rounding of numbers",
+        verdict="met" if result.met else "not met",
+        kind="good" if result.met else "bad",
+        because=f"line {after.line}" if after.line else "",
+        link="Along the program",
+        numbers={"largest_um": after.largest * 1e3, "before_um": before.largest * 1e3, "met": result.met},
+        labels=("", "largest at", ""),
     )
     if proof is None or proof.after is None:
         why = "no part is known that a cut could be inspected on" if proof is None else proof.reason
@@ -145,15 +140,13 @@ def compensation_answers(result: CompensatedProgram, proof: CutProof | None = No
     first = AnswerLine(
         "The part, cut with the new program",
         f"at most {cut.largest * 1e3:.2f} µm" + (f", was {was.largest * 1e3:.2f} µm" if was else ""),
-        f"mean {cut.mean * 1e3:.2f} µm, {len(cut.off)} points",
-        f"at most {proof.allowed * 1e3:.2f} µm",
-        "met" if proof.met else "not met",
-        "good" if proof.met else "bad",
-        f"feature {cut.worst}",
-        "",
-        "",
-        {"largest_um": cut.largest * 1e3, "met": proof.met},
-        ("", "largest at", ""),
+        coverage=f"mean {cut.mean * 1e3:.2f} µm, {len(cut.off)} points",
+        limits=f"at most {proof.allowed * 1e3:.2f} µm",
+        verdict="met" if proof.met else "not met",
+        kind="good" if proof.met else "bad",
+        because=f"feature {cut.worst}",
+        numbers={"largest_um": cut.largest * 1e3, "met": proof.met},
+        labels=("", "largest at", ""),
     )
     return [first, path]
 
@@ -172,14 +165,10 @@ def program_answers(
         AnswerLine(
             "Time",
             f"{clock(seconds)} ({seconds:.1f} s)",
-            how,
-            "",
-            f"{len(program.moves)} moves",
-            "muted",
-            "",
-            "",
-            "",
-            {"seconds": seconds, "moves": len(program.moves)},
+            coverage=how,
+            verdict=f"{len(program.moves)} moves",
+            kind="muted",
+            numbers={"seconds": seconds, "moves": len(program.moves)},
         )
     ]
     for name, box in (("Extent of the cuts", total.cutting), ("Extent of the tip", total.machine)):
@@ -200,13 +189,11 @@ def program_answers(
             AnswerLine(
                 "Assumed",
                 f"{len(program.assumed)} times",
-                "",
-                "",
-                "to be confirmed",
-                "warning",
-                f"{first.what}: {first.value}",
-                "a set-up file (--write-setup)",
-                "Assumed",
+                verdict="to be confirmed",
+                kind="warning",
+                because=f"{first.what}: {first.value}",
+                change="a set-up file (--write-setup)",
+                link="Assumed",
                 labels=("", "", "state it in"),
             )
         )
@@ -222,32 +209,27 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
             AnswerLine(
                 "Not in the catalogue",
                 f"rms {micro_text(d, d.unknown.rms).replace('um', 'µm').replace('urad', 'µrad')}",
-                "",
-                "",
-                "no name is claimed",
-                "warning",
-                f"over {', '.join(d.unknown.covariates)}",
-                "",
-                "What is not in the catalogue",
-                {"rms": d.unknown.rms},
+                verdict="no name is claimed",
+                kind="warning",
+                because=f"over {', '.join(d.unknown.covariates)}",
+                link="What is not in the catalogue",
+                numbers={"rms": d.unknown.rms},
             )
         )
     fit = d.fit
     micro = lambda v: micro_text(d, v).replace("urad", "µrad").replace("um", "µm")  # noqa: E731
     kind = {"nothing missing": "good", "explained": "good"}.get(d.verdict, "warning")
-    whole = AnswerLine(
+    residual = AnswerLine(
         "Residual of the recording",
         f"rms {micro(fit.after)}, was {micro(fit.before)}",
-        f"noise {micro(fit.noise)}",
-        "",
-        d.verdict,
-        kind,  # type: ignore[arg-type]
-        "" if lines else "nothing stands out of the noise",
-        "",
-        "Residual before and after",
-        {"verdict": d.verdict, "rms_before": fit.before, "rms_after": fit.after},
+        coverage=f"noise {micro(fit.noise)}",
+        verdict=d.verdict,
+        kind=kind,  # type: ignore[arg-type]
+        because="" if lines else "nothing stands out of the noise",
+        link="Residual before and after",
+        numbers={"verdict": d.verdict, "rms_before": fit.before, "rms_after": fit.after},
     )
-    return [*lines, whole]
+    return [*lines, residual]
 
 
 def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
@@ -258,17 +240,21 @@ def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
         for n, e in a.parameters.items()
         if np.ndim(e.value) == 0
     ]
-    rivals = f"; or {', '.join(a.cannot_be_told_from)}" if a.cannot_be_told_from else ""
+    rivals = (
+        f"or {', '.join(n.replace('_', ' ') for n in a.cannot_be_told_from)}, {percent(a.with_rivals)} together"
+        if a.cannot_be_told_from
+        else ""
+    )
     return AnswerLine(
         f"{rank}. {name}",
         ", ".join(sizes) or "size not stated",
-        f"k = {K:.0f}; its own variance is {a.share:.0%} of the excess",
-        "",
-        f"probability {probability_text(a)}{rivals}",
-        "good" if a.probability >= 0.95 else "warning",
-        cause,
-        confirm,
-        "Effects missing from the machine model",
-        {"effect": a.effect, "share": a.share, "probability": a.probability},
-        ("", "usually", "confirm by:"),
+        coverage=f"k = {K:.0f}; its own variance is {whole(a.share)} of the excess",
+        limits=rivals,
+        verdict=f"probability {percent(a.probability)}",
+        kind="good" if a.probability >= 0.95 else "warning",
+        because=cause,
+        change=confirm,
+        link="Effects missing from the machine model",
+        numbers={"effect": a.effect, "share": a.share, "probability": a.probability},
+        labels=("", "usually", "confirm by:"),
     )

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.placing.result import PlacementResult
-from vcmm.answer.placing.words import UNITS, amount, change, changes, goal_text, poses, region_text
+from vcmm.answer.placing.words import UNITS, amount, changes, goal_text, poses, region_text
 from vcmm.core.run import Array
 from vcmm.part.gps.characteristics import unit
 from vcmm.shop.machining.placement import PlacedCut
@@ -62,7 +62,9 @@ def compared_poses(placed: PlacementResult) -> ResultTable[ComparedPose]:
     title = f"objective: {goal_text(placed.objective.goal)}; the smaller the better"
     caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
     in_its_unit = Writing(lambda value, unit: amount(value, placed))
-    columns = [NAME, SHIFT, TURN, _value(in_its_unit), _against(2)]
+    columns = [NAME, SHIFT, TURN, _value(in_its_unit)]
+    if placed.confirmation is None:  # else the gain is the one that was confirmed, and is said once, above
+        columns.append(_against(2))
     return ResultTable(title, columns, rows, page_caption=caption)
 
 
@@ -99,7 +101,9 @@ def why(placed: PlacementResult, most: int = 4) -> ResultTable[InfluenceChange]:
     return ResultTable(title, WHY, rows)
 
 
-OTHER_DRAWS = "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws), so the two differ by more than ±"
+OTHER_DRAWS = (
+    "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws)"
+)
 
 
 def how_sure(placed: PlacementResult) -> ResultTable[Any]:
@@ -107,9 +111,14 @@ def how_sure(placed: PlacementResult) -> ResultTable[Any]:
     rows = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     sure = placed.confirmation
     if sure is not None:
-        text = f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials"
-        rows.insert(0, ["gain, out of sample", text])
-        rows.insert(1, ["", OTHER_DRAWS])
+        verdict = "confirmed" if sure.is_confirmed else "not confirmed"
+        rows.insert(
+            0,
+            [
+                "the gain above",
+                f"{verdict} by {sure.trials:,} paired trials that the search never saw, {OTHER_DRAWS}",
+            ],
+        )
     return listing("how sure, how flat", ["", ""], rows, words=(0, 1))
 
 
