@@ -277,7 +277,7 @@ def _show(found: Any) -> None:
 
     show_answers(calibration_answers(found))
     show_table(errors(found))
-    print(f"residuals: {rms(found.residual) * 1e3:.3f} um rms; condition {found.identified.condition:.3g}")
+    print(f"residuals: {rms(found.residual) * 1e3:.3f} µm rms; condition {found.identified.condition:.3g}")
     for c in found.identified.combinations:
         print(f"not identified: {c.text}")
     say_warnings(found.warnings)

@@ -274,8 +274,8 @@ def _show(result: Any, proof: Any) -> None:
     show_table(shifts(result))
     r, b = result.rounding, result.blocks
     print(
-        f"path, tolerance {result.used * 1e3:g} um: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
-        f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
+        f"path, tolerance {result.used * 1e3:g} µm: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+        f"up to {r.largest * 1e3:.2f} µm, {r.share:.0%} of the mean square that is left)\n"
         f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
         f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
     )

@@ -232,7 +232,7 @@ def show(result: Any) -> None:
 def _recut_text(result: Any) -> str:
     if result is None:
         return ""
-    return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} um at most\n"
+    return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} µm at most\n"
 
 
 def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:

@@ -32,7 +32,7 @@ class CameBack:
             show_table(tables.mismatch(self.cut))
         else:
             print("the measured part is as predicted: no feature, line or covariate departs from it")
-        print(f"scatter of a measured point: {self.cut.scatter * 1e3:.2f} um")
+        print(f"scatter of a measured point: {self.cut.scatter * 1e3:.2f} µm")
         say_warnings(self.warnings)
 
 

@@ -37,7 +37,9 @@ def progress(show: bool = True) -> Iterator[Any]:
 
 def say(text: str) -> None:
     """A remark for the person, on stderr."""
-    print(text, file=sys.stderr)
+    from vcmm.show.report.text import micro
+
+    print(micro(text), file=sys.stderr)
 
 
 def say_warnings(texts: Iterable[str]) -> None:

@@ -148,8 +148,8 @@ def budgets(placed: PlacementResult) -> list[str]:
                 draw.on_page(
                     draw.bars,
                     items,
-                    unit=word.replace("u", "µ", 1),
-                    title=f"{name}: {title}, U = {c.expanded * scale:.3g} {word.replace('u', 'µ', 1)}",
+                    unit=word,
+                    title=f"{name}: {title}, U = {c.expanded * scale:.3g} {word}",
                     total=c.u * scale,
                     longest=longest,
                 )

@@ -231,7 +231,8 @@ def budget_table(c: CharacteristicResult) -> str:
     more: list[list[object]] = []
     left = len(c.budget) - len(rows)
     if left:
-        more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
+        rest = sum(b.share for b in c.budget) - sum(row.line.share for row in rows)
+        more.append([f"{left} further, each below 0.05 %", *blank, f"{rest:.1%}"])
     for cause, (share, names) in common_causes(c.budget).items():
         more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if rest := budget_interaction(c):

@@ -21,7 +21,7 @@ from vcmm.show.report.contents import contents, facts_list, linked, with_anchors
 from vcmm.show.report.notices import Severity, notice
 from vcmm.show.report.palette import css_variables
 from vcmm.show.report.plotly_source import packed_plotly
-from vcmm.show.report.text import escape
+from vcmm.show.report.text import escape, micro
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 
@@ -105,13 +105,13 @@ def heading(text: str, level: int = 2) -> str:
 
 def paragraph(text: str) -> str:
     """Running text."""
-    return f"<p>{escape(text)}</p>"
+    return f"<p>{escape(micro(text))}</p>"
 
 
 def note(text: str, kind: Literal["info", "warning", "error"] = "info") -> str:
     """A remark set apart; a warning or an error is announced as such in words, not by colour alone."""
     word = {"warning": "<strong>Warning.</strong> ", "error": "<strong>Error.</strong> "}.get(kind, "")
-    return f'<p class="note {kind}" role="note">{word}{escape(text)}</p>'
+    return f'<p class="note {kind}" role="note">{word}{escape(micro(text))}</p>'
 
 
 def notices(texts: Iterable[str]) -> list[str]:
@@ -122,7 +122,7 @@ def notices(texts: Iterable[str]) -> list[str]:
     out = [note(text, "error") for text in by_severity["error"]]
     out += [note(text, "warning") for text in by_severity["warning"]]
     if said := by_severity["note"]:
-        items = "".join(f"<li>{escape(text)}</li>" for text in said)
+        items = "".join(f"<li>{escape(micro(text))}</li>" for text in said)
         word = "Note." if len(said) == 1 else "Notes."
         out.append(f'<div class="note info" role="note"><strong>{word}</strong><ul>{items}</ul></div>')
     return out

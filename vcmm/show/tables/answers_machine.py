@@ -55,7 +55,7 @@ def _axis_line(
     )
     return AnswerLine(
         f"{axis} axis",
-        "; ".join(told) or _error_text(rows[own[0]]),
+        "; ".join(told) or _positioning_text(f"E{axis}{axis}", rows),
         coverage=coverage if told else "",
         verdict=f"{len(own)} errors found",
         kind="good",
@@ -64,6 +64,11 @@ def _axis_line(
         numbers={"axis": axis, **{n: None if f is None else f.value_um for n, f in iso.items()}},
         labels=("", "largest:", ""),
     )
+
+
+def _positioning_text(name: str, rows: Mapping[str, Mapping[str, Any]]) -> str:
+    """Where A, R, E and M are not known, the error itself."""
+    return f"{words_of(name)} {_error_text(rows[name])}" if name in rows else "positioning is not identified"
 
 
 def _size(row: Mapping[str, Any]) -> float:
@@ -208,7 +213,7 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
         lines.append(
             AnswerLine(
                 "Not in the catalogue",
-                f"rms {micro_text(d, d.unknown.rms).replace('um', 'µm').replace('urad', 'µrad')}",
+                f"rms {micro_text(d, d.unknown.rms)}",
                 verdict="no name is claimed",
                 kind="warning",
                 because=f"over {', '.join(d.unknown.covariates)}",
@@ -217,7 +222,7 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
             )
         )
     fit = d.fit
-    micro = lambda v: micro_text(d, v).replace("urad", "µrad").replace("um", "µm")  # noqa: E731
+    micro = lambda v: micro_text(d, v)  # noqa: E731
     kind = {"nothing missing": "good", "explained": "good"}.get(d.verdict, "warning")
     residual = AnswerLine(
         "Residual of the recording",
@@ -232,11 +237,16 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
     return [*lines, residual]
 
 
+def _unit(name: str) -> str:
+    """um/m -> µm/m, as people write it; nothing for a pure number."""
+    return "" if name == "1" else f"µ{name[1:]}" if name[:2] in ("um", "ur") else name
+
+
 def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
     name = f"{a.effect.replace('_', ' ')} {', '.join(str(v) for v in a.where.values())}".strip()
     cause, confirm = cause_and_cure(a.effect, a.where, a.parameters)
     sizes = [
-        f"{n} = {signed(float(e.value), K * float(e.u), '' if e.unit == '1' else e.unit.replace('um', 'µm').replace('urad', 'µrad'))}"
+        f"{n} = {signed(float(e.value), K * float(e.u), _unit(e.unit))}"
         for n, e in a.parameters.items()
         if np.ndim(e.value) == 0
     ]

@@ -156,7 +156,7 @@ def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]
         (
             what,
             f"{p.minutes:g} min",
-            f"{p.volume_um:.2f} um",
+            f"{p.volume_um:.2f} µm",
             f"{len(p.identified.names)} errors",
             ", ".join(p.names),
         )

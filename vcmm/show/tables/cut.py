@@ -18,6 +18,7 @@ from vcmm.show.tables.evaluated import (
     characteristic_json,
     decision_text,
     from_nominal,
+    more_than_rounding,
     p_conform,
 )
 from vcmm.show.tables.quantities import (
@@ -133,7 +134,7 @@ def owners(result: CutResult) -> ResultTable[OwnedShares]:
 
 def largest_contributions(result: CutResult, most: int = 4) -> ResultTable[BudgetRow]:
     columns = [c for c in BUDGET if c.head != "law"]
-    rows = [row for c in result.characteristics for row in budget_rows(c)[:most]]
+    rows = [row for c in result.characteristics for row in budget_rows(c)[:most] if more_than_rounding(row)]
     return ResultTable("largest contributions", columns, rows)
 
 
@@ -254,6 +255,6 @@ def surface_text(s: SurfaceExtremes) -> str:
         return f"surface: no figure; {s.reason}"
     without = f"; not in it, since they have no net: {', '.join(s.without)}" if s.without else ""
     return (
-        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
-        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um){without}"
+        f"surface: largest departure {s.max_um:.2f} µm, rms {s.rms_um:.2f} µm over {s.points} points of the nets on all "
+        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} µm){without}"
     )

@@ -35,20 +35,20 @@ def values_text(a: Answer) -> str:
 
 
 def with_interval(e: Estimate) -> str:
-    """1.50 um (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
+    """1.50 µm (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
     low, high = e.interval95
     if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
         return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
     digits = max(0, 1 - int(np.floor(np.log10(e.u))))
     value, low_text, high_text = (f"{round(x, digits) + 0.0:.{digits}f}" for x in (e.value, low, high))
-    unit = "" if e.unit == "1" else f" {e.unit}"
+    unit = "" if e.unit == "1" else f" {e.unit}".replace(" um", " µm").replace(" urad", " µrad")
     return f"{value}{unit} (95 %: {low_text} to {high_text})"
 
 
 def micro_text(d: Diagnosis, value: float) -> str:
     if not np.isfinite(value):
         return "–"
-    return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
+    return f"{value * 1e6:.3g} µrad" if d.angle else f"{value * 1e3:.3g} µm"
 
 
 def probability_text(a: Answer) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from vcmm.answer.evaluation.judgement import decision_risk, production_risk, reading_limits, zone_of
 from vcmm.answer.evaluation.result import (
+    ROUNDING,
     BudgetLine,
     CharacteristicResult,
     UncertaintyResult,
@@ -319,9 +320,8 @@ def budget_rows(c: CharacteristicResult) -> list[BudgetRow]:
 
 
 def more_than_rounding(row: BudgetRow) -> bool:
-    """The first line, and all that are more than 10^-4 of U; of 2 u where U has no end."""
-    whole = row.of.expanded if math.isfinite(row.of.expanded) else 2.0 * row.of.u
-    return row.first or row.line.u > 1e-4 * whole
+    """The first line, and all whose share is not printed as 0.0 %."""
+    return row.first or row.line.share >= ROUNDING
 
 
 def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> ResultTable[BudgetRow]:

@@ -13,7 +13,7 @@ from vcmm.core.run import Array
 from vcmm.part.gps.characteristics import unit
 from vcmm.shop.machining.placement import PlacedCut
 from vcmm.show.tables.evaluated import p_conform
-from vcmm.show.tables.quantities import DEVIATION, SHARE, Writing, percent
+from vcmm.show.tables.quantities import DEVIATION, LEAST_SMALL, SHARE, Writing, percent
 from vcmm.show.tables.table import Column, ResultTable, entry, listing
 
 VALUE = Writing(lambda text, unit: text)  # the objective in the words of its unit
@@ -94,7 +94,9 @@ def why(placed: PlacementResult, most: int = 4) -> ResultTable[InfluenceChange]:
     for name, kind, lines, total in changes(placed):
         word, scale = UNITS[kind]
         for k, (what, before, after) in enumerate(lines[:most]):
-            here, there = (f"{u * scale:.4g} {word}" for u in (before, after))
+            here, there = (
+                f"{0.0 if u * scale < LEAST_SMALL else u * scale:.3g} {word}" for u in (before, after)
+            )
             moved = (after**2 - before**2) / total if total else 0.0
             rows.append(InfluenceChange(name if k == 0 else "", what, here, there, moved))
     title = "why: contributions u_i, present and best pose (up to four largest changes each)"
