@@ -112,7 +112,7 @@ def test_how_it_was_computed():
         ["bore", "closed form", "–", "0.13 nm"],
         ["bore", "closed form", "20,000", "not checked"],
     ]
-    assert [row[-1] for row in on_page(table).rows] == [Cell("not shown", kind="warning"), "yes"]
+    assert [row[-1] for row in on_page(table).rows] == [Cell("not demonstrated", kind="warning"), "yes"]
 
 
 def test_the_largest_lines_come_first_and_stay_where_U_has_no_end():

@@ -1,4 +1,4 @@
-"""vcmm cut: machine the part virtually; deviations of its features, U, decision, who owns the error, cycle time."""
+"""vcmm cut: machine the part virtually; deviations of its features, U, decision, main contributors, cycle time."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def measured_points(measured: Path | None, u_point: str) -> Any:
 
 
 def show(result: Any) -> None:
-    """Deviations, who owns them, what a batch shares, the surface."""
+    """Deviations, main contributors, what a batch shares, the surface."""
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.report.answers import answer_of
     from vcmm.show.tables import cut as tables

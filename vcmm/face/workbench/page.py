@@ -37,7 +37,7 @@ def bench_page(name: str, token: str) -> str:
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<title>{escape(name)}: workbench</title><style>{style}</style></head><body>"
-        f'<header><h1>{escape(name)}</h1><p class="subtitle" id="status" role="status">asking</p></header><main>'
+        f'<header><h1>{escape(name)}</h1><p class="subtitle" id="status" role="status">connecting</p></header><main>'
         '<div class="bench"><form class="knobs" aria-label="knobs"></form><div><div class="scroll"><table>'
         "<thead><tr><th>characteristic</th><th>value</th><th>U</th><th>decision</th><th>owners</th></tr></thead>"
         f'<tbody id="rows"></tbody></table></div>{figures}'

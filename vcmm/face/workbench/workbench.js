@@ -37,7 +37,7 @@
     status.textContent = error.message;
   };
   const settle = async () => {
-    status.textContent = "evaluating";
+    status.textContent = "computing";
     let found;
     try { found = await ask("/settled", {knobs}); } catch (error) { failed(error); return; }
     try {

@@ -1,4 +1,4 @@
-"""The report of a virtual cut: decisions, colour maps of the surface, who owns the deviation, how it was computed."""
+"""The report of a virtual cut: decisions, colour maps of the surface, main contributors, how it was computed."""
 
 from __future__ import annotations
 

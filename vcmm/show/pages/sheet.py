@@ -84,7 +84,7 @@ def in_words(e: EvaluatedCharacteristic) -> str:
         c.value if abs(middle - c.value) < LEAST_SHIFT * half else middle, half
     )
     k = "" if not math.isfinite(c.k) else f", k = {c.k:.2f}"
-    shown = "" if c.coverage_shown else f" The coverage is not shown: {c.why_not_shown}."
+    shown = "" if c.coverage_shown else f" The coverage is not demonstrated: {c.why_not_shown}."
     bias = " and holds the known bias, which is not corrected (U + |bias|)" if c.bias_in_U else ""
     return (
         f"{c.name} = {value} {unit} ± {expanded} {unit}{k}. The stated expanded uncertainty is half the {c.interval_kind} coverage interval "

@@ -80,7 +80,7 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
     shift = ", ".join(f"{v:.6g}" for v in scenario.pose.shift)
     styli = "; ".join(
         f"{s.name}: tip Ø {2 * s.tip_radius:g} mm at ({', '.join(f'{v:g}' for v in s.offset)}) mm, "
-        + ("qualified" if s.name in scenario.qualifications else "taken as perfectly qualified")
+        + ("qualified" if s.name in scenario.qualifications else "assumed perfectly qualified")
         for s in scenario.plan.styli.values()
     )
     warm = [
@@ -208,7 +208,8 @@ def _histogram(c: CharacteristicResult, part: str) -> str:
         (c.interval[1] - c.nominal) * scale,
     )
     marks = {"y": (c.value - c.nominal) * scale, "mean": (c.summary.mean - c.nominal) * scale}
-    title = f"Distribution of the {_quantity_text(c, part)}, {c.trials:,} trials"
+    y = "expected value" if isinstance(c.truth, PredictedPart) else "indicated value"
+    title = f"Distribution of the {_quantity_text(c, part)}, {c.trials:,} trials; y: {y}"
     if c.true_value is not None:
         interval = None
     return draw.on_page(
@@ -236,6 +237,6 @@ def budget_table(c: CharacteristicResult) -> str:
     for cause, (share, names) in common_causes(c.budget).items():
         more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if rest := budget_interaction(c):
-        more.append(["100 % less the shares above: what inputs do only together", *blank, f"{rest:.1%}"])
+        more.append(["100 % less the shares above: interaction", *blank, f"{rest:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"
     return html(table, more=more, foot=[[total, *blank, ""]])

@@ -1,4 +1,4 @@
-"""A virtual cut as tables: the finished part, who owns the uncertainty, what a batch shares, the surface point by point."""
+"""A virtual cut as tables: the finished part, main uncertainty contributors, what a batch shares, the surface point by point."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PART: tuple[Column[CharacteristicResult], ...] = (
     Column("interval", lambda c: from_nominal(c.interval, c), SPAN),
     Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
     Column("decision", decision_text, DECISION),
-    Column("p conform", p_conform, SHARE, page_head="conforms with"),
+    Column("p conform", p_conform, SHARE, page_head="probability of conformity"),
 )
 
 
@@ -122,10 +122,10 @@ def owners(result: CutResult) -> ResultTable[OwnedShares]:
         Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
     ]
     if any(budget_interaction(row.of) for row in rows):
-        shares.append(Column("together", lambda o: budget_interaction(o.of), OWNER))
+        shares.append(Column("interaction", lambda o: budget_interaction(o.of), OWNER))
     batch = [Column(c.head, c.cell, c.writing, page_head=c.page_head, on="page") for c in (REPEATS, SCATTERS)]
     caption = (
-        "Shares of u² by owner, each input alone with the others held still; together: what inputs of any owner do only together, "
+        "Shares of u² by owner, each input alone with the others held still; interaction: of inputs of any owner, "
         "100 % less the others, where the output is not linear (negative: they cover each other). What repeats is common to all parts cut with this set-up; what scatters differs from part to "
         "part."
     )

@@ -120,7 +120,7 @@ def folds(d: Diagnosis) -> ResultTable[FoldRow]:
         before, after = micro_text(d, h.rms_before), micro_text(d, h.rms_after)
         rows.append(FoldRow(h.fold, before, after, left, f"{h.gain:+.1f} nats"))
     return ResultTable(
-        "cross-validation: how the prediction improves on rows never fitted", FOLDS, rows, SCALE
+        "cross-validation: prediction of rows that were left out of the fit", FOLDS, rows, SCALE
     )
 
 
