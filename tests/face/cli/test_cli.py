@@ -14,7 +14,7 @@ from tests.plate import PLATE, edited
 from vcmm.face.cli import JOBS, VERBS, run
 from vcmm.physics import ALL
 
-HEAD = {"schema", "version", "seed", "inputs", "warnings"}
+HEAD = {"schema", "version", "seed", "inputs", "warnings", "warning_texts"}
 LISTS = ("scenarios", "effects", "features", "strategies", "characteristics", "laws", "aliases", "units")
 
 

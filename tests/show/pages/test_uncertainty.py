@@ -27,7 +27,7 @@ def test_a_fine_histogram_in_few_bars():
 
 def test_a_budget_says_what_it_leaves_away_and_what_inputs_do_together():
     page = budget_table(result(interaction_share=0.0123))
-    assert "1 further, each under 10⁻⁴ U" in page
+    assert "1 further, each below 0.05 %" in page
     assert "interaction" in page
     assert "1.2%" in page
     assert "u = 0.200 µm, k = 2.00, U = 0.400 µm (p = 95%)" in page

@@ -99,7 +99,7 @@ def test_owners_whose_shares_exceed_the_whole_say_what_is_done_together():
     given.characteristics = (result(interaction_share=-0.358),)
     given.shares = {"bore": {"machine": 1.358, "tool": 0.0, "setup": 0.0}}
     owners = tables.owners(given)
-    assert in_terminal(owners).heads[-1] == "together"
+    assert in_terminal(owners).heads[-1] == "interaction"
     assert in_terminal(owners).rows == [["bore", "135.8 %", "0.0 %", "0.0 %", "-35.8 %"]]
     assert "-36%" in on_page(owners).rows[0]
     assert "100 % less the others" in owners.page_caption

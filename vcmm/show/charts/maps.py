@@ -10,7 +10,19 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import INK, MUTED, RULE, TICK, WORD, ChartSheet, canvas, plain, plain_label
+from vcmm.show.charts.canvas import (
+    INK,
+    MUTED,
+    RULE,
+    TICK,
+    WORD,
+    ChartSheet,
+    as_data,
+    canvas,
+    carrying,
+    plain,
+    plain_label,
+)
 from vcmm.show.report.colormap import Bands, bands
 from vcmm.show.report.palette import LIGHT
 
@@ -60,6 +72,8 @@ def heat_map(
         if np.isfinite([mx, my]).all():
             _mark(drawn, name, mx, my, mx > (xc[0] + xc[-1]) / 2)
     add_colour_bar(drawn, made, scale, unit)
+    held = [[name, mx, my] for name, mx, my in marks]
+    carrying(drawn, chart="map", unit=unit, x=as_data(xc), y=as_data(yc), values=as_data(data), marks=held)
     return plain(drawn, title, x_label, y_label, grid="")
 
 

@@ -21,6 +21,7 @@ ABOUT_ITS_MIDDLE = (
     0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
 )
 K = 2.0  # of what is stated by a standard error alone
+LEAST_U = 5e-4  # µm, µrad: half a nanometre, below which U is printed as zero and owns no contributors
 LEAST_SHOWN = 0.005  # of u²: what is less owns nothing worth a word
 
 
@@ -62,13 +63,20 @@ def value_and_U(value: float, expanded: float, unit: str, small: bool = False) -
     29.99998 mm, 0.756 µm -> "29.99998 mm", "0.76 µm"; small: the value too in µm (of a form, which is 0 on the drawing).
     """
     word, scale = SMALL[unit]
-    if small and math.isfinite(expanded) and expanded > 0:
+    nothing = math.isfinite(expanded) and expanded * scale < LEAST_U
+    if small and math.isfinite(expanded) and not nothing:
         places = places_of(expanded * scale)
         written = f"{value * scale + 0.0:.{places}f} {word}".replace("-", MINUS)
         return written, f"{expanded * scale:.{places}f} {word}"
-    if not math.isfinite(expanded) or expanded <= 0:
-        written = f"{value:.5f} mm" if unit == "mm" else f"{math.degrees(value):.6f}°"
-        return written.replace("-", MINUS), DASH if not math.isfinite(expanded) else f"0 {word}"
+    if not math.isfinite(expanded) or nothing:
+        written = (
+            f"{value * scale + 0.0:.3f} {word}"
+            if small
+            else f"{value:.5f} mm"
+            if unit == "mm"
+            else f"{math.degrees(value):.6f}°"
+        )
+        return written.replace("-", MINUS), DASH if not math.isfinite(expanded) else f"0.000 {word}"
     said = f"{expanded * scale:.{places_of(expanded * scale)}f} {word}"
     large = expanded if unit == "mm" else math.degrees(expanded)
     shown = value if unit == "mm" else math.degrees(value)
@@ -86,7 +94,7 @@ def answer_of(c: Any) -> AnswerLine:
     if p is not None:
         verdict += f", {percent(p)}"
     owner: Any = max(c.budget, key=lambda line: line.u, default=None)
-    known = owner is not None and c.u > 0 and owner.share > LEAST_SHOWN
+    known = owner is not None and c.u * SMALL[c.unit][1] >= LEAST_U and owner.share > LEAST_SHOWN
     return AnswerLine(
         c.name, result, coverage=coverage, limits=limits_text(c), verdict=verdict, kind=STATE.get(verdict.split(",")[0], "muted"),
         because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if known else "",
@@ -120,7 +128,13 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
         return f"{value}, U unbounded", f"p = {whole(c.p)}"
     middle = sum(c.interval) / 2
     if abs(middle - c.value) <= ABOUT_ITS_MIDDLE * expanded and c.half_width is None:
-        factor = "known bias in U, " if c.bias_in_U else f"k = {k:.2f}, " if math.isfinite(k) else ""
+        factor = (
+            "known bias in U, "
+            if c.bias_in_U
+            else f"k = {k:.2f}, "
+            if math.isfinite(k) and expanded * SMALL[c.unit][1] >= LEAST_U
+            else ""
+        )
         return f"{value} ± {said}", f"{factor}p = {whole(c.p)}"
     word, scale = SMALL[c.unit]
     digits = places_of(expanded * scale)
