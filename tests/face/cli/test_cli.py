@@ -364,3 +364,23 @@ def test_a_reader_that_stops_early(tmp_path):
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert done.stdout.startswith("{")
     assert done.stderr == ""
+
+
+def test_undecided_by_exit_code(tmp_path, capsys):
+    """U of the diameter is 0.76 um: a reading 0.1 um inside its limit is undecided, which --require tells by exit code 1."""
+    from vcmm.files.own.library import example
+
+    plate = tmp_path / "plate.toml"
+    plate.write_bytes(example("plate").read_bytes())
+    values = tmp_path / "values.csv"
+    values.write_text("characteristic,value_mm\nbore diameter,30.0109\n")
+    words = ["evaluate", str(plate), "--values", str(values), "--trials", "1000", "--json"]
+    assert run(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [c["decision"] for c in found["characteristics"]] == ["undecided"]
+    assert run([*words, "--require", "conforms"]) == 1
+    assert json.loads(capsys.readouterr().out)["characteristics"] == found["characteristics"]
+    values.write_text("characteristic,value_mm\nbore diameter,30.004\n")
+    assert run([*words, "--require", "conforms"]) == 0
+    capsys.readouterr()
+    assert run(["uncertainty", str(plate), "--shard", "1/2", "--require", "conforms"]) == 2

@@ -51,7 +51,9 @@ def notice(text: str) -> Notice:
     place, cure = _WHERE.match(text), _CURE.search(text)
     return Notice(
         _severity(text),
-        place[1].strip('"') if place and place[1].lower() not in ("note", "warning", "assumed") else "",
+        place[1].strip('"')
+        if place and not place[1].lower().startswith(("note", "warning", "assumed"))
+        else "",
         text,
         cure[1].rstrip(".") if cure else "",
     )

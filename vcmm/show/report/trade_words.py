@@ -24,6 +24,8 @@ CALIBRATE = "calibrate the machine for it, or move the part where it shows less 
 
 def contributor(line: Any) -> str:
     """What an operator calls a BudgetLine: "repeatability of the probe", "temperature of the part"."""
+    if line.redraw == "pass":
+        return "repeatability of the machine from pass to pass"
     trade = _trade(line)
     if trade is not None and trade.name:
         return _filled(trade.name, line) + _cause(line)
@@ -37,6 +39,8 @@ def contributor(line: Any) -> str:
 
 def what_to_change(line: Any) -> str:
     """What makes this line smaller, in one clause."""
+    if line.redraw == "pass":
+        return BY_REDRAW["pass"]
     trade = _trade(line)
     if trade is not None and trade.change:
         return _filled(trade.change, line)
