@@ -20,8 +20,8 @@ import numpy as np
 
 import vcmm
 from vcmm.files.columns import run_columns
-from vcmm.files.own.measured import read_measured_points
-from vcmm.shop.machining.measured import measured_cut
+from vcmm.files.own.measured_data import read_measured_points
+from vcmm.shop.machining.measured_part import measured_cut
 from vcmm.shop.machining.part_recording import part_recording
 
 file = vcmm.example("measured_block")

@@ -19,7 +19,7 @@ from vcmm.answer.evaluation.pairs import both
 from vcmm.answer.inference.audit import AuditResult, audit, beside_oracle
 from vcmm.answer.inference.oracle import IntervalLengths
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.tables.audited import verdict
+from vcmm.show.tables.audit import verdict
 from vcmm.task.measuring.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]

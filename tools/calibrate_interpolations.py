@@ -13,7 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.learn.calibration.drawn import bare, draw, laser_and_plates, recorded, truth
-from vcmm.learn.calibration.held_out import compare_interpolations
+from vcmm.learn.calibration.cross_validation import compare_interpolations
 from vcmm.learn.calibration.interpolation import INTERPOLATIONS
 from vcmm.learn.calibration.job import calibrate
 

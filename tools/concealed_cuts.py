@@ -33,7 +33,7 @@ from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.job import finished_part
-from vcmm.shop.machining.measured import MeasuredCut, known_columns, measured_cut
+from vcmm.shop.machining.measured_part import MeasuredCut, known_columns, measured_cut
 from vcmm.shop.machining.part_recording import part_recording
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut

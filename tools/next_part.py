@@ -28,7 +28,7 @@ from vcmm.core.run import Array
 from vcmm.files.own.library import example as example
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.shop.machining.job import finished_part
-from vcmm.shop.machining.measured import known_columns
+from vcmm.shop.machining.measured_part import known_columns
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.answer.evaluation.linear import build
-from vcmm.answer.routes import hidden
+from vcmm.answer.routes import hidden_machine
 from vcmm.answer.routes.job import routes
 from vcmm.answer.routes.positions import LENGTH, PER_TIP, RING, StandardReadings, corrections
 from vcmm.core.laws import Law
@@ -60,7 +60,7 @@ def lanes(task: Task) -> Lanes:
     out: Lanes = {}
     gradient = model.gradient()
     for f in model.influences:
-        if hidden.anew(f.input) or f.input.effect == PartExpansion.name:
+        if hidden_machine.anew(f.input) or f.input.effect == PartExpansion.name:
             continue
         law, factor = f.input.spread(f.response.shape[2])
         factor = factor * law.u if isinstance(law, Law) else np.linalg.cholesky(law.covariance)
@@ -77,26 +77,35 @@ def shared(name: str) -> list[str]:
     features = scenario.part.features
     smooth = tuple(c for c in scenario.part.characteristics if gps.is_linear(c, features))
     scenario = replace(scenario, part=replace(scenario.part, characteristics=smooth))
-    places = hidden.usable_positions(scenario)
+    places = hidden_machine.usable_positions(scenario)
     found = [lanes(scenario.at(p).task()) for p in places.values()]
     keys = sorted(set().union(*found))
     each = np.array([[one.get(k, np.zeros(len(smooth))) for k in keys] for one in found])
-    rings = [(hidden._ring(hidden.RING_DIAMETER), RING, hidden.RING_DIAMETER, hidden.U_RING)]
-    length = max([hidden.SHORTEST_STANDARD, *(abs(f.extent[0]) for f in features.values() if f.extent)])
-    u = hidden.U_LENGTH + hidden.U_PER_LENGTH * length
-    gauges = [(hidden._length_standard(length, way), LENGTH, length, u) for way in np.eye(3)[:2]]
+    rings = [
+        (
+            hidden_machine._ring(hidden_machine.RING_DIAMETER),
+            RING,
+            hidden_machine.RING_DIAMETER,
+            hidden_machine.U_RING,
+        )
+    ]
+    length = max(
+        [hidden_machine.SHORTEST_STANDARD, *(abs(f.extent[0]) for f in features.values() if f.extent)]
+    )
+    u = hidden_machine.U_LENGTH + hidden_machine.U_PER_LENGTH * length
+    gauges = [(hidden_machine._length_standard(length, way), LENGTH, length, u) for way in np.eye(3)[:2]]
     errors, standards = [], []
     for (part, touched), kind, size, u_size in gauges + rings:
         stylus = scenario.plan.steps[0].stylus
         steps = tuple(Step(n, stylus, p, normal(part.features[n], p)) for n, p in touched)
         job = replace(scenario, part=part, plan=replace(scenario.plan, steps=steps, alignment=None), forms={})
-        seen = [lanes(job.at(p).task()) for p in places.values() if hidden._within_reach(job.at(p))]
+        seen = [lanes(job.at(p).task()) for p in places.values() if hidden_machine._within_reach(job.at(p))]
         errors.append(np.mean([[float(one.get(k, [0.0])[0]) for k in keys] for one in seen], axis=0))
         standards.append(StandardReadings(kind, size, u_size, np.array([size])))
     design = np.array([[s.calibrated, PER_TIP[s.kind]] for s in standards])
     weights = np.array([1.0 / s.u**2 for s in standards])
     taken = corrections(standards).covariance @ (design.T * weights) @ np.array(errors)
-    left = each.mean(axis=0) - (hidden.shows(scenario.task()) @ taken).T
+    left = each.mean(axis=0) - (hidden_machine.shows(scenario.task()) @ taken).T
     rows = []
     for i, c in enumerate(smooth):
         model, positions = each[0][:, i], left[:, i]

@@ -9,8 +9,8 @@ from vcmm_twins.traced_cmm import recorded as traced_cmm
 import vcmm
 from vcmm.files.own.library import companions, example, folder
 from vcmm.learn.calibration.job import calibrate
-from vcmm.learn.calibration.tested import put_to_test
 from vcmm.learn.calibration.thermal import thermal_model
+from vcmm.learn.calibration.verification import put_to_test
 
 
 def test_the_files_of_the_example_are_what_the_case_makes():

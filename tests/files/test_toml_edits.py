@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import DataError
-from vcmm.files.own.placed import number_text, placed_text, pose_texts
+from vcmm.files.own.placement_writer import number_text, placed_text, pose_texts
 from vcmm.files.toml_edits import editable, move_names, with_comment_under, with_value_for_table
 
 WRITTEN = """vcmm = "scenario/1"  # head

@@ -159,7 +159,7 @@ def test_json_keys_are_documented():
     from vcmm.face.api import uncertainty
     from vcmm.files.own.library import example
     from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.tables.evaluated import uncertainty_json
+    from vcmm.show.tables.uncertainty import uncertainty_json
 
     document = uncertainty_json(uncertainty(load_scenario(example("plate")), trials=2000))
     characteristic = document["characteristics"][0]

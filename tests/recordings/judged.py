@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.learn.diagnosis.accepted import answers_to_write
+from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.result import Diagnosis
 

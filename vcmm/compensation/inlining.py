@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vcmm.compensation.block_skip import check_end, check_step
 from vcmm.compensation.header import SEMICOLON, comment
 from vcmm.compensation.source import SourceText, code_of, read_source, semicolon_code
-from vcmm.compensation.switched import check_end, check_step
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.program.dialects import Dialect
 from vcmm.program.moves import Move, Program

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.answer.evaluation.sampling import Progress
+from vcmm.compensation.block_skip import check_expressions
 from vcmm.compensation.field import KnownErrors, field_of, known_errors_of
 from vcmm.compensation.frame import AXES, CENTRES
 from vcmm.compensation.header import SEMICOLON, digest, file_parts, header, machine_parts
@@ -45,7 +46,6 @@ from vcmm.compensation.rewriting import Work, rewrite
 from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_of
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
-from vcmm.compensation.switched import check_expressions
 from vcmm.compensation.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine

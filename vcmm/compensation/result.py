@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vcmm.compensation.followed import FollowedPath
+from vcmm.compensation.path_deviations import FollowedPath
 from vcmm.core.run import Array
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensation.contours import length_of
-from vcmm.compensation.drilled import drill_here, straighten_holes
+from vcmm.compensation.drilling_cycles import drill_here, straighten_holes
 from vcmm.compensation.field import KnownErrors, PathErrors
 from vcmm.compensation.fitting import BlockFit
 from vcmm.compensation.frame import AXES

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.compensation.field import KnownErrors, PathErrors, field_of
-from vcmm.compensation.followed import FollowedPath, follow_path
 from vcmm.compensation.orientation import prove_orientation
+from vcmm.compensation.path_deviations import FollowedPath, follow_path
 from vcmm.compensation.proof import Walk, departure, departures, end_departures, errors_on, spans, walk
 from vcmm.compensation.result import Departure, OrientationProof
 from vcmm.compensation.rewriting import Work

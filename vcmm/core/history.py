@@ -156,7 +156,7 @@ def path_history(
     """Columns of the rows `rows` (all by default) of a dense path: position of each axis (n,) mm or rad, time (n,) s.
 
     radii: plays in mm or rad for which the play state is kept. Speed and acceleration need `time`; see
-    `speed_and_acceleration` for `arriving`. widths: the play of the axes that have it (vcmm.core.taken_up.widths).
+    `speed_and_acceleration` for `arriving`. widths: the play of the axes that have it (vcmm.core.play.widths).
     """
     out: dict[str, Array] = {}
     for axis, q in position.items():

@@ -81,7 +81,7 @@ def evaluate(
     """Measured points or values (a file of either) to true values and decisions, one result per part; see docs/evaluate.md."""
     from vcmm.answer.inference.job import evaluate_points, evaluate_values
     from vcmm.files.foreign.cmm_exports import exported_values
-    from vcmm.files.own.measured import read_measured_values
+    from vcmm.files.own.measured_data import read_measured_values
 
     check_inputs(points, values, frame, tip_centres)
     scenario = _measuring(scenario)
@@ -113,7 +113,7 @@ def _given_points(
     """
     from vcmm.files.foreign.point_lists import read_point_list
     from vcmm.files.foreign.qif import is_qif
-    from vcmm.files.own.measured import read_measured_points
+    from vcmm.files.own.measured_data import read_measured_points
 
     if not is_qif(path):
         listed = read_point_list(path)

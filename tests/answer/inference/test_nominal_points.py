@@ -10,7 +10,7 @@ import pytest
 from vcmm.answer.evaluation.dense import surface_model
 from vcmm.answer.inference.points import measured_task
 from vcmm.core.errors import DataError, VcmmError
-from vcmm.files.own.measured import read_measured_points
+from vcmm.files.own.measured_data import read_measured_points
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.task import evaluate_all, fit_features, measured_points
 

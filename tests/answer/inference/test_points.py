@@ -137,8 +137,8 @@ def test_a_larger_bore_is_a_larger_bore(scenario: Scenario, tmp_path: Path) -> N
 
 def test_a_copied_row_is_told() -> None:
     """Three rows, the third a copy of the first: one more row, named by its place; without a copy nothing."""
-    from vcmm.answer.inference.checked import repetition_remarks
     from vcmm.answer.inference.given import GivenPoints
+    from vcmm.answer.inference.point_checks import repetition_remarks
 
     points = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.000001], [1.0, 2.0, 3.0]])
     where = ("p.csv:2", "p.csv:3", "p.csv:4")

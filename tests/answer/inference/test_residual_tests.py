@@ -16,7 +16,7 @@ from vcmm.answer.inference.doubts import _outward
 from vcmm.answer.inference.memory import RHOS, likelihood_ratio, whitening
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.residual_tests import ALARM, ResidualTests, as_large
-from vcmm.files.own.measured import read_measured_points
+from vcmm.files.own.measured_data import read_measured_points
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.task import fit_features, measured_points
 

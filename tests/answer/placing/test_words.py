@@ -14,7 +14,7 @@ from vcmm.answer.placing.words import (
     pose_text,
     region_text,
 )
-from vcmm.show.tables.placed import compared_poses, why
+from vcmm.show.tables.placement import compared_poses, why
 from vcmm.show.tables.table import in_terminal
 from vcmm.task.measuring.fixture import Goal
 

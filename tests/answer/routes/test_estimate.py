@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vcmm.answer.routes.calibrated import CalibratedValue, Warmth, calibrated_part
+from vcmm.answer.routes.calibrated_part import CalibratedValue, Warmth, calibrated_part
 from vcmm.answer.routes.estimate import (
     PART_EXPANSION,
     READING,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.plate import edited
-from vcmm.answer.routes.hidden import HiddenMachine, hidden_part, shows, true_values, usable_positions
+from vcmm.answer.routes.hidden_machine import HiddenMachine, hidden_part, shows, true_values, usable_positions
 from vcmm.answer.routes.job import routes
 from vcmm.face.cli import run
 from vcmm.files.own.library import example
@@ -162,7 +162,7 @@ def test_halves_of_a_pair_are_told(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_the_page_shows_what_the_command_prints() -> None:
     """docs/routes.md: the published task by three routes."""
     from tests.documented import assert_documented
-    from vcmm.show.tables.routed import agreements_table, routes_table
+    from vcmm.show.tables.routes import agreements_table, routes_table
 
     scenario = load_scenario(example("gaska2014"))
     found = routes(scenario, settings=replace(scenario.settings, trials=20_000))

@@ -10,7 +10,7 @@ import pytest
 
 from vcmm.face.cli import run as command
 from vcmm.files.own.machine import load_machine
-from vcmm.task.instruments.reversal_simulated import axis_motion
+from vcmm.task.instruments.reversal_simulation import axis_motion
 
 STRUCTURE = "w C' X' b Z t"
 X = np.linspace(0.0, 38.0, 39)

@@ -11,7 +11,7 @@ import pytest
 
 from tests.answer.placing.cases import written
 from vcmm.face.cli import run
-from vcmm.files.own.placed import placed_text
+from vcmm.files.own.placement_writer import placed_text
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.fixture import pose_of, six_of
 

@@ -12,7 +12,7 @@ from vcmm.core.errors import DataError
 from vcmm.face.cli import run
 from vcmm.files.foreign.convert import convert
 from vcmm.files.foreign.point_lists import read_point_list
-from vcmm.files.own.measured import read_measured_points, read_measured_values
+from vcmm.files.own.measured_data import read_measured_points, read_measured_values
 
 
 def listed(folder: Path, text: str, name: str = "points.xyz", encoding: str = "utf-8") -> Path:

@@ -12,7 +12,7 @@ from tests.files.foreign.samples import QIF
 from vcmm.core.errors import DataError
 from vcmm.core.text import read_text
 from vcmm.files.foreign.convert import Beside, convert
-from vcmm.files.foreign.handed_over import handed_over
+from vcmm.files.foreign.exported_values import handed_over
 from vcmm.files.foreign.isg import read_isg
 from vcmm.files.foreign.qif import read_qif
 from vcmm.files.foreign.qif_machine import read_qif_machine

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.files.foreign.qif_schema import faults
-from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.exported_values import HandedValue
 from vcmm.files.foreign.qif_definitions import decimal
 from vcmm.files.foreign.qif_results import qif_text
 from vcmm.files.foreign.xml import Node, read_xml

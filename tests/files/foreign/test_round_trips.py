@@ -21,11 +21,11 @@ from tests.files.foreign.qif_schema import faults
 from vcmm.files.foreign.convert import convert
 from vcmm.files.foreign.dcc import dcc_results
 from vcmm.files.foreign.dfq import dfq_text
-from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.exported_values import HandedValue
 from vcmm.files.foreign.qif_part import read_qif_part
 from vcmm.files.foreign.qif_results import qif_text
 from vcmm.files.foreign.xml import read_xml
-from vcmm.files.own.measured import read_measured_points, read_measured_values
+from vcmm.files.own.measured_data import read_measured_points, read_measured_values
 from vcmm.part.part import Characteristic, Feature, Part
 
 LETTERS = st.characters(codec="utf-8", exclude_categories=("Cs", "Cc", "Zl", "Zp", "Zs", "Cn", "Co"))

@@ -9,7 +9,7 @@ import pytest
 
 from tests.hostile.judge import ask
 from vcmm.core.errors import DataError, Environment
-from vcmm.files.foreign.drawn import DrawnPart
+from vcmm.files.foreign.drawing import DrawnPart
 from vcmm.files.foreign.part21 import Part21, Ref, read_part21
 from vcmm.files.foreign.step import read_step
 from vcmm.files.foreign.step_tolerances import add_tolerances

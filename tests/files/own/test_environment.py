@@ -11,7 +11,7 @@ from tests.plate import edited
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values, linear_quantities
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.placing.closed import Closed
+from vcmm.answer.placing.closed_form import Closed
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.errors import DataError
 from vcmm.files.own.scenario import load_scenario

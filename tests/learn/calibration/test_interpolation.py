@@ -14,7 +14,7 @@ from vcmm.core.errors import UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
-from vcmm.learn.calibration.held_out import compare_interpolations, held_rows, predict_rows
+from vcmm.learn.calibration.cross_validation import compare_interpolations, held_rows, predict_rows
 from vcmm.learn.calibration.interpolation import (
     INTERPOLATIONS,
     as_kind,

@@ -13,11 +13,11 @@ from vcmm.core.errors import UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
-from vcmm.learn.calibration.tested import put_to_test
 from vcmm.learn.calibration.thermal import thermal_model
 from vcmm.learn.calibration.thermal_file import thermal_text, written_terms
 from vcmm.learn.calibration.thermal_search import repeating
 from vcmm.learn.calibration.thermal_terms import standing_out
+from vcmm.learn.calibration.verification import put_to_test
 
 MACHINE = 'vcmm = "machine/1"\nname = "mill"\nkind = "machine-tool"\nstructure = "w b Y X Z t"\n' + "".join(
     f'[axes.{a}]\ntravel = ["-10 mm", "500 mm"]\n' for a in "XYZ"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.accepted import notes
+from vcmm.learn.diagnosis.acceptance import notes
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.families import Kin, Member, kin_of, open_text, simplest
 from vcmm.learn.diagnosis.result import Answer

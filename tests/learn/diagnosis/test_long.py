@@ -14,9 +14,9 @@ from vcmm.learn.diagnosis import engine
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
-from vcmm.learn.diagnosis.order import in_order
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import diagnosis_json
+from vcmm.learn.diagnosis.row_order import in_order
 from vcmm.learn.diagnosis.screening import kept_of
 from vcmm.learn.diagnosis.thinning import choose_rows, loss, of_rows, stretches, thin_problem
 

@@ -6,7 +6,7 @@ from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.physics import ALL, BY_NAME
-from vcmm.show.tables.diagnosed import with_interval
+from vcmm.show.tables.diagnosis import with_interval
 
 
 def test_every_family_has_words():

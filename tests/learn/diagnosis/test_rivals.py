@@ -16,7 +16,7 @@ from vcmm.learn.diagnosis.candidates import Family, Option, catalogue
 from vcmm.learn.diagnosis.confusion import Standing, standing
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.mistakes import factor_fits
-from vcmm.learn.diagnosis.modulated import find_modulation
+from vcmm.learn.diagnosis.modulation import find_modulation
 from vcmm.learn.diagnosis.noise import Audit, audit
 from vcmm.learn.diagnosis.null import Noise
 from vcmm.learn.diagnosis.problem import make_problem

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares, minimize
 from scipy.spatial.transform import Rotation
 
 from vcmm.part.fit import gauss, hold_axis, normal_matrix
-from vcmm.part.fit.constrained import at_angle
+from vcmm.part.fit.fixed_orientation import at_angle
 from vcmm.part.gps.characteristics import evaluate
 from vcmm.part.gps.criteria import with_criteria
 from vcmm.part.gps.datums import constrained_features

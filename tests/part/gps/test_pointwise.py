@@ -13,7 +13,7 @@ from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.part.mesh import Mesh
 from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.show.pages.sheet import in_words
-from vcmm.show.tables.inferred import part_table, values_csv
+from vcmm.show.tables.evaluation import part_table, values_csv
 from vcmm.task.measuring.explicit import on_surface
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.settings import Settings

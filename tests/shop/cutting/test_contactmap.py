@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.shop.cutting.contactmap import Contacts, audit, contact_map
-from vcmm.shop.cutting.displaced import Displacement
+from vcmm.shop.cutting.displacement import Displacement
 from vcmm.shop.cutting.envelope import CUT, surface_left, tips
 from vcmm.shop.cutting.sweeps import Sweep, join, lines, path
 from vcmm.shop.cutting.tools import ball, flat, offset_tool

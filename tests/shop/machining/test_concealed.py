@@ -14,11 +14,11 @@ import vcmm
 from vcmm.compensation.job import compensate
 from vcmm.files.columns import run_columns
 from vcmm.files.own.library import example
-from vcmm.files.own.measured import read_measured_points
+from vcmm.files.own.measured_data import read_measured_points
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.physics import SpindleGrowth
 from vcmm.shop.machining.job import finished_part
-from vcmm.shop.machining.measured import measured_cut
+from vcmm.shop.machining.measured_part import measured_cut
 from vcmm.shop.machining.part_recording import part_recording
 from vcmm.shop.machining.preparation import set_up
 

@@ -11,7 +11,7 @@ import vcmm
 from tests.shop.machining import shop
 from vcmm.core.errors import UsageError, VcmmError
 from vcmm.face.cli import run as command
-from vcmm.files.own.placed import placed_cut
+from vcmm.files.own.placement_writer import placed_cut
 from vcmm.shop.machining.placement import place_cut
 
 # straightness of X in Y: 100 um/m^2 x X^2, so a plane along X is turned by 200 um/m^2 x X: least at the smallest X

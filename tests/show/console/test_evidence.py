@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.plate import PLATE
-from vcmm.answer.evaluation.declared import KNOWN, NOT_COVERED, UNCERTAIN, declared_influences
+from vcmm.answer.evaluation.declaration import KNOWN, NOT_COVERED, UNCERTAIN, declared_influences
 from vcmm.core.errors import DataError
 from vcmm.face.cli import run
 from vcmm.files.own.library import example

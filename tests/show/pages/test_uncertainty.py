@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.show.tables.test_evaluated import LINE, result
+from tests.show.tables.test_uncertainty import LINE, result
 from vcmm.answer.evaluation.uncertainty import warnings_of
 from vcmm.part.gps.decision import no_decision
 from vcmm.show.charts.distribution import coarsen

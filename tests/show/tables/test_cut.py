@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.show.tables.test_evaluated import result
+from tests.show.tables.test_uncertainty import result
 from vcmm.shop.machining.result import SurfaceExtremes
 from vcmm.show.tables import cut as tables
 from vcmm.show.tables.table import in_terminal, on_page

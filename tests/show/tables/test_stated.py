@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.show.tables.test_evaluated import result
+from tests.show.tables.test_uncertainty import result
 from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.result import TrueValue
 from vcmm.answer.evaluation.truth import Additive

@@ -16,7 +16,7 @@ from vcmm.files.own.scenario import load_scenario
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
 from vcmm.task.certified.each_limit import machines_at_each_limit
 from vcmm.task.certified.findings import Finding, Findings
-from vcmm.task.certified.known import certified_knowledge
+from vcmm.task.certified.knowledge import certified_knowledge
 from vcmm.task.certified.lines import length_run, seven_lines
 from vcmm.task.certified.machines import error_tables, half_sphere, per_mode, tip_harmonics
 

@@ -15,7 +15,7 @@ from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.task.instruments.reversal import ReversalTest, separate_errors
 from vcmm.task.instruments.reversal_line import LineScan, squareness_reversal, straightness_reversal
-from vcmm.task.instruments.reversal_simulated import (
+from vcmm.task.instruments.reversal_simulation import (
     Sampling,
     axis_motion,
     simulated_half_turn,

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.answer.evaluation.allowed import doubtful
+from vcmm.answer.evaluation.bound_shares import doubtful
 from vcmm.answer.evaluation.pairs import Pairs
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
@@ -144,7 +144,7 @@ class Inverse:
 
 @dataclass(frozen=True, eq=False)
 class UnitedInverse:
-    """The inverses for all machines that are allowed, from the least to the limit (`vcmm.answer.evaluation.allowed`).
+    """The inverses for all machines that are allowed, from the least to the limit (`vcmm.answer.evaluation.bound_shares`).
 
     The interval holds those of all of them. The estimate is that of the least: nothing is taken off that no machine was shown to add.
     """

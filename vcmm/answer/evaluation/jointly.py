@@ -19,7 +19,7 @@ from vcmm.answer.evaluation.montecarlo import simulate
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.sampling import with_products
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.evaluation.widened import WidenedLaw
+from vcmm.answer.evaluation.widened_law import WidenedLaw
 from vcmm.core.run import Array
 from vcmm.part.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED
 

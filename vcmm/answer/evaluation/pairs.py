@@ -14,14 +14,14 @@ from zlib import crc32
 
 import numpy as np
 
-from vcmm.answer.evaluation.allowed import FULL, Share, at_share, possible_shares, split
+from vcmm.answer.evaluation.bound_shares import FULL, Share, at_share, possible_shares, split
 from vcmm.answer.evaluation.dense import surface_model
 from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import simulate
-from vcmm.answer.evaluation.narrowed import displace, narrow_model
 from vcmm.answer.evaluation.sampling import multiplying
+from vcmm.answer.evaluation.submodel import displace, narrow_model
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
@@ -76,7 +76,7 @@ class Pairs:
 class Machines:
     """What drawn machines do to the touches `kept` of a model (None: all); drawn once for parts of every size and kind.
 
-    shares: the machines allowed, from the least to those of the model itself (`vcmm.answer.evaluation.allowed`).
+    shares: the machines allowed, from the least to those of the model itself (`vcmm.answer.evaluation.bound_shares`).
     """
 
     model: LinearModel

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.summary import Summary
-from vcmm.answer.evaluation.widened import WidenedLaw
+from vcmm.answer.evaluation.widened_law import WidenedLaw
 
 MORE_MISSES = 0.1  # an interval for p may miss this share more often than 1 - p says: 5.5 % for 95 %
 Limits = tuple[float, float]

@@ -200,7 +200,7 @@ def _count_held(
 
 
 def _wider(one: CountedInverse | NoInverse) -> bool:
-    """Whether its interval also holds what better machines than those counted here would say (`vcmm.answer.evaluation.allowed`)."""
+    """Whether its interval also holds what better machines than those counted here would say (`vcmm.answer.evaluation.bound_shares`)."""
     return isinstance(one, CountedInverse) and isinstance(one.inverse, UnitedInverse)
 
 

@@ -19,11 +19,11 @@ from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResul
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
-from vcmm.answer.inference.checked import repetition_remarks
 from vcmm.answer.inference.coarse_mesh import coarse_mesh
 from vcmm.answer.inference.doubts import LARGEST, doubts_of, without_claim
-from vcmm.answer.inference.formed import UNSEEN, is_moved_by_form, with_form
+from vcmm.answer.inference.form_between_points import UNSEEN, is_moved_by_form, with_form
 from vcmm.answer.inference.given import GivenPoints, GivenValue
+from vcmm.answer.inference.point_checks import repetition_remarks
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.power import memory_not_covered
 from vcmm.answer.inference.residual_tests import Ints, ResidualTests

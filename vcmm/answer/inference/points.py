@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.answer.inference.checked import OnSurface, check_points, feature_rows, surfaces
 from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.point_checks import OnSurface, check_points, feature_rows, surfaces
 from vcmm.answer.inference.rounding import with_digits
 from vcmm.core.errors import DataError, VcmmError, choose_from
 from vcmm.core.pose import Pose

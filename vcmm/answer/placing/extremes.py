@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.answer.placing.closed import AtPoses, Closed
+from vcmm.answer.placing.closed_form import AtPoses, Closed
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.part.alignment import align

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from vcmm.answer.evaluation.montecarlo import Term, marginal
-from vcmm.answer.placing.closed import AtPoses, Closed
+from vcmm.answer.placing.closed_form import AtPoses, Closed
 from vcmm.answer.placing.extremes import ExtremeValues
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.errors import ModelLimit, UsageError, choose_from

@@ -17,8 +17,8 @@ from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.routes import hidden
-from vcmm.answer.routes.calibrated import CalibratedValue, Warmth, calibrated_part
+from vcmm.answer.routes import hidden_machine
+from vcmm.answer.routes.calibrated_part import CalibratedValue, Warmth, calibrated_part
 from vcmm.answer.routes.estimate import (
     PART_EXPANSION,
     READING,
@@ -111,8 +111,8 @@ def routes(
         given, truth = simulate(scenario, task, modelled, seed=chosen.seed, progress=progress)
     else:
         given = data
-    nominal = np.asarray(hidden.indicated_values(task))
-    known, seen = corrections(given.standards), hidden.shows(task)
+    nominal = np.asarray(hidden_machine.indicated_values(task))
+    known, seen = corrections(given.standards), hidden_machine.shows(task)
     found = []
     for i, c in enumerate(task.part.characteristics):
         one = _Question(
@@ -192,7 +192,7 @@ def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rul
         one = inputs.get(line.input)
         if one is not None and one.effect == PartExpansion.name:
             kept.append(Contribution(PART_EXPANSION, line.u, line.dof))
-        elif one is not None and hidden.anew(one):
+        elif one is not None and hidden_machine.anew(one):
             scatter.append(line.u)
         else:
             kept.append(Contribution(line.input, line.u, line.dof))
@@ -218,12 +218,15 @@ def simulate(
 ) -> tuple[RouteData, dict[str, float]]:
     """(what was measured, true values): one drawn machine, one part, one calibrated part, standards."""
     report = progress or (lambda text, share: None)
-    machine, names = hidden.HiddenMachine(seed + 1), [c.name for c in task.part.characteristics]
-    own = hidden.hidden_part(task, machine.seed, "the part")
-    same = hidden.hidden_part(task, machine.seed, "the calibrated part")
+    machine, names = hidden_machine.HiddenMachine(seed + 1), [c.name for c in task.part.characteristics]
+    own = hidden_machine.hidden_part(task, machine.seed, "the part")
+    same = hidden_machine.hidden_part(task, machine.seed, "the calibrated part")
     report("repeats of a calibrated part", 0.0)
     rng = np.random.default_rng(machine.seed)
-    true_same, repeats = hidden.true_values(same), machine.measure(same, hidden.CALIBRATED_ONE, 100, REPEATS)
+    true_same, repeats = (
+        hidden_machine.true_values(same),
+        machine.measure(same, hidden_machine.CALIBRATED_ONE, 100, REPEATS),
+    )
     better = [
         BETTER * (_of(modelled[n], n).u if n in modelled else float(np.std(repeats[:, i], ddof=1)))
         for i, n in enumerate(names)
@@ -232,11 +235,13 @@ def simulate(
         n: CalibratedValue(float(v + u * rng.standard_normal()), u)
         for n, v, u in zip(names, true_same, better)
     }
-    reading = machine.measure(own, hidden.OWN, 0, 1)[0]
+    reading = machine.measure(own, hidden_machine.OWN, 0, 1)[0]
     report("repeats in several positions", 0.4)
-    places = hidden.usable_positions(scenario)
+    places = hidden_machine.usable_positions(scenario)
     found = {
-        name: machine.measure(_task_at(scenario, pose, own), hidden.OWN, 200 + 50 * i, hidden.PER_POSITION)
+        name: machine.measure(
+            _task_at(scenario, pose, own), hidden_machine.OWN, 200 + 50 * i, hidden_machine.PER_POSITION
+        )
         for i, (name, pose) in enumerate(places.items())
     }
     positions = {n: {place: values[:, i] for place, values in found.items()} for i, n in enumerate(names)}
@@ -245,9 +250,9 @@ def simulate(
         readings=dict(zip(names, map(float, reading))), calibrations=calibrations,
         repeats={n: repeats[:, i] for i, n in enumerate(names)},
         positions=positions if len(places) > 1 else {},
-        standards=hidden.standards(scenario, machine, places),
+        standards=hidden_machine.standards(scenario, machine, places),
     )  # fmt: skip
-    return data, dict(zip(names, map(float, hidden.true_values(own))))
+    return data, dict(zip(names, map(float, hidden_machine.true_values(own))))
 
 
 def _task_at(scenario: Scenario, pose: Pose, own: Task) -> Task:

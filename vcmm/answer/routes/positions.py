@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vcmm.answer.routes.calibrated import Warmth
+from vcmm.answer.routes.calibrated_part import Warmth
 from vcmm.answer.routes.estimate import (
     PART_EXPANSION,
     Contribution,

@@ -106,7 +106,7 @@ def run_audit(
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.audited import audit_json, audit_table, missing_claims
+    from vcmm.show.tables.audit import audit_json, audit_table, missing_claims
     from vcmm.show.tables.table import csv_text
 
     folder = output_folder(out) if out else None

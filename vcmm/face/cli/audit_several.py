@@ -16,7 +16,7 @@ def run_several(
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.audited import OfTask, tasks_json, tasks_table
+    from vcmm.show.tables.audit import OfTask, tasks_json, tasks_table
     from vcmm.show.tables.table import csv_text
 
     folder = output_folder(out) if out else None

@@ -137,7 +137,7 @@ def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
     """The document or the tables, and the report."""
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibrated import TESTS, independent_tests
+    from vcmm.show.tables.calibration import TESTS, independent_tests
     from vcmm.show.tables.table import records
 
     tests = wanted.tests()
@@ -251,7 +251,7 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
     from vcmm.files.own.machine import load_machine
     from vcmm.learn.calibration.acceptance import volume_figures
     from vcmm.learn.calibration.result import rms
-    from vcmm.show.tables.calibrated import FIGURES, RESIDUALS, residuals
+    from vcmm.show.tables.calibration import FIGURES, RESIDUALS, residuals
     from vcmm.show.tables.table import records
 
     pulls = zip(found.posterior.own_names, found.posterior.own)
@@ -273,7 +273,7 @@ def _show(found: Any) -> None:
     from vcmm.learn.calibration.result import rms
     from vcmm.show.console.terminal import say_warnings, show_answers, show_table
     from vcmm.show.tables.answers_machine import calibration_answers
-    from vcmm.show.tables.calibrated import errors
+    from vcmm.show.tables.calibration import errors
 
     show_answers(calibration_answers(found))
     show_table(errors(found))

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 def interpolations_command(wanted: CalibrationFiles, only: list[str], json: bool) -> int:
     """Fit and score every interpolation; the document is vcmm.interpolations/1."""
-    from vcmm.learn.calibration.held_out import compare_interpolations
+    from vcmm.learn.calibration.cross_validation import compare_interpolations
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.terminal import progress, show_table
-    from vcmm.show.tables.calibrated import HELD_OUT, interpolations
+    from vcmm.show.tables.calibration import HELD_OUT, interpolations
     from vcmm.show.tables.table import records
 
     given = wanted.load()

@@ -13,7 +13,7 @@ def design_command(path: Path, json: bool) -> int:
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibrated import setups
+    from vcmm.show.tables.calibration import setups
 
     made, machine, budget = load_design(path)
     with about(path, "setups"):
@@ -46,7 +46,7 @@ def design_command(path: Path, json: bool) -> int:
 
 def _only(proposal: Any) -> dict[str, Any]:
     """The record of one proposal."""
-    from vcmm.show.tables.calibrated import PROPOSALS
+    from vcmm.show.tables.calibration import PROPOSALS
     from vcmm.show.tables.table import records
 
     (record,) = records(PROPOSALS, [proposal])

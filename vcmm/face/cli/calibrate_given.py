@@ -80,8 +80,8 @@ class CalibrationFiles:
         from vcmm.files.own.recording import load_recording
         from vcmm.files.own.reversal import load_reversal
         from vcmm.learn.calibration.job import bare_machine
-        from vcmm.learn.calibration.reversed_readings import reversed_recordings
-        from vcmm.learn.calibration.tested import check_independent
+        from vcmm.learn.calibration.reversal_readings import reversed_recordings
+        from vcmm.learn.calibration.verification import check_independent
 
         known = load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
         turned = self.reversals()
@@ -105,7 +105,7 @@ class CalibrationFiles:
         """What the machine file that was written predicts of the recordings of --test, read back."""
         from vcmm.files.own.machine import load_machine
         from vcmm.files.own.recording import load_recording
-        from vcmm.learn.calibration.tested import put_to_test
+        from vcmm.learn.calibration.verification import put_to_test
 
         if not self.test or self.out is None:
             return []

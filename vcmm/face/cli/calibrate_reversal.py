@@ -12,7 +12,7 @@ def reversal_command(
     """Separate every file; others: options that a reversal does not take, given or not."""
     from vcmm.core.errors import UsageError
     from vcmm.files.own.reversal import load_reversal
-    from vcmm.learn.calibration.reversed import separate_all
+    from vcmm.learn.calibration.reversal import separate_all
     from vcmm.show.console.documents import document, print_json, sources
 
     if any(others):
@@ -32,7 +32,7 @@ def reversal_command(
 def _write(found: Any, structure: str | None, out: Path | None, names: list[str]) -> None:
     from vcmm.core.errors import UsageError
     from vcmm.core.kinematics import parse_structure
-    from vcmm.learn.calibration.reversed_file import reversed_texts
+    from vcmm.learn.calibration.reversal_file import reversed_texts
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say
 
@@ -67,7 +67,7 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
 
 def _show(found: Any) -> None:
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.reversed import reversals
+    from vcmm.show.tables.reversal import reversals
 
     show_table(reversals(found))
     for one in found:

@@ -17,7 +17,7 @@ def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) ->
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.calibrated import TESTS, independent_tests
+    from vcmm.show.tables.calibration import TESTS, independent_tests
     from vcmm.show.tables.table import records
     from vcmm.show.tables.thermal import TERMS, term_rows, terms
 

@@ -35,11 +35,11 @@ def certificate_command(
         Print one JSON document.
     """
     from vcmm.answer.evaluation.at_limit import smallest
-    from vcmm.learn.calibration.certificate_worth import certificate_worth
+    from vcmm.learn.calibration.certificate_comparison import certificate_worth
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import progress, say_warnings, show_table
-    from vcmm.show.tables.certified import worth_json, worth_tables
+    from vcmm.show.tables.certificate import worth_json, worth_tables
 
     with progress() as report, about(scenario, "machine"):
         found = certificate_worth(scenario, trials=trials, seed=seed, progress=report)

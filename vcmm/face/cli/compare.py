@@ -102,7 +102,7 @@ def _machine_name(recordings: list[Path]) -> str:
 def _show(rows: list[Any]) -> None:
     from vcmm.show.console.terminal import show_answers, show_table
     from vcmm.show.tables.answers import compare_answers
-    from vcmm.show.tables.compared import short_names, tables
+    from vcmm.show.tables.comparison import short_names, tables
 
     show_answers(compare_answers(rows, short_names([c.file for c in rows])))
     for table in tables(rows):

@@ -197,7 +197,7 @@ def _rewritten(
 
 def _write_page(target: Path, result: Any, program: Path, proof: Any) -> None:
     from vcmm.show.console.terminal import say
-    from vcmm.show.pages.followed import compensation_page
+    from vcmm.show.pages.path import compensation_page
     from vcmm.show.report import write
 
     write(target, compensation_page(result, program, proof))
@@ -209,7 +209,7 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
     from vcmm.compensation.offsets import best_offsets
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.terminal import say_warnings, show_table
-    from vcmm.show.tables.compensated import departure_json, departures, shifts, shifts_json
+    from vcmm.show.tables.compensation import departure_json, departures, shifts, shifts_json
 
     result = best_offsets(
         given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
@@ -232,7 +232,7 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
 
 def compensation_json(result: Any, target: Path, proof: Any) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them. met: of the cut, where one was made, else of the path."""
-    from vcmm.show.tables.compensated import departure_json, pointing_json, shifts_json
+    from vcmm.show.tables.compensation import departure_json, pointing_json, shifts_json
     from vcmm.show.tables.proofs import proof_json
 
     r, b = result.rounding, result.blocks
@@ -262,7 +262,7 @@ def compensation_json(result: Any, target: Path, proof: Any) -> dict[str, Any]:
 def _show(result: Any, proof: Any) -> None:
     from vcmm.show.console.terminal import say_warnings, show_answers, show_table
     from vcmm.show.tables.answers_machine import compensation_answers
-    from vcmm.show.tables.compensated import before_and_after, departures, pointings, shifts
+    from vcmm.show.tables.compensation import before_and_after, departures, pointings, shifts
     from vcmm.show.tables.proofs import proof_text
 
     show_answers(compensation_answers(result, proof))

@@ -24,7 +24,7 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import write_text
     from vcmm.show.console.terminal import say
-    from vcmm.show.tables.compensated import points_csv
+    from vcmm.show.tables.compensation import points_csv
     from vcmm.task.response.logs import with_logs
 
     loaded = without_scatter(load_machine(machine))

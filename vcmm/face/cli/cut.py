@@ -185,7 +185,7 @@ def measured_points(measured: Path | None, u_point: str) -> Any:
         if u_point:
             raise UsageError("--u-point is of measured points; add --measured points.csv")
         return None
-    from vcmm.files.own.measured import read_measured_points
+    from vcmm.files.own.measured_data import read_measured_points
 
     points, *more = read_measured_points(measured)
     if more:
@@ -203,7 +203,7 @@ def show(result: Any) -> None:
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.report.answers import answer_of
     from vcmm.show.tables import cut as tables
-    from vcmm.show.tables.evaluated import not_added_up
+    from vcmm.show.tables.uncertainty import not_added_up
 
     show_answers(answer_of(c) for c in result.characteristics)
     show_table(tables.finished_part(result))

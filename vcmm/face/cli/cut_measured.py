@@ -40,7 +40,7 @@ def came_back(
     scenario: Path, loaded: Any, given: Any, in_machine: bool, seed: int | None, folder: Path
 ) -> CameBack:
     """Compare, and write the recording into a folder."""
-    from vcmm.shop.machining.measured import measured_cut
+    from vcmm.shop.machining.measured_part import measured_cut
     from vcmm.show.console.complaints import about
     from vcmm.show.console.terminal import progress, say
 

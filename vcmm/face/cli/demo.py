@@ -69,7 +69,7 @@ def _ring_gauge(out: Path, json: bool) -> int:
     from vcmm.show.console.terminal import progress
     from vcmm.show.pages.first import first_lines
     from vcmm.show.pages.uncertainty import uncertainty_page
-    from vcmm.show.tables.evaluated import characteristic_json
+    from vcmm.show.tables.uncertainty import characteristic_json
 
     folder, source = output_folder(out), example("ring_gauge")
     scenario = load_scenario(source)
@@ -104,8 +104,8 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import progress, say, show_table
     from vcmm.show.pages.first import first_blocks
-    from vcmm.show.tables.evaluated import characteristic_json
     from vcmm.show.tables.table import csv_text
+    from vcmm.show.tables.uncertainty import characteristic_json
 
     folder = output_folder(out)
     source, ring = example("gaska2014"), example("ring_gauge")

@@ -184,14 +184,14 @@ def improved_files(
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     from vcmm.files.toml import read_toml
-    from vcmm.learn.diagnosis.accepted import anew, answers_to_write
+    from vcmm.learn.diagnosis.acceptance import anew, answers_to_write
     from vcmm.learn.diagnosis.machine_file import (
         improved_machine,
         repaired_in_place,
         repaired_table,
         with_table,
     )
-    from vcmm.learn.diagnosis.renewed_file import name_tables, renewed_files
+    from vcmm.learn.diagnosis.table_renewal_file import name_tables, renewed_files
 
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)
@@ -229,11 +229,11 @@ def _write(
 
 def _show(d: Any) -> None:
     """The diagnosis on the terminal."""
-    from vcmm.learn.diagnosis.accepted import notes
+    from vcmm.learn.diagnosis.acceptance import notes
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.pages.diagnosis import least_seen, sentences
     from vcmm.show.tables.answers_machine import diagnosis_answers
-    from vcmm.show.tables.diagnosed import answers, folds, next_steps
+    from vcmm.show.tables.diagnosis import answers, folds, next_steps
 
     show_answers(diagnosis_answers(d))
     for sentence in sentences(d):

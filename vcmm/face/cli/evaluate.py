@@ -92,7 +92,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import print_json
     from vcmm.show.console.terminal import progress
-    from vcmm.show.tables.inferred import warnings_of_parts
+    from vcmm.show.tables.evaluation import warnings_of_parts
 
     # before the scenario is read: no line of it is wrong
     given = options["points"], options["values"], options["frame"] or "part", options["tip_centres"]
@@ -146,7 +146,7 @@ def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:
 
 def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
     from vcmm.show.console.documents import document, sources
-    from vcmm.show.tables.inferred import evaluate_json, warnings_of_parts
+    from vcmm.show.tables.evaluation import evaluate_json, warnings_of_parts
 
     assert measured is not None
     return document(
@@ -166,8 +166,8 @@ def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], fil
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.sheet import sheet_page
     from vcmm.show.pages.uncertainty import MEASURED, uncertainty_page
-    from vcmm.show.tables.evaluated import budget_csv
-    from vcmm.show.tables.inferred import values_csv
+    from vcmm.show.tables.evaluation import values_csv
+    from vcmm.show.tables.uncertainty import budget_csv
 
     texts = {"evaluation.json": json_text(content), "values.csv": values_csv(parts)}
     given = [*sources(files[0]), files[1]]

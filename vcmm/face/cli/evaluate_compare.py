@@ -24,7 +24,7 @@ def compare_with_cut(
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
     from vcmm.show.console.terminal import progress
-    from vcmm.show.tables.inferred import evaluate_json
+    from vcmm.show.tables.evaluation import evaluate_json
 
     _check(options, places)
     folder = output_folder(places.out) if places.out else None

@@ -10,14 +10,14 @@ def show_parts(parts: Any, warnings: Collection[str]) -> None:
     """Values, true values and decisions; of one part contributions too, of several one table."""
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.report.answers import answer_of
-    from vcmm.show.tables.evaluated import (
+    from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
+    from vcmm.show.tables.uncertainty import (
         largest,
         not_added_up,
         not_covered,
         stated_with,
         undecided_because,
     )
-    from vcmm.show.tables.inferred import batch, joint_words, part_table, told_once, wholes
 
     several = len(parts) > 1
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]

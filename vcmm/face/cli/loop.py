@@ -188,7 +188,7 @@ def _next(found: _LoopFindings, scenario: Path, folder: Path, wanted: _LoopReque
     from vcmm.face.cli.compensate import rewritable
     from vcmm.face.cli.proof import proof_of
     from vcmm.shop.machining.job import measure_cut
-    from vcmm.shop.machining.measured import left_of, measured_cut
+    from vcmm.shop.machining.measured_part import left_of, measured_cut
 
     written = found.written
     if found.improved:

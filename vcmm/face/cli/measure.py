@@ -40,7 +40,7 @@ def measure_command(
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.measured import measure_json, points_csv, values
+    from vcmm.show.tables.measured_points import measure_json, points_csv, values
 
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario) if cuts(scenario) else load_scenario(scenario)

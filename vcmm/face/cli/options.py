@@ -126,7 +126,7 @@ def keep_evidence(
     path: Path, command: tuple[str, Path, dict[str, Any]], task: Any, content: dict[str, Any]
 ) -> None:
     """Write the evidence pack of a job. command: verb, scenario and options; content: its document, which names all files read."""
-    from vcmm.answer.evaluation.declared import declared_influences
+    from vcmm.answer.evaluation.declaration import declared_influences
     from vcmm.show.console.evidence import command_words, write_pack
     from vcmm.show.console.terminal import say
 

@@ -237,7 +237,7 @@ def show(placed: Any) -> None:
     from vcmm.answer.placing.words import pose_text
     from vcmm.show.console.terminal import say_warnings, show_answers, show_table
     from vcmm.show.tables.answers import place_answers
-    from vcmm.show.tables.placed import compared_poses, how_sure, why
+    from vcmm.show.tables.placement import compared_poses, how_sure, why
 
     show_answers(place_answers(placed))
     for table in (compared_poses(placed), why(placed), how_sure(placed)):
@@ -249,7 +249,7 @@ def show(placed: Any) -> None:
 
 
 def _write(folder: Path, source: Path, placed: Any, content: dict[str, Any]) -> None:
-    from vcmm.files.own.placed import placed_text
+    from vcmm.files.own.placement_writer import placed_text
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say

@@ -33,7 +33,7 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 def _json(placed: Any) -> dict[str, Any]:
     from vcmm.answer.placing.result import freedom_key, map_json, pose_json
     from vcmm.part.gps.characteristics import unit
-    from vcmm.show.tables.placed import GAINS, gains
+    from vcmm.show.tables.placement import GAINS, gains
     from vcmm.show.tables.table import records
 
     def at(one: Any) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def show(placed: Any) -> None:
     from vcmm.answer.placing.words import region_text
     from vcmm.show.console.terminal import show_answers, show_table
     from vcmm.show.tables.answers import placed_cut_answers
-    from vcmm.show.tables.placed import compared_cut_poses, gains
+    from vcmm.show.tables.placement import compared_cut_poses, gains
 
     show_answers(placed_cut_answers(placed))
     for table in (compared_cut_poses(placed), gains(placed)):
@@ -75,7 +75,7 @@ def show(placed: Any) -> None:
 
 
 def _write(folder: Path, source: Path, scenario: Any, placed: Any, content: dict[str, Any]) -> None:
-    from vcmm.files.own.placed import placed_cut as placed_texts
+    from vcmm.files.own.placement_writer import placed_cut as placed_texts
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say

@@ -12,7 +12,7 @@ def choose(
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
-    from vcmm.show.tables.placed import ranking
+    from vcmm.show.tables.placement import ranking
     from vcmm.show.tables.table import records
 
     folder = output_folder(out) if out else None
@@ -143,7 +143,7 @@ def _write(
 ) -> None:
     import numpy as np
 
-    from vcmm.files.own.placed import placed_text
+    from vcmm.files.own.placement_writer import placed_text
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say

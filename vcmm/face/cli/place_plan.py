@@ -31,7 +31,7 @@ def run_plan_option(
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import progress, say, show_answers, show_table
     from vcmm.show.tables.answers import plan_answers
-    from vcmm.show.tables.planned import curve
+    from vcmm.show.tables.plans import curve
 
     seconds = quantity(budget, "time", "budget", "5 min")
     folder = output_folder(out) if out else None

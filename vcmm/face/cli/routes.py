@@ -77,7 +77,7 @@ def _run(
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
     from vcmm.show.console.terminal import progress
-    from vcmm.show.tables.routed import routes_json
+    from vcmm.show.tables.routes import routes_json
 
     out, evidence = written
     folder = output_folder(out) if out else None
@@ -103,7 +103,7 @@ def _run(
 def _show(found: Any) -> None:
     from vcmm.show.console.terminal import say_warnings, show_answers, show_table
     from vcmm.show.tables.answers import routes_answers
-    from vcmm.show.tables.routed import agreements_table, routes_table
+    from vcmm.show.tables.routes import agreements_table, routes_table
 
     show_answers(routes_answers(found))
     show_table(routes_table(found))
@@ -117,7 +117,7 @@ def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> 
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.routes import routes_page
-    from vcmm.show.tables.routed import contributions_table
+    from vcmm.show.tables.routes import contributions_table
     from vcmm.show.tables.table import csv_text
 
     texts = {

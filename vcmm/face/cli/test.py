@@ -49,7 +49,7 @@ def test_command(
     from vcmm.learn.calibration.limits import limits_of
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibrated import FIGURES
+    from vcmm.show.tables.calibration import FIGURES
     from vcmm.show.tables.table import records
 
     warnings: list[str] = []
@@ -78,8 +78,8 @@ def test_command(
 
 
 def _table(iso: str, figures: Any) -> Any:
-    from vcmm.show.tables.calibrated import figures as figures_table
-    from vcmm.show.tables.reversed import spindle_figures
+    from vcmm.show.tables.calibration import figures as figures_table
+    from vcmm.show.tables.reversal import spindle_figures
 
     return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
 
@@ -122,7 +122,7 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
     from vcmm.files.own.machine import load_machine
     from vcmm.files.own.reversal import is_reversal, load_reversal
     from vcmm.files.toml import read_toml
-    from vcmm.learn.calibration.reversed import separate
+    from vcmm.learn.calibration.reversal import separate
     from vcmm.learn.calibration.spindle import predicted_spindle, recorded_spindle
 
     if is_reversal(file):
@@ -161,7 +161,7 @@ def _evaluate_recordings(files: list[Path], iso: str, limits: Any, warnings: lis
     from vcmm.files.own.instruments import load_certificate
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.deviations import RecordedTest
-    from vcmm.learn.calibration.recorded import evaluate_recordings
+    from vcmm.learn.calibration.standard_figures import evaluate_recordings
 
     tests = []
     for file in files:

@@ -93,7 +93,7 @@ def run_uncertainty(
     from vcmm.face.cli.options import exit_code
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
-    from vcmm.show.tables.evaluated import uncertainty_json
+    from vcmm.show.tables.uncertainty import uncertainty_json
 
     folder = output_folder(out) if out else None
     loaded, result = _evaluate(scenario, options, sharing)
@@ -124,7 +124,7 @@ def show(result: Any) -> None:
     from vcmm.answer.evaluation.result import common_causes
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.report.answers import answer_of
-    from vcmm.show.tables.evaluated import (
+    from vcmm.show.tables.uncertainty import (
         computation_table,
         largest,
         not_added_up,
@@ -152,7 +152,7 @@ def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], fi
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.uncertainty import uncertainty_page
-    from vcmm.show.tables.evaluated import budget_csv
+    from vcmm.show.tables.uncertainty import budget_csv
 
     texts = {
         "uncertainty.json": json_text(content),

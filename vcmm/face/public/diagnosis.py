@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from vcmm.learn.diagnosis.accepted import answers_to_write
+from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.improve import improve_machine
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.show.pages.diagnosis import sentences
-from vcmm.show.tables.diagnosed import FOLDS, FoldRow, folds
+from vcmm.show.tables.diagnosis import FOLDS, FoldRow, folds
 from vcmm.task.response.observe import baseline, calibration_columns
 
 __all__ = [

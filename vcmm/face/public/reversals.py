@@ -10,7 +10,7 @@ from vcmm.task.instruments.reversal_line import (
     squareness_reversal,
     straightness_reversal,
 )
-from vcmm.task.instruments.reversal_simulated import Sampling, reading, simulated_values
+from vcmm.task.instruments.reversal_simulation import Sampling, reading, simulated_values
 from vcmm.task.instruments.reversal_turns import TurnGroup, turn_group
 
 __all__ = [

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from vcmm.core.text import csv_of
-from vcmm.show.tables.evaluated import characteristic_json
 from vcmm.show.tables.quantities import fixed, percent
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, Writing, html, text, titled_html
+from vcmm.show.tables.uncertainty import characteristic_json
 
 __all__ = [
     "NUMBER_TEXT",

@@ -15,7 +15,7 @@ from vcmm.face.workbench.live import preview
 from vcmm.show.console.documents import document
 from vcmm.show.pages.uncertainty import scenes
 from vcmm.show.report.scene import figure_of
-from vcmm.show.tables.evaluated import uncertainty_json
+from vcmm.show.tables.uncertainty import uncertainty_json
 from vcmm.task.measuring.scenario import Scenario
 
 Question = tuple[str, int]  # the page that asks, and which of its questions

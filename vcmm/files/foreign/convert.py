@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import csv_of
-from vcmm.files.foreign.drawn import DrawnPart, mm, part_toml
+from vcmm.files.foreign.drawing import DrawnPart, mm, part_toml
 from vcmm.files.foreign.scenario_text import features_of, machine_toml, scenario_toml, target_csv, target_file
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, csv_of
-from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.exported_values import HandedValue
 from vcmm.files.foreign.xml import Node, read_xml, series
 
 UNITS = {  # unit of D-SI -> the word here and the factor to it

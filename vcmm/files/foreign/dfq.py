@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from vcmm.core.errors import UsageError
-from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.exported_values import HandedValue
 
 DECIMALS = 7  # 0.1 nm
 

@@ -26,7 +26,7 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.files.foreign.dmis_tolerances import TOLERANCES, ToleranceStatement, tables_of
-from vcmm.files.foreign.drawn import DEFAULT_EXTENT, DrawnPart, deg, mm, spanned_plane, unit
+from vcmm.files.foreign.drawing import DEFAULT_EXTENT, DrawnPart, deg, mm, spanned_plane, unit
 
 LENGTHS = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": 25.4, "FEET": 304.8}
 ANGLES = {"ANGDEC": math.pi / 180.0, "ANGDEG": math.pi / 180.0, "ANGRAD": 1.0}

@@ -9,7 +9,7 @@ from typing import Any
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import is_usual, to_number
-from vcmm.files.foreign.drawn import DrawnPart, deg, mm
+from vcmm.files.foreign.drawing import DrawnPart, deg, mm
 
 ZONES = {
     "FLAT": "flatness", "STRGHT": "straightness", "CIRLTY": "roundness", "CYLCTY": "cylindricity",

@@ -10,7 +10,7 @@ from typing import Any
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.files.foreign.dcc import dcc_results
 from vcmm.files.foreign.dfq import dfq_text
-from vcmm.files.foreign.handed_over import handed_over
+from vcmm.files.foreign.exported_values import handed_over
 from vcmm.files.foreign.qif_results import qif_text
 from vcmm.part.part import Part
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.files.foreign.drawn import DrawnPart, mm
+from vcmm.files.foreign.drawing import DrawnPart, mm
 from vcmm.files.foreign.qif import Qif
 from vcmm.part.fit.criteria import associate
 from vcmm.part.fit.gauss import gauss

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 
 from vcmm.core.pose import dot
-from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.exported_values import HandedValue
 from vcmm.part.part import Characteristic, Feature
 
 CONDITIONS = {"": "REGARDLESS", "M": "MAXIMUM", "L": "LEAST"}

@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.files.foreign.drawn import DEFAULT_EXTENT, DrawnPart, deg, mm, spanned_plane, unit
+from vcmm.files.foreign.drawing import DEFAULT_EXTENT, DrawnPart, deg, mm, spanned_plane, unit
 from vcmm.files.foreign.qif import Qif
 from vcmm.files.foreign.xml import Node, series
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.files.foreign.drawn import mm, toml_value
+from vcmm.files.foreign.drawing import mm, toml_value
 from vcmm.files.foreign.qif import Qif, read_qif
 from vcmm.files.foreign.xml import Node, number, series
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vcmm.core.errors import DataError
-from vcmm.files.foreign.drawn import DrawnPart
+from vcmm.files.foreign.drawing import DrawnPart
 from vcmm.files.foreign.qif import Qif, read_qif
 from vcmm.files.foreign.qif_criterion import take_criteria
 from vcmm.files.foreign.qif_features import add_features

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.sax.saxutils import escape
 
-from vcmm.files.foreign.handed_over import HandedValue
+from vcmm.files.foreign.exported_values import HandedValue
 from vcmm.files.foreign.qif import NAMESPACE
 from vcmm.files.foreign.qif_definitions import decimal, size_definition, zone_definition
 from vcmm.part.part import Characteristic, Feature, Part

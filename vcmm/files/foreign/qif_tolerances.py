@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.core.errors import DataError
-from vcmm.files.foreign.drawn import DrawnPart, NotHere, deg, mm
+from vcmm.files.foreign.drawing import DrawnPart, NotHere, deg, mm
 from vcmm.files.foreign.qif import Qif
 from vcmm.files.foreign.xml import Node
 

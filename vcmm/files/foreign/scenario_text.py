@@ -12,7 +12,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.core.text import csv_of
-from vcmm.files.foreign.drawn import DrawnPart, comment, mm, toml_value
+from vcmm.files.foreign.drawing import DrawnPart, comment, mm, toml_value
 
 TRAVELS = (600.0, 500.0, 400.0)  # mm, of the machine that stands in until its own file does
 ROOM = 200.0  # mm that travels keep beyond the part: styli, clearance

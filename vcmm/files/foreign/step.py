@@ -17,7 +17,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.files.foreign.drawn import DrawnPart, deg, mm, unit
+from vcmm.files.foreign.drawing import DrawnPart, deg, mm, unit
 from vcmm.files.foreign.part21 import Part21, read_part21
 from vcmm.files.foreign.scenario_text import features_of
 from vcmm.files.foreign.step_faces import KINDS, SAME, SurfaceFace, read_faces

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from vcmm.files.foreign.drawn import DrawnPart, NotHere, deg, mm
+from vcmm.files.foreign.drawing import DrawnPart, NotHere, deg, mm
 from vcmm.files.foreign.part21 import Entity, Part21, Ref
 
 ZONES = {

@@ -25,7 +25,7 @@ from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certified.certificate import MachineCertificate
-from vcmm.task.certified.known import CertifiedKnowledge, certified_knowledge, passing_machines
+from vcmm.task.certified.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
 
 
 def load_machine(path: str | Path) -> Machine:

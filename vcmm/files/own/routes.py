@@ -18,13 +18,13 @@ import numpy as np
 
 from vcmm.answer.inference.given import GivenValue
 from vcmm.answer.inference.job import absolute_values
-from vcmm.answer.routes.calibrated import CalibratedValue
+from vcmm.answer.routes.calibrated_part import CalibratedValue
 from vcmm.answer.routes.job import RouteData
 from vcmm.answer.routes.positions import STANDARDS, StandardReadings
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.units import UNITS
 from vcmm.files.columns import Sheet, instead, read_csv
-from vcmm.files.own.measured import (
+from vcmm.files.own.measured_data import (
     ANGLES,
     LENGTHS,
     ValueColumn,

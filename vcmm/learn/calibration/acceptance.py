@@ -17,7 +17,7 @@ from vcmm.core.laws import MultivariateSamples
 from vcmm.core.machine import Machine
 from vcmm.core.run import T0_DEG_C, Array, Run
 from vcmm.learn.calibration import standards
-from vcmm.learn.calibration.known import known_ranges
+from vcmm.learn.calibration.prior_knowledge import known_ranges
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certified.lines import (
     RAM,

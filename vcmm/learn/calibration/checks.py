@@ -10,7 +10,7 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.learn.calibration.evidence import NormalEquations, append_identity
-from vcmm.learn.calibration.identified import broad_factor
+from vcmm.learn.calibration.identifiability import broad_factor
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.readings import ALONG, Readings
 from vcmm.learn.calibration.recorded_lines import check_senses

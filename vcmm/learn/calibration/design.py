@@ -22,7 +22,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.evidence import NormalEquations
-from vcmm.learn.calibration.identified import Identifiability, identify
+from vcmm.learn.calibration.identifiability import Identifiability, identify
 from vcmm.learn.calibration.job import ranges_of, spans_of
 from vcmm.learn.calibration.model import ErrorModel, error_model
 from vcmm.learn.calibration.prior import prior, scale_factor, usual

@@ -14,9 +14,9 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.learn.calibration.checks import log_likelihood
 from vcmm.learn.calibration.evidence import SPAN, append_identity
-from vcmm.learn.calibration.known import PriorKnowledge
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.prior import unit_factor
+from vcmm.learn.calibration.prior_knowledge import PriorKnowledge
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.solve import project
 

@@ -12,13 +12,14 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.between import expected_between, left_between
 from vcmm.learn.calibration.checks import check_agreement, check_instruments, check_recordings, remarks_on
 from vcmm.learn.calibration.evidence import smoothness
 from vcmm.learn.calibration.growth import growth_factor, growth_remarks
-from vcmm.learn.calibration.identified import Identifiability, identify
+from vcmm.learn.calibration.identifiability import Identifiability, identify
 from vcmm.learn.calibration.interpolation import NETS, as_kind, interpolation_of, net_posterior, swings
-from vcmm.learn.calibration.known import (
+from vcmm.learn.calibration.interpolation_error import expected_between, left_between
+from vcmm.learn.calibration.model import LINEAR, ErrorModel, error_model
+from vcmm.learn.calibration.prior_knowledge import (
     PriorKnowledge,
     known_errors_of,
     known_nodes,
@@ -26,11 +27,10 @@ from vcmm.learn.calibration.known import (
     known_turns,
     name_of,
 )
-from vcmm.learn.calibration.model import LINEAR, ErrorModel, error_model
 from vcmm.learn.calibration.readings import Readings, read_both_ways, readings
 from vcmm.learn.calibration.remarks import as_before, assumption_remarks
 from vcmm.learn.calibration.result import Calibration
-from vcmm.learn.calibration.reversed_readings import read_jointly
+from vcmm.learn.calibration.reversal_readings import read_jointly
 from vcmm.learn.calibration.rotary import average_line
 from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, normal_equations, project, solve
 from vcmm.task.instruments.instrument import InstrumentCertificate

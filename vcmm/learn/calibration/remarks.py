@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.learn.calibration.identified import Identifiability
-from vcmm.learn.calibration.known import PriorKnowledge
+from vcmm.learn.calibration.identifiability import Identifiability
+from vcmm.learn.calibration.prior_knowledge import PriorKnowledge
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.solve import ErrorPosterior
 

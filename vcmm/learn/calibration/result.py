@@ -10,7 +10,7 @@ import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.identified import Identifiability, is_angle
+from vcmm.learn.calibration.identifiability import Identifiability, is_angle
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.rotary import harmonics

@@ -19,7 +19,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.acceptance import Figure, Limit, tip_errors
 from vcmm.learn.calibration.limits import TURNING
-from vcmm.learn.calibration.reversed import CIRCLE, ReversalResult
+from vcmm.learn.calibration.reversal import CIRCLE, ReversalResult
 from vcmm.task.instruments.reversal import NORMAL, SeparationResult
 from vcmm.task.instruments.reversal_turns import Complex, TurnGroup
 
@@ -172,7 +172,7 @@ def _predicted_figure(name: str, drawn: Array, angle: bool, limits: Mapping[str,
 
 def _motions(machine: Machine, axis: str, rng: np.random.Generator, trials: int) -> dict[str, Array]:
     """Error motion -> (trials, TURNS, PER_TURN) mm or rad in fixed directions, the turning part's own."""
-    from vcmm.task.instruments.reversal_simulated import fixed_places, own_motion
+    from vcmm.task.instruments.reversal_simulation import fixed_places, own_motion
 
     angle = np.tile(np.arange(PER_TURN) * 2 * np.pi / PER_TURN, TURNS)
     places = ((0.0, 0.0, 0.0), (0.0, 0.0, REACH))

@@ -21,7 +21,7 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.core.trained import trained_range
+from vcmm.core.valid_range import trained_range
 from vcmm.learn.calibration.result import rms
 from vcmm.learn.calibration.thermal_search import ThermalFit, ordinary, repeating, select_terms
 from vcmm.learn.calibration.thermal_terms import Term, candidates, sensors_of, warm_readings

@@ -14,8 +14,8 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.core.trained import trained_range
 from vcmm.core.units import parse_unit
+from vcmm.core.valid_range import trained_range
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml

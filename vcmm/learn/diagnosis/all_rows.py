@@ -7,7 +7,7 @@ from dataclasses import replace
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.learn.diagnosis.answers import NamedTerms
 from vcmm.learn.diagnosis.candidates import rebuild_option
-from vcmm.learn.diagnosis.delivered import left_over, setting_for
+from vcmm.learn.diagnosis.delivery import left_over, setting_for
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.mistakes import Mistake, hypotheses
 from vcmm.learn.diagnosis.noise import audit

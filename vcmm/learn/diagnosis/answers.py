@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.bounds import beyond
 from vcmm.learn.diagnosis.candidates import rebuild_option
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING, STRONG
-from vcmm.learn.diagnosis.delivered import DeliveredTerms, setting_for, shares_of_rows
+from vcmm.learn.diagnosis.delivery import DeliveredTerms, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import estimates
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.families import open_text

@@ -19,8 +19,8 @@ from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
 from vcmm.learn.diagnosis.locate import Place, generic_families, locate
 from vcmm.learn.diagnosis.null import Noise, draws
-from vcmm.learn.diagnosis.order import in_order
 from vcmm.learn.diagnosis.problem import Problem, predecessors
+from vcmm.learn.diagnosis.row_order import in_order
 from vcmm.task.response.folds import fold_masks
 from vcmm.task.response.observe import Observer, known_here, left_out, noise_u, nuisance_columns
 from vcmm.task.response.recording import Recording

@@ -8,20 +8,20 @@ from itertools import count
 
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
-from vcmm.learn.diagnosis.account import account
+from vcmm.learn.diagnosis.assembly import account
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
-from vcmm.learn.diagnosis.delivered import left_over
-from vcmm.learn.diagnosis.judged import beside_field, judge_terms
+from vcmm.learn.diagnosis.delivery import left_over
+from vcmm.learn.diagnosis.judgement import beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.locate import each_shape, generic_families
 from vcmm.learn.diagnosis.machine_match import check_belonging, wild
 from vcmm.learn.diagnosis.mistakes import tables_of
 from vcmm.learn.diagnosis.noise import Audit, audit
-from vcmm.learn.diagnosis.order import in_order
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.qualify import qualify
 from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.row_order import in_order
 from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
 from vcmm.learn.diagnosis.screening import screen_families, screened_shapes
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search

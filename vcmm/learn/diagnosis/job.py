@@ -9,7 +9,7 @@ from vcmm.answer.evaluation.sampling import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.foretold import describe_unknown
+from vcmm.learn.diagnosis.known_unknowns import describe_unknown
 from vcmm.learn.diagnosis.opposite_sign import other_way
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.learn.diagnosis.very_long import few_enough, thinning_notes

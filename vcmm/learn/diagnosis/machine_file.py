@@ -22,7 +22,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
 from vcmm.files.foreign.isg_writer import isg_text, with_values
 from vcmm.files.toml_edits import editable, move_names
-from vcmm.learn.diagnosis.accepted import answers_to_write, notes
+from vcmm.learn.diagnosis.acceptance import answers_to_write, notes
 from vcmm.learn.diagnosis.improve import departure
 from vcmm.learn.diagnosis.mistakes import Mistake
 from vcmm.learn.diagnosis.repair import repair_machine, repaired_effects

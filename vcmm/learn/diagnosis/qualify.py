@@ -7,8 +7,8 @@ from dataclasses import replace
 from vcmm.learn.diagnosis.constants import EVEN_ODDS
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.machine_match import noise_warning
+from vcmm.learn.diagnosis.physical_limits import shared_with_instrument
 from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.diagnosis.too_large import shared_with_instrument
 
 DOUBT_REASON = "the recording itself is in doubt; see the warnings"
 

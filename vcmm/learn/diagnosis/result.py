@@ -21,14 +21,14 @@ from vcmm.learn.diagnosis.locate import Place
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.power import Detectable
-from vcmm.learn.diagnosis.pulls import Pull
+from vcmm.learn.diagnosis.statement_tests import Pull
 from vcmm.learn.diagnosis.thinning import loss
 from vcmm.show import charts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.learn.diagnosis.renewed import RenewedTables
+    from vcmm.learn.diagnosis.table_renewal import RenewedTables
 
 STATUS_NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
 VERDICTS = ("nothing missing", "explained", "partly explained", STATUS_NOT_MODELLED, "unexplained")

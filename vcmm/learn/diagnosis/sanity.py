@@ -17,7 +17,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.inches import inches
-from vcmm.learn.diagnosis.signs import sign_warnings
+from vcmm.learn.diagnosis.sign_contradictions import sign_warnings
 from vcmm.task.response.observe import noise_u
 from vcmm.task.response.recording import ALL_ROWS, SOURCE_LABEL, Ints, Recording
 

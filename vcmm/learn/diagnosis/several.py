@@ -23,8 +23,8 @@ from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, MISMATCH
+from vcmm.learn.diagnosis.duplicate_recordings import refuse_copies
 from vcmm.learn.diagnosis.estimates import as_json
-from vcmm.learn.diagnosis.given_twice import refuse_copies
 from vcmm.learn.diagnosis.improve import departure
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem

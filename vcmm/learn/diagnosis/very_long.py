@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.core.run import Series
-from vcmm.learn.diagnosis.order import rows_in_order
+from vcmm.learn.diagnosis.row_order import rows_in_order
 from vcmm.learn.diagnosis.thinning import Mask, choose_rows, loss, of_rows
 from vcmm.task.response.recording import Recording
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
-from vcmm.learn.diagnosis.accepted import anew, answers_to_write
+from vcmm.learn.diagnosis.acceptance import anew, answers_to_write
 from vcmm.learn.diagnosis.comparison import left_by
-from vcmm.learn.diagnosis.delivered import OWN_ROWS
+from vcmm.learn.diagnosis.delivery import OWN_ROWS
 from vcmm.learn.diagnosis.improve import improve_machine
-from vcmm.learn.diagnosis.renewed import with_tables
 from vcmm.learn.diagnosis.repair import repair_machine
 from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.table_renewal import with_tables
 from vcmm.learn.diagnosis.verdict import doubts
 from vcmm.task.response.recording import Recording
 

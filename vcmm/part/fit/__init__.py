@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from vcmm.part.fit.constrained import hold_axis, normal_matrix
 from vcmm.part.fit.criteria import CRITERIA, Association, associate
 from vcmm.part.fit.elements import ELEMENTS, MINIMUM_POINTS, FittedElement
+from vcmm.part.fit.fixed_orientation import hold_axis, normal_matrix
 from vcmm.part.fit.gauss import gauss
 from vcmm.part.fit.local_sizes import sphere_radii, two_point_radii
 from vcmm.part.fit.profile import profile_line

@@ -47,7 +47,7 @@ class FittedElement:
     unique     (...) of an element by contact: False where others are as good
     points     (..., n, 3) the points themselves, where a characteristic is evaluated on them; of a mesh, which has no element,
                (n, 3) where they lie in the drawing
-    moments    (6 + s, 6 + s) of a datum: the normal matrix of its fit (vcmm.part.fit.constrained), where its points are not kept
+    moments    (6 + s, 6 + s) of a datum: the normal matrix of its fit (vcmm.part.fit.fixed_orientation), where its points are not kept
     """
 
     kind: str

@@ -9,8 +9,8 @@ import numpy as np
 from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
+from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
-from vcmm.core.taken_up import share_taken_up
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
 

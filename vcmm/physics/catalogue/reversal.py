@@ -13,8 +13,8 @@ import numpy as np
 from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
+from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
-from vcmm.core.taken_up import share_taken_up
 
 
 @dataclass(frozen=True, eq=False)

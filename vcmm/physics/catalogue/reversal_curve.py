@@ -12,8 +12,8 @@ from numpy.polynomial.legendre import legvander
 from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
+from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
-from vcmm.core.taken_up import share_taken_up
 
 
 def _lost_motion_curve_make_at(

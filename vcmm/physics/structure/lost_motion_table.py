@@ -10,8 +10,8 @@ import numpy as np
 from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
 from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
+from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
-from vcmm.core.taken_up import share_taken_up
 
 FAMILY = "reversal curve"  # what an evaluation declares it with
 

@@ -8,7 +8,7 @@ from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
-from vcmm.core.trained import check_range, within
+from vcmm.core.valid_range import check_range, within
 
 
 @dataclass(frozen=True, eq=False)

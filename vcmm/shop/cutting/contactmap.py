@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Array
-from vcmm.shop.cutting.displaced import CHORD, Displacement, displace
+from vcmm.shop.cutting.displacement import CHORD, Displacement, displace
 from vcmm.shop.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.shop.cutting.standing_tool import entry
 from vcmm.shop.cutting.sweeps import Sweep

@@ -216,7 +216,7 @@ def pieces(sweep: Sweep, counts: Array) -> tuple[Sweep, Array, Array, Array]:
     if sweep.axis_end is not None:
         raise ModelLimit(
             "the tool tilts during a move: swept volumes are exact for a constant tool direction only. Cut such moves "
-            "into short ones of constant axis first: vcmm.shop.cutting.displaced.split_by_direction(sweep, tolerance)"
+            "into short ones of constant axis first: vcmm.shop.cutting.displacement.split_by_direction(sweep, tolerance)"
         )
     start, end = position(parent, t0), position(parent, t1)
     start[number == 0] = parent.start[number == 0]

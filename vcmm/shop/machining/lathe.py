@@ -30,9 +30,9 @@ from vcmm.shop.machining.process import ContactRows, CutCandidates, PreparedCut,
 from vcmm.shop.machining.rotary import Bools, commands_to_work
 from vcmm.shop.machining.rotary_milling import RotaryMillingProcess
 from vcmm.shop.machining.tool_errors import ToolSide
-from vcmm.shop.machining.turned import TurnedSurface
 from vcmm.shop.machining.turned_blank import TurnedBlank
 from vcmm.shop.machining.turned_faces import about_spindle
+from vcmm.shop.machining.turned_surface import TurnedSurface
 from vcmm.shop.machining.turning import TurningProcess
 from vcmm.task.measuring.settings import Settings
 

@@ -16,7 +16,7 @@ import numpy as np
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.shop.machining.measured import MeasuredCut
+from vcmm.shop.machining.measured_part import MeasuredCut
 from vcmm.task.response.observe import baseline
 from vcmm.task.response.recording import Recording
 

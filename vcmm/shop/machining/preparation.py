@@ -32,8 +32,8 @@ from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.spindle_load import gap_of
 from vcmm.shop.machining.tool_errors import cutting_effects, needs_forces
 from vcmm.shop.machining.touched_zero import touched_zero, with_scatter
-from vcmm.shop.machining.turned import turning_of
 from vcmm.shop.machining.turned_faces import with_faces
+from vcmm.shop.machining.turned_surface import turning_of
 from vcmm.shop.machining.turning import TurningProcess
 from vcmm.shop.machining.wrong_unit import unit_hint
 from vcmm.shop.motion.tool_centre import in_machine_axes

@@ -20,7 +20,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.shop.cutting.contactmap import Contacts, Ints
-from vcmm.shop.cutting.displaced import displace
+from vcmm.shop.cutting.displacement import displace
 from vcmm.shop.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.shop.cutting.index import build
 from vcmm.shop.machining.contact_path import tool_side
@@ -31,8 +31,8 @@ from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.rotary import commands_to_work
 from vcmm.shop.machining.rotary_milling import RotaryMillingProcess
 from vcmm.shop.machining.tool_errors import cutting_effects
-from vcmm.shop.machining.turned import TurnedSurface
 from vcmm.shop.machining.turned_passes import with_all_passes
+from vcmm.shop.machining.turned_surface import TurnedSurface
 from vcmm.shop.machining.turning import TurningProcess
 from vcmm.shop.machining.warming import add_temperatures
 

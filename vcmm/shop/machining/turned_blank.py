@@ -24,7 +24,7 @@ from vcmm.program.moves import Move, Program
 from vcmm.program.setup import Bar, Setup
 from vcmm.shop.cutting import nose
 from vcmm.shop.cutting.force import kienzle, turning_force
-from vcmm.shop.machining.turned import Turning
+from vcmm.shop.machining.turned_surface import Turning
 
 NODES = 4000  # along the axis
 LOOKS, OUT_OF_REACH = 9, 0.05  # places along a stretch that are looked at; mm beyond the nose

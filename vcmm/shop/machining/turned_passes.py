@@ -13,7 +13,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.shop.cutting import nose
 from vcmm.shop.cutting.contactmap import Ints
-from vcmm.shop.machining.turned import TurnedSurface, Turning, passes_at
+from vcmm.shop.machining.turned_surface import TurnedSurface, Turning, passes_at
 
 TURNS = 12  # before and after each contact
 BALL_PASSES = 20

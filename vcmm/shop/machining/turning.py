@@ -38,10 +38,10 @@ from vcmm.shop.machining.process import (
 )
 from vcmm.shop.machining.states import by_tool, states_when
 from vcmm.shop.machining.tool_errors import ToolSide
-from vcmm.shop.machining.turned import TurnedSurface, Turning, backs, turned_surface
 from vcmm.shop.machining.turned_blank import TurnedBlank, turned_blank
 from vcmm.shop.machining.turned_faces import turned_net
 from vcmm.shop.machining.turned_passes import crest_lift
+from vcmm.shop.machining.turned_surface import TurnedSurface, Turning, backs, turned_surface
 from vcmm.shop.motion.toolpath import CUTS, Toolpath
 from vcmm.task.measuring.settings import Settings
 

@@ -19,8 +19,8 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.history import RESTING, Width, axis_unit, path_history
 from vcmm.core.machine import Machine
+from vcmm.core.play import widths
 from vcmm.core.run import Array, Run
-from vcmm.core.taken_up import widths
 from vcmm.program.limits import AXES, Control
 from vcmm.program.moves import Move, Program
 from vcmm.shop.motion.curves import Ints

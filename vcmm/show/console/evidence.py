@@ -23,7 +23,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vcmm import __version__
-from vcmm.answer.evaluation.declared import DeclaredInfluence
+from vcmm.answer.evaluation.declaration import DeclaredInfluence
 from vcmm.core.errors import DataError, Environment, UsageError
 from vcmm.core.text import brief
 

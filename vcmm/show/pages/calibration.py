@@ -14,7 +14,7 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.tables.answers_machine import calibration_answers
-from vcmm.show.tables.calibrated import Left, errors_by_name, positioning, residuals
+from vcmm.show.tables.calibration import Left, errors_by_name, positioning, residuals
 from vcmm.show.tables.table import html, titled_html
 
 MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one

@@ -14,7 +14,7 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import compare_answers
-from vcmm.show.tables.compared import short_names, tables
+from vcmm.show.tables.comparison import short_names, tables
 from vcmm.show.tables.table import html
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm import __version__
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.accepted import answers_to_write
+from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.comparison import left_by
 from vcmm.learn.diagnosis.constants import LEAST_TOLD
 from vcmm.learn.diagnosis.log_mistakes import LOG
@@ -24,7 +24,7 @@ from vcmm.show import report as r
 from vcmm.show.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers_machine import diagnosis_answers
-from vcmm.show.tables.diagnosed import (
+from vcmm.show.tables.diagnosis import (
     answers,
     detectable_table,
     folds,

@@ -15,7 +15,7 @@ from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items, touch_items, volume_items
 from vcmm.show.tables.answers import place_answers
-from vcmm.show.tables.placed import OTHER_DRAWS, compared_poses
+from vcmm.show.tables.placement import OTHER_DRAWS, compared_poses
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.fixture import DOFS, pose_of
 

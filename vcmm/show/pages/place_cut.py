@@ -10,7 +10,7 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import placed_cut_answers
-from vcmm.show.tables.placed import compared_cut_poses, gains
+from vcmm.show.tables.placement import compared_cut_poses, gains
 from vcmm.show.tables.table import html, listing
 
 

@@ -7,7 +7,7 @@ from vcmm.answer.routes.job import RoutesResult
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import routes_answers
-from vcmm.show.tables.routed import agreements_table, contributions_table, routes_table
+from vcmm.show.tables.routes import agreements_table, contributions_table, routes_table
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.scenario import Scenario
 

@@ -19,9 +19,9 @@ from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts, hashes
 from vcmm.show.pages.uncertainty import MEASURED
-from vcmm.show.tables.evaluated import BUDGET, budget_rows, not_added_up
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html
+from vcmm.show.tables.uncertainty import BUDGET, budget_rows, not_added_up
 from vcmm.task.measuring.scenario import Scenario
 
 WORDS = {

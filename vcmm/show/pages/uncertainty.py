@@ -20,7 +20,9 @@ from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
-from vcmm.show.tables.evaluated import (
+from vcmm.show.tables.quantities import SMALL_SCALE
+from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
+from vcmm.show.tables.uncertainty import (
     BUDGET,
     budget_rows,
     computation_table,
@@ -29,8 +31,6 @@ from vcmm.show.tables.evaluated import (
     stated_with,
     undecided_because,
 )
-from vcmm.show.tables.quantities import SMALL_SCALE
-from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
 from vcmm.task.measuring.scenario import Scenario
 
 PREDICTED, MEASURED = "Virtual measurement report", "Measurement result"

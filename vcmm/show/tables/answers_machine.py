@@ -18,7 +18,7 @@ from vcmm.program.summary import ProgramSummary
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.motion.toolpath import Toolpath, clock
 from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed, whole
-from vcmm.show.tables.diagnosed import micro_text
+from vcmm.show.tables.diagnosis import micro_text
 
 MOST_FIGURES = 3  # errors named beside an axis
 

@@ -10,17 +10,6 @@ from typing import Any
 from vcmm.answer.evaluation.result import CharacteristicResult, budget_interaction
 from vcmm.core.run import Array
 from vcmm.shop.machining.result import CutResult, SurfaceExtremes, expected_deviation
-from vcmm.show.tables.evaluated import (
-    BUDGET,
-    DECISION,
-    BudgetRow,
-    budget_rows,
-    characteristic_json,
-    decision_text,
-    from_nominal,
-    more_than_rounding,
-    p_conform,
-)
 from vcmm.show.tables.quantities import (
     DEVIATION,
     LENGTH,
@@ -32,6 +21,17 @@ from vcmm.show.tables.quantities import (
     whole_percent,
 )
 from vcmm.show.tables.table import Column, ResultTable, Writing, csv_text, listing, records
+from vcmm.show.tables.uncertainty import (
+    BUDGET,
+    DECISION,
+    BudgetRow,
+    budget_rows,
+    characteristic_json,
+    decision_text,
+    from_nominal,
+    more_than_rounding,
+    p_conform,
+)
 
 PART: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name),

@@ -9,9 +9,9 @@ import numpy as np
 
 from vcmm.answer.evaluation.virtual_measurement import Measurement
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.accepted import answers_to_write
+from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
-from vcmm.shop.machining.measured import MeasuredCut
+from vcmm.shop.machining.measured_part import MeasuredCut
 from vcmm.shop.machining.proof import CutProof
 from vcmm.show.tables.proofs import proof_json
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vcmm.shop.machining.measured import BesidePrediction, MeasuredCut
+from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
 from vcmm.shop.machining.mismatch import MismatchEntry
 from vcmm.shop.machining.significance import LEAST_P
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SIZE, fixed

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from vcmm.core.units import plain
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.several import Several, SharedAnswer, Size
-from vcmm.show.tables.diagnosed import values_text
+from vcmm.show.tables.diagnosis import values_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 
 NOT_SEEN_TEXT = "not seen"

@@ -1,0 +1,98 @@
+"""Reversals of a straightness beside other recordings: what was separated, as readings of one joint fit.
+
+The artefact is in no other recording, so the separated curve with its covariance says of the machine all that the scans say:
+
+    curve m = G theta + zero + slope x + noise of covariance C      L L' = C / u^2, then L^-1 m has independent noise u
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.core.axes import unit_vector
+from vcmm.core.errors import UsageError
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.files.own.reversal import ReversalFile
+from vcmm.learn.calibration.readings import Readings
+from vcmm.learn.calibration.reversal import ReversalResult, separate
+from vcmm.learn.calibration.reversal_file import student_variance
+from vcmm.task.response.recording import Recording
+
+LINES = ("zero", "slope")
+
+
+def reversed_recordings(
+    files: Sequence[ReversalFile], machine: Machine
+) -> tuple[list[Recording], dict[str, Array]]:
+    """Per file the separated straightness as a recording, and recording name -> its covariance (k, k) mm^2.
+
+    Raises UsageError for other reversals, and for an axis that the machine lacks.
+    """
+    for file in files:
+        if file.kind != "straightness":
+            raise UsageError(
+                f'{file.name}: a reversal with test = "{file.kind}" separates by itself; beside other recordings only a straightness reversal '
+                "is fitted. Calibrate it alone with --out spindle.toml, then the other recordings with --machine spindle.toml"
+            )
+        if file.axis not in machine.chain.letters:
+            raise UsageError(
+                f'{file.name} is about axis {file.axis}, which structure = "{machine.chain.structure}" lacks'
+            )
+    found = [separate(file) for file in files]
+    recordings = [_recording(one, machine) for one in found]
+    return recordings, {r.name: _covariance(one) for r, one in zip(recordings, found)}
+
+
+def whiten_readings(part: Readings, covariance: Array) -> Readings:
+    """The readings with independent noise of their u, when it has this covariance (m, m); zero and slope among the nuisance."""
+    lines = np.linalg.qr(part.nuisance)[0]
+    full = (
+        covariance + float(np.trace(covariance)) / part.m * lines @ lines.T
+    )  # the lines are free: any variance serves
+    size, ways = np.linalg.eigh(full / part.u[0] ** 2)
+    half = ways / np.sqrt(np.maximum(size, 1e-6 * size[-1])) @ ways.T
+    own = tuple((name, half @ columns) for name, columns in part.own)
+    return replace(
+        part, errors=half @ part.errors, own=own, nuisance=half @ part.nuisance, value=half @ part.value
+    )
+
+
+def _recording(one: ReversalResult, machine: Machine) -> Recording:
+    """The curve at its nodes, tip at the place from which the machine file counts its errors: no arm of a rotation is in it."""
+    assert one.straight is not None
+    file, nodes = one.file, one.straight.nodes
+    k = len(nodes)
+    position = {a: nodes if a == file.axis else np.zeros(k) for a in machine.chain.letters}
+    sign = -1.0 if file.axis in machine.chain.work else 1.0  # the workpiece moves, the tip errs the other way
+    direction = np.tile(sign * unit_vector(file.error[1]), (k, 1))
+    columns = {f"n{c}": direction[:, i] for i, c in enumerate("xyz")}
+    return Recording(
+        name=file.name,
+        kind="displacement",
+        run=Run(position, np.zeros((k, 3)), columns),
+        value=one.straight.machine,
+        measuring=False,
+        row=np.arange(k),
+        direction=direction,
+        other=np.full(k, -1, dtype=np.intp),
+        nuisance=dict.fromkeys(LINES, ""),
+        noise=Normal(float(np.sqrt(np.trace(_covariance(one)) / k))),
+    )
+
+
+def _covariance(one: ReversalResult) -> Array:
+    assert one.straight is not None
+    return one.straight.covariance * student_variance(one.straight.dof)
+
+
+def read_jointly(parts: Sequence[Readings], correlated: Mapping[str, Array]) -> list[Readings]:
+    """The readings, those with a joint covariance whitened by it. correlated: recording name -> (m, m) mm^2."""
+    return [
+        whiten_readings(p, correlated[p.recording.name]) if p.recording.name in correlated else p
+        for p in parts
+    ]

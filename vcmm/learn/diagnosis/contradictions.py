@@ -1,0 +1,122 @@
+"""What the machine file states of itself and the rows contradict: a name like any other, with the size that the rows give it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.learn.diagnosis.answers import NamedTerms
+from vcmm.learn.diagnosis.confusion import Standing, standing
+from vcmm.learn.diagnosis.delivery import DeliveredTerms, left_over, replaced_inputs, setting_for
+from vcmm.learn.diagnosis.search import Stage
+from vcmm.learn.diagnosis.select import Selection, Term, best_option, fitted_again
+from vcmm.learn.diagnosis.statement_tests import Pull, calibration_pulls, contradiction, farthest
+
+
+def add_contradictions(named: NamedTerms) -> NamedTerms:
+    """The same with a term for every stated number that the rows contradict, where the catalogue has a name for it."""
+    selection, stage = named.selection, named.stage
+    sigma = _sigma(selection, stage)
+    pulls = calibration_pulls(
+        named.problem, left_over(named.problem, selection), sigma, stage.u, stage.noise.rho
+    )
+    far = farthest(len(pulls))
+    new = [(p, t) for p in pulls if abs(p.pull) > far and (t := _term(p.input, named)) is not None]
+    if not new:
+        return named
+    terms = [*selection.terms, *(t for _, t in new)]
+    free = named.problem.without(replaced_inputs(named.problem, [t for _, t in new]))
+    whole = fitted_again(terms, setting_for(free, stage))
+    places = [
+        *named.places,
+        *(_place(whole, len(selection.terms) + k, p, len(pulls), named) for k, (p, _) in enumerate(new)),
+    ]
+    return replace(named, problem=free, selection=whole, places=places)
+
+
+def _term(statement: str, named: NamedTerms) -> Term | None:
+    """The family that the statement is about, as a term; None where it is named already or no candidate."""
+    found = named.stage.found
+    wanted = statement.rsplit(".", 1)[0]
+    if any(t.option.effect is not None and t.option.effect.id == wanted for t in named.selection.terms):
+        return None
+    for i, family in enumerate(found.families):
+        option = found.options[best_option(found, np.zeros(len(found.options)), i)]
+        if option.effect is not None and option.effect.id == wanted and option.columns.shape[1] == 1:
+            return Term(family, option, found.columns(best_option(found, np.zeros(len(found.options)), i)))
+    return None
+
+
+def _place(whole: Selection, i: int, pull: Pull, asked: int, named: NamedTerms) -> Standing:
+    """Its probability is that the statement does not hold; only what repeats it exactly is a rival, for the statement is
+    about this quantity and no other.
+    """
+    setting = setting_for(named.problem, named.stage)
+    place = standing(whole, setting, i)
+    own = whole.terms[i].family.name
+    families = named.stage.found.families
+    names = dict.fromkeys(families[j].name for j in place.exact if families[j].name != own)
+    sure = contradiction(pull.pull, asked)
+    return Standing(
+        0.5 * pull.pull**2, sure, tuple(names), tuple(j for j in place.exact if families[j].name != own),
+        with_aliases=sure, exact=place.exact,
+    )  # fmt: skip
+
+
+def _sigma(selection: Selection, stage: Stage) -> float:
+    return (
+        selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
+    )
+
+
+def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
+    """Pulls after what was delivered: of a quantity that was set free, what was found less what was stated."""
+    selection = given.selection
+    rest = left_over(given.problem, selection)
+    inside = calibration_pulls(given.problem, rest, _sigma(selection, stage), stage.u, stage.noise.rho)
+    stated = {one.id: one for one in given.problem.machine.inputs}
+    free = []
+    for i, term in enumerate(selection.terms):
+        effect = term.option.effect
+        for name, one in stated.items():
+            if (
+                effect is None
+                or selection.fit is None
+                or name.rsplit(".", 1)[0] != effect.id
+                or len(term.option.unit) != 1
+            ):
+                continue
+            size = float(selection.fit.mean[selection.span(i)][0] * term.option.unit[0])
+            free.append(Pull(name, size / one.size, 1))
+    return tuple(sorted((*inside, *free), key=lambda p: -abs(p.pull)))
+
+
+def told_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
+    """Sentences about statements that are contradicted and have a name."""
+    named = _effect_ids(given)
+    far = farthest(len(pulls))
+    return tuple(
+        _contradiction_text(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] in named
+    )
+
+
+def unexplained_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
+    """The same of statements that no name replaces: they speak against "explained"."""
+    named = _effect_ids(given)
+    far = farthest(len(pulls))
+    return tuple(
+        _contradiction_text(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] not in named
+    )
+
+
+def _effect_ids(given: DeliveredTerms) -> set[str]:
+    return {t.option.effect.id for t in given.selection.terms if t.option.effect is not None}
+
+
+def _contradiction_text(p: Pull) -> str:
+    return (
+        f"the rows contradict what the machine file states of {p.input}: the estimate lies {abs(p.pull):.1f} of its standard"
+        " uncertainties from the statement"
+    )

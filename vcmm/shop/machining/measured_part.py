@@ -1,0 +1,286 @@
+"""The part comes back measured: what was predicted of these very points, and where both disagree.
+
+    measured points -> feet on the nominal surfaces -> the cut of exactly these points -> predicted surface and its covariance
+                    -> characteristics side by side -> what the difference goes with (vcmm.shop.machining.mismatch)
+
+Both sides are evaluated alike, in the same alignment. The difference of one characteristic is judged with the uncertainty of
+its prediction and of the measured points: E_n = difference / (2 u_difference), ISO 13528.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.linear import LinearModel, build
+from vcmm.answer.evaluation.montecarlo import Term, covariance
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.point_checks import OnSurface, check_points, feature_rows, surfaces
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.laws import Law
+from vcmm.core.run import Array, Run
+from vcmm.part.gps import characteristics as gps
+from vcmm.shop.cutting.envelope import UNCUT
+from vcmm.shop.machining.contact_path import surface_at
+from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
+from vcmm.shop.machining.job import finished_part
+from vcmm.shop.machining.mismatch import LEAST_SCATTER, MismatchEntry, ObservedPoints, locate_mismatch
+from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.process import PreparedCut
+from vcmm.shop.machining.scenario import IDEAL, OTHER, CutScenario
+from vcmm.shop.machining.waves import Wave
+from vcmm.shop.machining.world import Cutting
+from vcmm.task.measuring.plan import Plan, Step
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.task import evaluate_all, fit_features
+from vcmm.task.response.recording import UNKNOWN
+
+ALONE = 1e-9  # of a variance: rounding
+TRIALS = 2000  # of the predicted part with its points measured: u to 1.6 %
+
+
+@dataclass(frozen=True)
+class BesidePrediction:
+    """One characteristic: measured and predicted value, u of their difference (mm or rad)."""
+
+    name: str
+    unit: str
+    nominal: float
+    measured: float
+    predicted: float
+    u: float
+
+    @property
+    def e_n(self) -> float:
+        """Difference over its expanded uncertainty (k = 2); nan where nothing is uncertain."""
+        return (self.measured - self.predicted) / (2.0 * self.u) if self.u > 0 else float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredCut:
+    """compared: by characteristic; mismatch: what the difference goes with; scatter: of one measured point, mm.
+
+    observed: the points with what was done when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
+    counts, what the tool did less what was predicted of it. known: (Input id, columns (n, r)), what is uncertain of it, mm per draw of
+    unit variance. noise (n,): what is drawn anew at every point, mm along `normal`. notes: points left out, what could not be told. wave: of no known cause, where
+    the difference goes with nothing more.
+    """
+
+    compared: tuple[BesidePrediction, ...]
+    mismatch: tuple[MismatchEntry, ...]
+    scatter: float
+    observed: ObservedPoints
+    departure: Array
+    normal: Array
+    in_machine: bool
+    noise: Array
+    known: tuple[tuple[str, Array], ...]
+    notes: tuple[str, ...] = ()
+    wave: Wave | None = None
+    off: Array = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) mm, of the measured points along the normals of the drawing
+
+
+def left_of(cut: MeasuredCut) -> Array:
+    """What the prediction leaves of the measured points (n,) mm along the normals of the drawing; where the part was aligned, less the best
+    rigid motion, which is the alignment's."""
+    rest = cut.observed.rest
+    if cut.in_machine:
+        return rest
+    n, arm = cut.observed.normals, cut.observed.place - cut.observed.place.mean(axis=0)
+    rigid = np.hstack([n, np.cross(arm, n)])
+    return np.asarray(rest - rigid @ np.linalg.lstsq(rigid, rest, rcond=None)[0])
+
+
+def measured_cut(
+    scenario: CutScenario, given: GivenPoints, *, in_machine: bool = False, u_point: float | None = None, seed: int | None = None,
+    job: PreparedCut | None = None,
+) -> MeasuredCut:  # fmt: skip
+    """Compare a measured part with its prediction. in_machine: points in the frame of the machine that measured, else in the drawing
+    frame. Where the part lay on a measuring machine says nothing of how it was cut, so there both are aligned.
+
+    u_point: standard uncertainty of one measured point, mm; None: what is left beside everything that is tested. job: the scenario
+    made ready before, for several parts of it.
+    Raises DataError for points that are not of this part (file and line), UsageError and ModelLimit as `cut` does.
+    """
+    job = job or set_up(scenario)
+    aligned = not in_machine or scenario.inspection.kind == OTHER
+    placed, frame_points = _on_part(job, given, in_machine)
+    job, points, notes = _cut_there(job, placed, frame_points, given)
+    task, world, more = finished_part(job)
+    model = build(task, world)
+    touches = task.touches
+    predicted = ((model.points - touches.points) * touches.normals).sum(axis=1)
+    deviation = ((points - touches.points) * touches.normals).sum(axis=1)
+    known = known_columns(model)
+    observed = _observe(world, deviation - predicted, known.covariance)
+    found = locate_mismatch(observed, rigid=aligned, u_point=u_point)
+    scatter = found.scatter
+    values = evaluate_all(task, fit_features(task, points))
+    alone = (
+        scatter if scatter > LEAST_SCATTER or u_point is not None else 0.0
+    )  # of points that scatter less, none is seen
+    spread = observed.covariance + alone**2 * np.eye(len(points))
+    rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
+    row, gain = world.contacts.deepest(world.tool_errors)
+    size = np.linalg.norm(gain, axis=1)
+    normal = world.tool.in_workpiece(gain / size[:, None], row)
+    return MeasuredCut(
+        compared=_compare(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
+        mismatch=found.entries,
+        scatter=scatter,
+        observed=observed,
+        departure=(deviation - predicted) / size,
+        normal=normal,
+        in_machine=not aligned,
+        noise=np.hypot(scatter, np.linalg.norm(known.single, axis=1)) / size,
+        known=tuple(
+            (name, columns / size[:, None])
+            for name, columns in (*known.common, *_unknown(found.wave, observed))
+        ),
+        wave=found.wave,
+        off=deviation,
+        notes=(*notes, *more),
+    )
+
+
+def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[dict[str, OnSurface], Array]:
+    """Feet of the points on the nominal surfaces, and the points (n, 3) in the drawing frame."""
+    scenario = job.scenario
+    plan = gauge_plan(scenario.part, scenario.plan)
+    asked = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
+    elsewhere = scenario.inspection.pose if scenario.inspection.kind == OTHER else None
+    points = (elsewhere or job.pose).inverse().apply(given.points) if in_machine else given.points
+    placed = surfaces(scenario.part, feature_rows(asked, given), points)
+    check_points(asked, given, points, placed, in_machine)
+    return placed, points
+
+
+def _cut_there(
+    job: PreparedCut, placed: dict[str, OnSurface], points: Array, given: GivenPoints
+) -> tuple[PreparedCut, Array, list[str]]:
+    """The job with the measured points as its plan, and these points in its order, less those that no tool reaches."""
+    plan = _inspection_plan(job)
+    stylus = {step.feature: step.stylus for step in plan.steps}
+    steps, order, notes = [], [], []
+    for name, on in placed.items():
+        left = surface_at(job, on.foot, on.normal, exact=False).status == UNCUT
+        kept = np.flatnonzero(~left)
+        if left.any():
+            where = given.where[int(on.rows[np.flatnonzero(left)[0]])]
+            notes.append(
+                f"{name}: the program cuts nothing at {int(left.sum())} of its {len(left)} measured points (first: {where}); they are left out"
+            )
+        if len(kept):
+            first = next(iter(plan.styli))
+            steps.append(Step(name, stylus.get(name, first), on.foot[kept], on.normal[kept]))
+            order.append(on.rows[kept])
+    if not steps:
+        raise DataError(f"{given.where[0]}: the program cuts nothing at any of the measured points")
+    scenario = replace(job.scenario, plan=replace(plan, steps=tuple(steps)))
+    return replace(job, scenario=scenario), points[np.concatenate(order)], notes
+
+
+def _inspection_plan(job: PreparedCut) -> Plan:
+    scenario = job.scenario
+    if scenario.inspection.kind == IDEAL:
+        return gauge_plan(scenario.part, scenario.plan)
+    if scenario.plan is None:
+        raise UsageError(
+            "inspection on a machine needs a plan with styli; add [plan], or leave [inspection] out"
+        )
+    return scenario.plan
+
+
+@dataclass(frozen=True, eq=False)
+class KnownColumns:
+    """What is uncertain of n predicted points along their normals, mm per draw of unit variance.
+
+    common: (Input id, columns (n, r)) of what several points share; single (n, s): of what is drawn anew at every point.
+    """
+
+    common: tuple[tuple[str, Array], ...]
+    single: Array
+
+    @property
+    def covariance(self) -> Array:
+        """(n, n) mm^2."""
+        every = np.concatenate([*(c for _, c in self.common), np.zeros((len(self.single), 0))], axis=1)
+        return every @ every.T + np.diag((self.single**2).sum(axis=1))
+
+
+def known_columns(model: LinearModel) -> KnownColumns:
+    """Everything that is uncertain of the predicted points."""
+    n = len(model.points)
+    along = replace(model, operator=np.eye(n), q0=np.zeros(n))
+    common, single = [], [np.zeros((n, 0))]
+    for one in model.influences:
+        columns = _per_draw(along.term(one))
+        if _drawn_anew(columns):
+            single.append(columns)
+        elif columns.shape[1]:
+            common.append((one.input.id, columns))
+    return KnownColumns(tuple(common), np.concatenate(single, axis=1))
+
+
+def _drawn_anew(columns: Array) -> bool:
+    """Whether no two points (rows) share a draw: whatever its law says of copies, their covariance is diagonal. What acts on one
+    point alone is no scatter."""
+    shared = columns @ columns.T
+    own = np.diag(shared).copy()
+    np.fill_diagonal(shared, 0.0)
+    return bool(np.abs(shared).max(initial=0.0) <= ALONE * own.max(initial=0.0) and np.sum(own > 0.0) != 1)
+
+
+def _per_draw(term: Term) -> Array:
+    """Columns (n, r) with the covariance of a term."""
+    if isinstance(term.law, Law) and np.isfinite(term.law.u):
+        return np.asarray(term.gain * term.law.u)
+    value, vector = np.linalg.eigh(covariance([term]))
+    kept = value > 1e-12 * value.max(initial=0.0)
+    return np.asarray(vector[:, kept] * np.sqrt(value[kept]))
+
+
+def _unknown(wave: Wave | None, observed: ObservedPoints) -> list[tuple[str, Array]]:
+    """What has no name as one more covariance, so that no name takes its place: columns (n, 6) whose rms is that of the wave as
+    the points show it.
+    """
+    if wave is None:
+        return []
+    cov = observed.covariance + LEAST_SCATTER**2 * np.eye(len(observed.rest))
+    lower = np.linalg.cholesky(cov)
+    columns, rest = np.linalg.solve(lower, wave.columns), np.linalg.solve(lower, observed.rest)
+    shown = wave.columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]
+    size = np.sqrt(np.mean(shown**2) / np.mean(wave.columns**2))
+    return [(f"{UNKNOWN}wave of {wave.period:.4g} s", wave.columns * size)]
+
+
+def _observe(world: Cutting, rest: Array, known: Array) -> ObservedPoints:
+    """The points with the state of the machine when each was cut."""
+    row, _ = world.contacts.deepest(world.tool_errors)
+    run: Run = world.tool.run.take(row)
+    return ObservedPoints(
+        rest=rest,
+        covariance=known,
+        normals=world.contacts.normal,
+        place=run.vector("part_x_mm", "part_y_mm", "part_z_mm"),
+        feature=run.labels["feature"],
+        line=run.columns["line"].astype(np.intp),
+        run=run,
+    )
+
+
+def _compare(model: LinearModel, measured: Array, trials: Array) -> tuple[BesidePrediction, ...]:
+    """Each characteristic beside what measuring such a part would give. trials (m, n): departures of the points, mm.
+
+    The scatter of the points is in the trials, so that a form that grows with it is expected as large as it will be found.
+    """
+    drawn = model.values(model.q0 + trials @ model.operator.T)
+    mean, u = drawn.mean(axis=0), drawn.std(axis=0)
+    features = model.task.part.features
+    return tuple(
+        BesidePrediction(c.name, gps.unit(c), gps.nominal(c, features), float(value), float(m), float(s))
+        for c, value, m, s in zip(model.characteristics, measured, mean, u)
+    )

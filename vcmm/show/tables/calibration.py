@@ -1,0 +1,166 @@
+"""A calibration as tables: its errors, what is left of every recording, set-ups of a plan, figures of acceptance tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vcmm.core.error_names import words_of
+from vcmm.core.run import Array
+from vcmm.learn.calibration.acceptance import Figure
+from vcmm.learn.calibration.cross_validation import PredictedPositions
+from vcmm.learn.calibration.design import Proposal
+from vcmm.learn.calibration.readings import Readings
+from vcmm.learn.calibration.result import Calibration, rms
+from vcmm.learn.calibration.solve import ReadingNoise
+from vcmm.learn.calibration.verification import IndependentTest
+from vcmm.show.report.answers import K, signed
+from vcmm.show.tables.quantities import DASH, SIZE, fixed
+from vcmm.show.tables.table import Column, ResultTable, entry, listing
+
+COUNT_OR_NONE = fixed(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What is left of one recording: residual (m,) mm or rad, and the noise that the fit took it for."""
+
+    part: Readings
+    residual: Array
+    noise: ReadingNoise
+
+    @property
+    def unit(self) -> str:
+        return "rad" if self.part.recording.kind == "angle" else "mm"
+
+    @property
+    def scale(self) -> float:
+        """To um or urad."""
+        return 1e6 if self.unit == "rad" else 1e3
+
+    @property
+    def outliers(self) -> int:
+        return int(self.noise.outliers.sum())
+
+
+RESIDUALS: tuple[Column[Left], ...] = (
+    Column("recording", lambda row: row.part.recording.name, key="recording"),
+    entry("kind", lambda row: row.part.recording.kind),
+    Column("readings", lambda row: row.part.m, COUNT_OR_NONE, key="observations"),
+    Column("residual rms", lambda row: rms(row.residual), SIZE, page_head="residual rms / µm"),
+    entry("rms", lambda row: rms(row.residual) * row.scale),
+    entry("unit", lambda row: "urad" if row.unit == "rad" else "um"),
+    Column("noise u", lambda row: rms(row.part.u) * row.noise.u, SIZE, page_head="noise u / µm"),
+    entry("noise_ratio", lambda row: row.noise.scale),
+    entry("dof", lambda row: row.noise.dof if row.noise.dof < 1e6 else None),
+    Column("outliers", lambda row: row.outliers, COUNT_OR_NONE, key="outliers"),
+    entry("station_moved_mm", lambda row: dict(row.part.moved)),
+)
+FIGURES: tuple[Column[Figure], ...] = (
+    Column("figure", lambda row: row.name, key="name"),
+    Column("value", lambda row: row.value_um, fixed(3, "um"), key="value_um"),
+    Column("u", lambda row: row.u_um, fixed(3, "um"), key="u_um"),
+    Column("limit", lambda row: row.limit_um, fixed(3, "um"), key="limit_um"),
+    Column("probability to pass", lambda row: row.p_pass, fixed(3), key="p_pass"),
+)
+HELD_OUT: tuple[Column[PredictedPositions], ...] = (
+    Column("interpolation", lambda row: row.name, key="interpolation"),
+    Column("readings held out", lambda row: row.n, COUNT_OR_NONE, key="observations"),
+    Column("rms of lengths", lambda row: row.rms_um, fixed(3, "um"), key="rms_um"),
+    Column("rms of angles", lambda row: row.rms_urad, fixed(3, "urad"), key="rms_urad"),
+    Column("within the 95 % band", lambda row: row.inside, fixed(3), key="inside"),
+    Column("log score", lambda row: row.nats, fixed(2, "nats"), key="log_score_nats"),
+    Column("time", lambda row: row.seconds, fixed(1, "s"), key="seconds"),
+)
+TESTS: tuple[Column[IndependentTest], ...] = (
+    Column("test", lambda row: row.name, key="recording"),
+    Column("readings", lambda row: row.n, COUNT_OR_NONE, key="observations"),
+    Column("rms before", lambda row: row.before * row.scale, fixed(3), key="rms_before"),
+    Column("after", lambda row: row.after * row.scale, fixed(3), key="rms_after"),
+    Column("unit", lambda row: row.unit, key="unit"),
+    Column("gain", lambda row: row.gain, fixed(3), key="gain"),
+    Column("within the 95 % band", lambda row: row.inside, fixed(3), key="inside"),
+    Column("u of the band", lambda row: row.u * row.scale, fixed(3), key="u"),
+)
+PROPOSALS: tuple[Column[Proposal], ...] = (
+    entry("setups", lambda row: list(row.names)),
+    entry("minutes", lambda row: row.minutes),
+    entry("volume_um", lambda row: row.volume_um),
+    entry("identified", lambda row: list(row.identified.names)),
+    entry("not_identified", lambda row: row.identified.document()),
+    entry("condition", lambda row: row.identified.condition),
+)
+
+
+def errors(found: Calibration) -> ResultTable[Sequence[str]]:
+    """Size and u of every identified error."""
+    rows = []
+    for f in found.figures():
+        size = f"{f['value']:+.3f}" if "value" in f else f"{f['low']:+.3f} to {f['high']:+.3f}"
+        rows.append((str(f["error"]), f"{size} {f['unit']}", f"{f['u']:.2g} {f['unit']}"))
+    return listing("errors of the machine", ("error", "from ... to", "u (rms over the travel)"), rows)
+
+
+def errors_by_name(found: Calibration) -> ResultTable[Sequence[str]]:
+    """The same with the words of ISO 230-1: positioning of X, EXX."""
+    rows = [(words_of(name), name, size, u) for name, size, u in errors(found).rows]
+    heads = ("error", "name", "from ... to", "u (rms over the travel)")
+    return listing("Errors by name", heads, rows, words=(0, 1))
+
+
+def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
+    """A, R, E and M by axis, with U (k = 2); what the recordings do not tell is a dash."""
+    values = {f.name: f for f in figures}
+    axes = list(dict.fromkeys(name.split(" ")[1] for name in values if " " in name))
+
+    def cell(name: str) -> str:
+        f = values.get(name)
+        return DASH if f is None or f.value_um is None else signed(f.value_um, K * (f.u_um or 0.0), "µm")
+
+    kinds = (
+        ("A", "accuracy A"),
+        ("R", "repeatability R"),
+        ("E", "systematic deviation E"),
+        ("M", "mean deviation M"),
+    )
+    rows = [(axis, *(cell(f"{short} {axis}") for short, _ in kinds)) for axis in axes]
+    caption = "Bidirectional, over the whole travel, ± U with k = 2: what a test by ISO 230-2 of the calibrated machine would find."
+    return listing("Positioning (ISO 230-2)", ("axis", *(words for _, words in kinds)), rows, caption=caption)
+
+
+def residuals(found: Calibration) -> ResultTable[Left]:
+    """rms of what is left per recording, against its noise."""
+    post = found.posterior
+    rows = [Left(*one) for one in zip(found.readings, post.residual, post.noise)]
+    return ResultTable("Residuals", RESIDUALS, rows)
+
+
+def figures(iso: str, found: Sequence[Figure]) -> ResultTable[Figure]:
+    """Figures of an acceptance test, iso such as "230-2"."""
+    return ResultTable(f"ISO {iso}", FIGURES, found)
+
+
+def interpolations(found: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
+    """How each interpolation predicts readings that it was not given."""
+    return ResultTable("Positions held out", HELD_OUT, found)
+
+
+def independent_tests(found: Sequence[IndependentTest]) -> ResultTable[IndependentTest]:
+    """What the machine file predicts of recordings that it was not made from."""
+    return ResultTable("Independent tests", TESTS, found)
+
+
+def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]]:
+    """Choices of set-ups by what they are called."""
+    rows = [
+        (
+            what,
+            f"{p.minutes:g} min",
+            f"{p.volume_um:.2f} µm",
+            f"{len(p.identified.names)} errors",
+            ", ".join(p.names),
+        )
+        for what, p in choices
+    ]
+    heads = ("choice", "time", "u of the tip over the volume", "identified", "set-ups")
+    return listing("set-ups", heads, rows, words=(0, 4))

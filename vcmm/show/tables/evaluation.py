@@ -1,0 +1,210 @@
+"""Measured data evaluated, as tables: what was measured, the interval of the true value, the decision."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+from vcmm.answer.evaluation.jointly import JointJudgement
+from vcmm.answer.evaluation.truth import Additive
+from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
+from vcmm.show.tables.quantities import DEVIATION, LENGTH, SPAN, percent
+from vcmm.show.tables.table import Column, ResultTable, csv_text, entry, records
+from vcmm.show.tables.uncertainty import (
+    DECISION,
+    RESULTS,
+    decision_text,
+    from_nominal,
+    p_conform,
+    true_value_by_points,
+)
+
+
+def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:
+    """A column of the uncertainty document, of the result within."""
+
+    def cell(e: EvaluatedCharacteristic) -> Any:
+        return column.cell(e.result)
+
+    return replace(column, cell=cell)
+
+
+def _true_value(e: EvaluatedCharacteristic) -> dict[str, Any] | None:
+    """Of points every characteristic has one: their residuals say what a value alone does not."""
+    return true_value_by_points(e.result) if e.by_points else TRUE_VALUE.cell(e.result)
+
+
+TRUE_VALUE = next(c for c in RESULTS if c.key == "true_value")
+DOCUMENT: tuple[Column[EvaluatedCharacteristic], ...] = (
+    *(entry("true_value", _true_value) if c is TRUE_VALUE else _of_result(c) for c in RESULTS),
+    entry("measured_{unit}", lambda e: e.measured),
+)
+
+PART_COLUMNS: tuple[Column[EvaluatedCharacteristic], ...] = (
+    Column("characteristic", lambda e: e.result.name, csv="characteristic"),
+    Column("nominal", lambda e: e.result.nominal, LENGTH),
+    Column("measured", lambda e: e.measured, LENGTH),
+    Column("deviation", lambda e: e.measured - e.result.nominal, DEVIATION),
+    Column("bias", lambda e: e.result.bias, DEVIATION),
+    Column("true value from nominal", lambda e: from_nominal(e.result.interval, e.result), SPAN),
+    Column("tolerance", lambda e: from_nominal(e.result.tolerance, e.result), SPAN),
+    Column("decision", lambda e: decision_text(e.result), DECISION),
+    Column("p", lambda e: p_conform(e.result), percent(1)),
+)
+
+
+def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[EvaluatedCharacteristic], ...], str, str]:
+    """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
+    found = [e for p in parts for e in p.characteristics]
+    told = LEFT_IN * any(_bias_left_in(e) for e in found) + SPREAD * any(_spread_alone(e) for e in found)
+    if not any(_spread_alone(e) for e in found):
+        return PART_COLUMNS, "the {:.0%} interval of the true value", CAPTION + told
+    heads = {"true value from nominal": "interval from nominal"}
+    columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in PART_COLUMNS)
+    return columns, "its {:.0%} interval", CAPTION + told
+
+
+def _bias_left_in(e: EvaluatedCharacteristic) -> bool:
+    return e.result.bias_in_U > 0.0
+
+
+def _spread_alone(e: EvaluatedCharacteristic) -> bool:
+    """Whether the interval of an extreme value is how the indicated one scatters: no parts can be drawn (on a mesh)."""
+    return e.result.extreme and isinstance(e.result.truth, Additive)
+
+
+SPREAD = " Of a surface of a mesh the interval is how the indicated value scatters; nothing is known of the true one."
+LEFT_IN = " Where a known bias is not corrected (see the notes) the interval holds it too: U + |bias| about the indicated value."
+CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
+
+
+def part_table(part: EvaluatedPart) -> ResultTable[EvaluatedCharacteristic]:
+    """characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
+    first = part.characteristics[0].result
+    name = f'part "{part.part}": ' if part.part else ""
+    columns, interval, caption = _columns([part])
+    title = f"{name}measured, and {interval.format(first.p)}"
+    return ResultTable(title, columns, part.characteristics, caption)
+
+
+@dataclass(frozen=True)
+class OfPart:
+    """A row of several parts in one table: a characteristic, or the whole part."""
+
+    part: str
+    of: Any
+
+    @property
+    def unit(self) -> str:
+        return str(getattr(self.of, "unit", ""))
+
+
+def _of_part(column: Column[Any]) -> Column[OfPart]:
+    cell = column.cell
+    return replace(cast(Any, column), cell=lambda row: cell(row.of))
+
+
+def batch(parts: Sequence[EvaluatedPart]) -> ResultTable[OfPart]:
+    """Several parts in one table: part | characteristic | measured | deviation | ... ."""
+    rows = [OfPart(p.part, e) for p in parts for e in p.characteristics]
+    of_one, interval, caption = _columns(parts)
+    columns = (Column("part", lambda r: r.part), *(_of_part(c) for c in of_one if c.head != "nominal"))
+    title = f"{len(parts)} parts: measured, and {interval.format(rows[0].of.result.p)}"
+    return ResultTable(title, columns, rows, caption)
+
+
+def wholes(parts: Sequence[EvaluatedPart]) -> list[str]:
+    """All tolerances of every part together, in a sentence per decision."""
+    judged: dict[str, list[str]] = {}
+    for part in parts:
+        if part.joint is not None:
+            judged.setdefault(part.joint.decision, []).append(part.part)
+    return [
+        f"all tolerances together: {len(names)} of {len(parts)} parts: {decision} ({', '.join(names)})"
+        for decision, names in judged.items()
+    ]
+
+
+def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
+    """The body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
+    trials = parts[0].uncertainty.trials
+    if len(parts) == 1 and not parts[0].part:
+        return {
+            "trials": trials,
+            "characteristics": records(DOCUMENT, parts[0].characteristics),
+            **joint_json(parts[0].joint),
+        }
+    listed = [
+        {"part": p.part, "characteristics": records(DOCUMENT, p.characteristics), **joint_json(p.joint)}
+        for p in parts
+    ]
+    return {"trials": trials, "parts": listed}
+
+
+def joint_json(joint: JointJudgement | None) -> dict[str, Any]:
+    """The key `joint`: null with fewer than two tolerances."""
+    if joint is None:
+        return {"joint": None}
+    known = not joint.reason
+    return {
+        "joint": {
+            "characteristics": list(joint.names),
+            "p_conform_least": joint.least if known else None,
+            "p_conform_most": joint.most if known else None,
+            "p_independent": joint.independent if known else None,
+            "decision": joint.decision,
+            "reason": joint.reason or None,
+        }
+    }
+
+
+def joint_words(joint: JointJudgement | None) -> list[str]:
+    """The part as a whole in one sentence; none with fewer than two tolerances."""
+    if joint is None:
+        return []
+    if joint.reason:
+        return [f"all {len(joint.names)} tolerances together: {joint.decision}, {joint.reason}"]
+    least, most = f"{joint.least:.1%}", f"{joint.most:.1%}"
+    p = least if least == most else f"between {least} and {most}"
+    return [f"all {len(joint.names)} tolerances together: {joint.decision}, probability {p}"]
+
+
+def values_csv(parts: Sequence[EvaluatedPart]) -> str:
+    """One row per part and characteristic."""
+    rows = [(p.part, e) for p in parts for e in p.characteristics]
+    return csv_text(ResultTable("", FILE, rows))
+
+
+def _true_end(e: EvaluatedCharacteristic, end: int) -> str:
+    """An end of the interval of the true value, mm or rad; empty where the interval is of the indicated value."""
+    return "" if _spread_alone(e) else f"{e.result.interval[end]:.9f}"
+
+
+FILE: tuple[Column[Any], ...] = (
+    Column(None, lambda r: r[0], csv="part"),
+    Column(None, lambda r: r[1].result.name, csv="characteristic"),
+    Column(None, lambda r: r[1].unit, csv="unit"),
+    Column(None, lambda r: r[1].measured, csv="measured", file=lambda v, u: f"{v:.9f}"),
+    Column(None, lambda r: _true_end(r[1], 0), csv="true_low"),
+    Column(None, lambda r: _true_end(r[1], 1), csv="true_high"),
+    Column(None, lambda r: decision_text(r[1].result) or "", csv="decision"),
+    Column(None, lambda r: p_conform(r[1].result), csv="p_conform"),
+)
+
+
+def warnings_of_parts(parts: Sequence[EvaluatedPart]) -> list[str]:
+    """What all parts say once; before what only some say stand their names."""
+    return told_once([(p.part, p.warnings) for p in parts])
+
+
+def told_once(of_parts: Sequence[tuple[str, Iterable[str]]]) -> list[str]:
+    """Sentences by part, each one once: with the names of the parts that it is about, unless it is about all."""
+    said: dict[str, list[str]] = {}
+    for name, sentences in of_parts:
+        for text in dict.fromkeys(sentences):
+            said.setdefault(text, []).append(name)
+    return [
+        text if len(names) == len(of_parts) else "part " + ", ".join(f'"{n}"' for n in names) + f": {text}"
+        for text, names in said.items()
+    ]
