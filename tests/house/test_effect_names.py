@@ -28,7 +28,7 @@ CONTRACT = {
         "work_offset",
     ): "label of the rows: which work offset they were cut under; a word of `redraw`",
     ("shop.motion.toolpath", "work_offset"): "the same label",
-    ("files.own.placed", "work_offset"): "key of the table [cut] of a scenario",
+    ("files.own.placement_writer", "work_offset"): "key of the table [cut] of a scenario",
     ("files.foreign.iso230", "dead_path"): "beginning of a column name of recordings",
     ("task.instruments.tracker", "dead_path"): "the same word of [nuisance]",
     ("task.response.recording", "dead_path"): "word of the table [nuisance] of a recording",

@@ -7,6 +7,8 @@ longer needed fails, so the tables only hold what is true.
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -147,9 +149,9 @@ class Import:
 
 @cache
 def sources() -> dict[str, Path]:
-    """Module name without "vcmm." -> file; the package itself is ""."""
+    """Module name without "vcmm." -> file; the package itself is ""; `python -m vcmm` is a door, no layer."""
     found = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for path in sorted(set(PACKAGE.rglob("*.py")) - {PACKAGE / "__main__.py"}):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
         found[".".join(p for p in parts if p != "__init__")] = path
     return found
@@ -364,3 +366,12 @@ def test_modules_are_short():
     lengths = {m: len(p.read_text(encoding="utf-8").splitlines()) for m, p in sources().items()}
     long = [f"{m}: {n} lines" for m, n in lengths.items() if n > LONGEST_MODULE]
     assert not long, "\n".join(long)
+
+
+def test_the_package_runs_as_a_module():
+    """`python -m vcmm` where the scripts of an environment are not on the path."""
+    done = subprocess.run(
+        [sys.executable, "-m", "vcmm", "--version"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0
+    assert done.stdout.startswith("vcmm ")

@@ -224,3 +224,15 @@ def test_a_parameter_may_have_any_unit_that_can_be_read(monkeypatch):
     with pytest.raises(TableProblems) as caught:
         build_effect({"effect": "yielding", "give": "5 um/m"})
     assert "is not in um/(m/s^2) or another unit of that dimension" in str(caught.value.found[0][1])
+
+
+def test_a_declaration_that_nothing_reads_is_refused():
+    """A word that is misspelt, or of an older version, was passed over."""
+    with pytest.raises(UsageError, match=r"Own: nothing reads 'belongs_too'.*belongs_to"):
+        type("Own", (ScaleFactor,), {"belongs_too": "tool"})
+    own = type(
+        "Own",
+        (ScaleFactor,),
+        {"belongs_to": "tool", "_letters": "XY", "__annotations__": {"LEAST": "ClassVar[int]"}, "LEAST": 3},
+    )
+    assert own.belongs_to == "tool"

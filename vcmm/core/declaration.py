@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
@@ -180,6 +180,11 @@ def reported_name(kind: Any) -> str:
     return str(kind.diagnosis.family or kind.name)
 
 
+def _is_code(value: Any) -> bool:
+    """A method, a property, a class: anything with behaviour."""
+    return callable(value) or hasattr(value, "__get__")
+
+
 class EffectDeclarations:
     """Declarations of an effect, all with defaults.
 
@@ -209,12 +214,26 @@ class EffectDeclarations:
     on_cut_part: ClassVar[str] = ""
 
     def __init_subclass__(cls) -> None:
-        """Raises UsageError for a declaration beside `diagnosis` that belongs into it: nothing would read it."""
-        beside = [f.name for f in fields(ForDiagnosis) if f.name in vars(cls)]
+        """Raises UsageError for a declaration that nothing would read: one that belongs into `diagnosis`, or of an unknown name.
+
+        A constant that the effect uses itself starts with an underscore or is annotated ClassVar.
+        """
+        mine = vars(cls)
+        beside = [f.name for f in fields(ForDiagnosis) if f.name in mine]
         if beside:
             raise UsageError(
                 f"{cls.__name__}: {', '.join(beside)} belongs into diagnosis; write diagnosis = ForDiagnosis({beside[0]}=...)"
             )
+        declared = {
+            name for base in cls.__mro__[1:] for name in (*vars(base), *getattr(base, "__annotations__", ()))
+        }
+        own = mine.get("__annotations__", {})
+        for name, value in mine.items():
+            if not (name.startswith("_") or name in declared or name in own or _is_code(value)):
+                known = [n for n in declared if not n.startswith("_")]
+                raise UsageError(
+                    f"{cls.__name__}: nothing reads {name!r}.{choose_from(name, known)} A constant of its own is _{name}, or is annotated ClassVar"
+                )
 
     def known_range(self) -> tuple[KnownRange, ...]:
         """Where a tabulated effect is known; outside it refuses."""
