@@ -44,7 +44,7 @@ for line in result.characteristics[0].budget[:4]:
 result.budget.plot()
 
 # %% [markdown]
-# The lines are a sum of squares, and so is u: GUM 5.1.2. What is missing from 100 % is what inputs do only together.
+# The lines are a sum of squares, and so is u: GUM 5.1.2. What is missing from 100 % is interaction.
 
 # %%
 diameter = result.characteristics[0]

@@ -45,4 +45,4 @@ for cautious, typical in zip(result.characteristics, usual.characteristics):
         f"{cautious.name:20s} U {cautious.expanded * 1e3:.2f} (limit) {typical.expanded * 1e3:.2f} um (typical)"
     )
     assert typical.expanded < cautious.expanded
-result.characteristics[1].budget.plot(title="who owns the distance")
+result.characteristics[1].budget.plot(title="main contributors to the distance")

@@ -43,7 +43,7 @@ WHAT = (
 )
 CAUTION = (
     "Table 3's U is not stated to be an output of the model (the part was measured with a step gauge and a ring), and part, plan and places are "
-    "drawn. What the readings say holds for the drawn plan. Form: by the paper's recipe, coverage not shown."
+    "drawn. What the readings say holds for the drawn plan. Form: by the paper's recipe, coverage not demonstrated."
 )
 STEPS = (
     ("eq. 1: U = 0.2 um + 0.3 um/m", "`tracer.U_CONSTANT`, `tracer.U_LENGTH`, k = 2, plus for the garbled sign; the part with L as one wavelength per station and as noise of every length"),
@@ -186,7 +186,7 @@ def _caption(result: GaskaTwin) -> str:
     return (
         f"Draw {SHOWN}, read as {SHOWN_READING.words}: by mean U of the form it ranks {result.ranks[0]} of {result.draws}, by that of the distance {result.ranks[1]}. "
         f"Order of its places from the best: form {order(form)}, distance {order(distance)} (paper: 3 5 1 2 4 and 5 1 3 2 4 with ties). Ranges: central 95 % of the "
-        "machines; best in: share of the machines in which the place has the smallest U. Form: by the paper's recipe, coverage not shown."
+        "machines; best in: share of the machines in which the place has the smallest U. Form: by the paper's recipe, coverage not demonstrated."
     )
 
 
@@ -220,7 +220,11 @@ def twin_page(scenario: Scenario, result: GaskaTwin, first: Sequence[str] = ()) 
         r.table(["paper", "here"], [[cell.replace("`", "") for cell in row] for row in STEPS]),
     ]
     footer = f"vcmm {__version__}, seed {scenario.settings.seed}. Error = indicated - true."
-    title = "Measured virtually: how well" if first else "Gąska 2014, virtually measured"
+    title = (
+        "Virtual measurement report: one part, and a published one"
+        if first
+        else "Gąska 2014, virtually measured"
+    )
     return r.page(title, blocks, subtitle="" if first else scenario.machine.name, footer=footer)
 
 

@@ -80,7 +80,7 @@ def _folds(result: WornTwin) -> tb.ResultTable[diagnosis.FoldRow]:
     )
     columns = [replace(diagnosis.FOLDS[0], head="rows left out of the fit"), *diagnosis.FOLDS[1:]]
     rows = diagnosis.folds(result.diagnosis).rows
-    return tb.ResultTable("The prediction on rows never fitted", columns, rows, caption)
+    return tb.ResultTable("Cross-validation", columns, rows, caption)
 
 
 DEPARTS = tb.fixed(2, scale=1e3, signed=True)  # um

@@ -77,7 +77,7 @@ def test_it_runs_in_an_empty_environment(built: Path, tmp_path: Path) -> None:
         wheel,
     )
     done(programs / "vcmm", "demo", cwd=tmp_path)
-    assert json.loads((tmp_path / "vcmm-demo/demo.json").read_text())["rows"]
+    assert json.loads((tmp_path / "vcmm-demo/demo.json").read_text())["first"]["decision"] == "conforms"
     assert 700_000 < (tmp_path / "vcmm-demo/report.html").stat().st_size < 2_500_000
     done(programs / "vcmm", "new", "ring_gauge", cwd=tmp_path)
     done(programs / "vcmm", "check", "ring_gauge.toml", cwd=tmp_path)

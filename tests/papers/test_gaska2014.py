@@ -338,7 +338,7 @@ def test_command(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(twin.measuring, "evaluate", lambda task, settings, read: result)
     monkeypatch.setattr(twin, "HYSTERESIS", (0.5,))
     monkeypatch.setattr(twin, "matrix", drawn_results)
-    assert command(["demo", "--draws", "8", "--out", str(tmp_path), "--json"]) == 0
+    assert command(["demo", "--twin", "gaska2014", "--draws", "8", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [row["place"] for row in found["rows"]] == ["1", "2", "3", "4", "5"]
     assert len(found["readings"]) == 16

@@ -71,6 +71,17 @@ class Words:
 
 
 @dataclass(frozen=True)
+class Trade:
+    """What an operator calls it, and what makes its share of U smaller, each a few words; {where} is the place.
+
+    Where nothing is declared, the words of the parameter and the label of its `redraw` speak.
+    """
+
+    name: str = ""
+    change: str = ""
+
+
+@dataclass(frozen=True)
 class Prior:
     """How probable an effect is before anything was recorded, beside the equal share that every name has.
 
@@ -178,6 +189,7 @@ class EffectDeclarations:
     """Declarations of an effect, all with defaults.
 
     words          what an answer means at the machine, see Words
+    trade          what an operator calls it, and what makes its share of U smaller, see Trade
     diagnosis      what diagnosis alone asks, see ForDiagnosis
     belongs_to     one of OWNERS: who answers for it in a budget
     needs_cut      it shows in recordings of cut parts only
@@ -190,6 +202,7 @@ class EffectDeclarations:
     """
 
     words: ClassVar[Words | None] = None
+    trade: ClassVar[Trade | None] = None
     diagnosis: ClassVar[ForDiagnosis] = ForDiagnosis()
     belongs_to: ClassVar[str] = "machine"
     needs_cut: ClassVar[bool] = False

@@ -152,6 +152,15 @@ def _component_row(direction: str, axis: str) -> tuple[str, str, str, str]:
     return f"E{direction}{axis}", vdi.lower(), delta.lower(), _words(direction, axis)
 
 
+def words_of(name: str) -> str:
+    """EXX -> "positioning of X", C0Y -> "squareness of Y to X", X0C -> "location of C"; an unknown name as it is."""
+    if name in SQUARE:
+        return _square_row(name)[3]
+    if len(name) == 3 and name[0] == "E":
+        return _words(name[1], name[2])
+    return f"location of {name[2]}, {name[0]}" if len(name) == 3 and name[1] == "0" else name
+
+
 def _words(direction: str, axis: str) -> str:
     if direction == axis:
         return f"positioning of {axis}"

@@ -73,7 +73,7 @@ def test_an_extreme_value_gives_bounds():
     assert joint.most == pytest.approx(min(p), abs=0.005)
     hidden = [replace(found[0], decision=replace(found[0].decision, p_conform=None)), *found[1:]]
     told = judged_jointly(result.model, hidden, read, 1)
-    assert (told.decision, told.reason) == ("undecided", "coverage is not shown of size a")
+    assert (told.decision, told.reason) == ("undecided", "coverage is not demonstrated of size a")
     assert math.isnan(told.least)
     assert judged_jointly(result.model, found[:1], read[:1], 1) is None
 

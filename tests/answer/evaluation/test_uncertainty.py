@@ -130,7 +130,7 @@ def test_product_of_two_inputs_where_the_estimate_is_zero():
     model = build(job.task())
     assert len(model.products) == 1
     found = by_name(evaluate(job.task(), replace(QUICK, trials=200_000)))["length"]
-    assert found.tier == "collapsed Monte Carlo"
+    assert found.tier == "Monte Carlo (linear model)"
     assert found.u == pytest.approx(np.hypot(1.15e-3, 0.3e-3), rel=0.01)
     assert found.interaction_share == pytest.approx(0.3**2 / (1.15**2 + 0.3**2), abs=0.02)
 
@@ -369,7 +369,7 @@ def test_distance_of_almost_nothing_is_sampled():
     job = replace(base, part=Part({b.name: b for b in balls}, (apart,)), plan=plan)
     found = by_name(evaluate(job.task(), QUICK))["apart"]
     exact = by_name(evaluate(job.task(), replace(QUICK, trials=2000, engine="exact")))["apart"]
-    assert found.tier == "collapsed Monte Carlo"
+    assert found.tier == "Monte Carlo (linear model)"
     assert found.u == pytest.approx(exact.u, rel=0.06)
     assert found.u > 0.2e-3
     assert exact.interval[0] == 0.0
@@ -512,7 +512,7 @@ def test_curved_outputs_have_a_budget_and_claim_no_coverage():
     )
     result = evaluate(job.task(), QUICK)
     found = result.characteristics[0]
-    assert found.tier == "collapsed Monte Carlo"
+    assert found.tier == "Monte Carlo (linear model)"
     assert not found.coverage_shown
     assert found.budget[0].share == pytest.approx(1.0, abs=1e-9)
     assert any("grows with noise" in w for w in result.warnings)

@@ -61,7 +61,9 @@ def evaluated(folder: Path, strips: int, capsys: pytest.CaptureFixture[str]) -> 
     ]
     assert run(argv) == 0
     found = json.loads(capsys.readouterr().out)
-    return found["characteristics"][0]["value_mm"], [w for w in found["warnings"] if "mesh is coarse" in w]
+    return found["characteristics"][0]["value_mm"], [
+        w for w in found["warning_texts"] if "mesh is coarse" in w
+    ]
 
 
 def test_a_coarse_mesh_is_told_and_a_fine_one_is_not(

@@ -51,7 +51,7 @@ def test_dust_is_named_and_costs_the_claim(tmp_path: Path, capsys: pytest.Captur
     points[30, :2] *= 1 - 0.015 / 15
     text = outside.scenario(outside.BORE, form=True)
     found = evaluated(capsys, tmp_path, text, outside.rows(points))
-    (said,) = [w for w in found["warnings"] if "other points say" in w]
+    (said,) = [w for w in found["warning_texts"] if "other points say" in w]
     assert "p.csv:32:" in said
     assert "outside" in said
     size = float(said.split(" lies ")[1].split(" um")[0])
@@ -61,7 +61,7 @@ def test_dust_is_named_and_costs_the_claim(tmp_path: Path, capsys: pytest.Captur
         assert c["decision"] == "undecided"
         assert "line 32" in c["why_not_shown"]
     dealt_with = evaluated(capsys, tmp_path, text, outside.rows(np.delete(points, 30, axis=0)))
-    assert not [w for w in dealt_with["warnings"] if "other points say" in w]
+    assert not [w for w in dealt_with["warning_texts"] if "other points say" in w]
     assert by_name(dealt_with)["diameter"]["coverage_shown"]
 
 
@@ -84,7 +84,7 @@ def test_coarse_digits_lead_and_nothing_is_claimed(
     """Steps of 10 um beside a scatter of 1 um: u^2 of the digits 8.33 um^2 of 9.33, 89 %."""
     points = outside.bore(np.random.default_rng(6), 100)
     found = evaluated(capsys, tmp_path, outside.scenario(), outside.rows(points, digits=2))
-    assert [w for w in found["warnings"] if "largest line of its budget, 89% of u squared" in w]
+    assert [w for w in found["warning_texts"] if "largest line of its budget, 89% of u squared" in w]
     assert "coarser than the scatter" in found["characteristics"][0]["why_not_shown"]
     assert not found["characteristics"][0]["coverage_shown"]
 

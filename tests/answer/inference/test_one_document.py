@@ -46,4 +46,6 @@ def test_u_k_and_interval_belong_together_and_warnings_are_about_what_was_measur
         assert c["U_mm"] == pytest.approx((high - low) / 2)
         assert c["U_mm"] == pytest.approx(c["k"] * c["u_mm"])
     claimed = {c["name"] for c in found["characteristics"] if c["coverage_shown"]}
-    assert not [w for w in found["warnings"] for name in claimed if w.startswith(name) and "not shown" in w]
+    assert not [
+        w for w in found["warning_texts"] for name in claimed if w.startswith(name) and "not shown" in w
+    ]

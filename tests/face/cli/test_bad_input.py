@@ -237,7 +237,7 @@ def test_few_degrees_of_freedom_give_an_interval(tmp_path, capsys):
     size = found["characteristics"][0]
     assert size["u_mm"] is None
     assert size["interval_mm"][0] < size["value_mm"] < size["interval_mm"][1]
-    assert any("u_mm" in text or "infinite" in text for text in found["warnings"])
+    assert any("u_mm" in text or "infinite" in text for text in found["warning_texts"])
 
 
 @pytest.mark.parametrize("verb", ["measure", "uncertainty"])

@@ -14,7 +14,7 @@ from tests.plate import PLATE, edited
 from vcmm.face.cli import GROUPS, VERBS, run
 from vcmm.physics import ALL
 
-HEAD = {"schema", "version", "seed", "inputs", "warnings"}
+HEAD = {"schema", "version", "seed", "inputs", "warnings", "warning_texts"}
 LISTS = ("scenarios", "effects", "features", "strategies", "characteristics", "laws", "aliases", "units")
 
 
@@ -334,7 +334,8 @@ def test_numbers_that_are_not_finite_become_null_with_a_warning():
     found = frame("vcmm.test/1", {"a": {"u_mm": float("inf")}, "b": [1.0, float("nan")]}, warnings=["first"])
     assert found["a"]["u_mm"] is None
     assert found["b"] == [1.0, None]
-    assert found["warnings"] == ["first", "a.u_mm is inf", "b[1] is nan"]
+    assert found["warning_texts"] == ["first", "a.u_mm is inf", "b[1] is nan"]
+    assert [w["severity"] for w in found["warnings"]] == ["warning", "error", "error"]
 
 
 def test_record_of_inputs_names_every_file_once(tmp_path):
@@ -364,3 +365,23 @@ def test_a_reader_that_stops_early(tmp_path):
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert done.stdout.startswith("{")
     assert done.stderr == ""
+
+
+def test_undecided_by_exit_code(tmp_path, capsys):
+    """U of the diameter is 0.76 um: a reading 0.1 um inside its limit is undecided, which --require tells by exit code 1."""
+    from vcmm.files.own.library import example
+
+    plate = tmp_path / "plate.toml"
+    plate.write_bytes(example("plate").read_bytes())
+    values = tmp_path / "values.csv"
+    values.write_text("characteristic,value_mm\nbore diameter,30.0109\n")
+    words = ["evaluate", str(plate), "--values", str(values), "--trials", "1000", "--json"]
+    assert run(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [c["decision"] for c in found["characteristics"]] == ["undecided"]
+    assert run([*words, "--require", "conforms"]) == 1
+    assert json.loads(capsys.readouterr().out)["characteristics"] == found["characteristics"]
+    values.write_text("characteristic,value_mm\nbore diameter,30.004\n")
+    assert run([*words, "--require", "conforms"]) == 0
+    capsys.readouterr()
+    assert run(["uncertainty", str(plate), "--shard", "1/2", "--require", "conforms"]) == 2

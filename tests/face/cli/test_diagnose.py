@@ -101,7 +101,7 @@ def test_keys_of_the_document(folder, capsys):
     assert run(["diagnose", str(folder / "recording.toml"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     wanted = {
-        "schema", "version", "seed", "inputs", "warnings", "verdict", "answer", "unknown", "location", "mistake", "noise",
+        "schema", "version", "seed", "inputs", "warnings", "warning_texts", "verdict", "answer", "unknown", "location", "mistake", "noise",
         "fit", "not_testable", "invisible", "detectable", "next_measurement", "improved_machine", "failed", "verdict_reasons",
         "calibration_pulls", "searched", "stable", "second_opinion", "transfer",
     }  # fmt: skip

@@ -143,7 +143,7 @@ def test_a_shuffled_table_has_the_history_of_its_clock(tmp_path, capsys):
     assert first["answer"][0]["parameters"]["gap"]["value"] == pytest.approx(4.0, abs=0.5)
     for key in ("verdict", "answer", "fit", "failed", "next_measurement", "location"):
         assert first[key] == second[key], key
-    assert any("order of their clock" in w for w in second["warnings"])
+    assert any("order of their clock" in w for w in second["warning_texts"])
     assert run(["calibrate", str(tmp_path / "b" / "recording.toml")]) == 2  # who does not tell refuses
 
 

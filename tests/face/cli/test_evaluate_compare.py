@@ -81,7 +81,7 @@ def test_the_measurement_and_the_cut_are_one_model(tmp_path, capsys):
     assert true["measured_mm"] == pytest.approx(100.0 - 0.040, abs=0.012)
     assert true["U_mm"] > 0
     assert plain["characteristics"] == []
-    assert any("no measuring machine is stated" in w for w in plain["warnings"])
+    assert any("no measuring machine is stated" in w for w in plain["warning_texts"])
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,8 @@ from tests.shop.machining import shop
 from vcmm.face.cli import run as command
 from vcmm.face.workbench.bench import Bench
 from vcmm.files.own.library import example
+from vcmm.show.report.answers import answer_of, in_one_line
+from vcmm.show.report.text import micro
 
 pytestmark = pytest.mark.usefixtures("few_parts")
 TRIALS = 1000
@@ -87,6 +89,36 @@ def in_um(c: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def answers(page: str) -> list[dict[str, Any]]:
+    """The lines at the head of a page: their data, and their words under "words"."""
+    found = re.findall(r'<li data-answer="([^"]*)">(.*?)</li>', page, re.S)
+    plain = lambda html: " ".join(entities.unescape(re.sub(r"<[^>]+>", " ", html)).split())  # noqa: E731
+    return [json.loads(entities.unescape(data)) | {"words": plain(html)} for data, html in found]
+
+
+def check_answers(page: str, shown: str, characteristics: list[dict[str, Any]]) -> None:
+    """The first lines of page and terminal: value, U (two digits), decision, probability and contributor of the document."""
+    lines = {a["name"]: a for a in answers(page) if a["name"] in {c["name"] for c in characteristics}}
+    assert len(lines) == len(characteristics)
+    for c in characteristics:
+        line = lines[c["name"]]
+        for key in ("value_mm", "U_mm", "k", "interval_mm", "tolerance_mm", "decision", "p_conform"):
+            assert line[key] == c[key], (c["name"], key)
+        seen = 1e3 * c["u_mm"] >= 5e-4  # of half a nanometre nobody is the owner
+        known = [b for b in c["budget"] if seen and b["share"] > 0.005]
+        assert line["contributor"] == (max(known, key=lambda b: b["u_mm"])["input"] if known else None)
+        half = 1e3 * c["U_mm"]
+        two = f"{half:.{max(0, 1 - int(f'{half:.1e}'.split('e')[1]))}f} µm" if half >= 5e-4 else "0.000 µm"
+        (spoken,) = (s for s in shown.splitlines() if s.startswith(f"{c['name']}: "))
+        value = numbers(spoken.split(": ", 1)[1])[0]
+        scale = 1e3 if c["nominal_mm"] == 0 else 1.0
+        for words in (line["words"], spoken):
+            assert two in words
+            assert value.replace("-", "−") in words or value in words
+            assert c["decision"] is None or c["decision"] in words
+        assert same(value, scale * c["value_mm"])
+
+
 def check_pictures(page: str, characteristics: list[dict[str, Any]]) -> None:
     """Decision, distribution and budget of every characteristic, in the order of the document."""
     decided = [c for c in characteristics if c["decision"]]
@@ -120,7 +152,9 @@ def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     found = document([*words, "--out", str(tmp_path / "out")], capsys)["characteristics"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     check_pictures(page, found)
-    shown = terminal(words, capsys).splitlines()
+    said = terminal(words, capsys)
+    check_answers(page, said, found)
+    shown = said.splitlines()
     exported = list(csv.DictReader((tmp_path / "out" / "budget.csv").open(encoding="utf-8")))
     result = vcmm.uncertainty(file, trials=TRIALS)
     table = {r["characteristic"]: r for r in rows(page, "characteristic", "y", "U")}
@@ -150,7 +184,7 @@ def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         assert (own.value, own.expanded, own.interval, own.decision.text) == (  # type: ignore[union-attr]
             c["value_mm"], c["U_mm"], tuple(c["interval_mm"]), c["decision"],
         )  # fmt: skip
-        assert f"± {one['U']:.2f} µm" in repr(own)
+        assert repr(own) == f"<{c['name']}: {in_one_line(answer_of(own))}>"
     scenario = vcmm.load_scenario(file)
     bench = Bench(scenario.with_(settings=scenario.settings.asked(trials=TRIALS)))
     assert bench.settle({})["characteristics"] == json.loads(json.dumps(found))
@@ -164,7 +198,9 @@ def test_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = document([*words, "--out", str(tmp_path / "out")], capsys)["characteristics"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     check_pictures(page, found)
-    shown = terminal(words, capsys).splitlines()
+    said = terminal(words, capsys)
+    check_answers(page, said, found)
+    shown = said.splitlines()
     table = {r["characteristic"]: r for r in rows(page, "characteristic", "deviation", "known errors")}
     assert len(table) == len(found) == 2
     for c in found:
@@ -204,7 +240,10 @@ def test_evaluate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["evaluate", str(file), "--values", str(values), "--trials", str(TRIALS)]
     found = document([*words, "--out", str(tmp_path / "out")], capsys)["characteristics"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    shown = terminal(words, capsys).splitlines()
+    said = terminal(words, capsys)
+    check_answers(page, said, found)
+    check_answers((tmp_path / "out" / "sheet.html").read_text(encoding="utf-8"), said, found)
+    shown = said.splitlines()
     exported = {
         r["characteristic"]: r
         for r in csv.DictReader((tmp_path / "out" / "values.csv").open(encoding="utf-8"))
@@ -238,7 +277,7 @@ def test_diagnose(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for a in (a for a in named if "gap" in a["parameters"]):
         gap = a["parameters"]["gap"]["value"]
         assert f"{gap:.2f} um" in a["text"]
-        assert a["text"].split(";")[0] in " ".join(shown.split())
+        assert micro(a["text"].split(";")[0]) in micro(" ".join(shown.split()))
         assert f"{gap:.2f}" in entities.unescape(page)
     (bars,) = (c for c in charts(page, "bars") if c["unit"] == "%")
     # the largest share of the excess is that of the answer, in percent

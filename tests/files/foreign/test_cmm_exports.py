@@ -170,7 +170,7 @@ def test_evaluate_takes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert run(["evaluate", str(scenario), "--values", str(path), "--trials", "2000", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [p["characteristics"][0]["measured_mm"] for p in found["parts"]] == [30.010, 30.012]
-    assert any("left out: top" in w for w in found["warnings"])
+    assert any("left out: top" in w for w in found["warning_texts"])
 
 
 @pytest.mark.parametrize(

@@ -113,4 +113,4 @@ def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert run(["convert", str(path), "--out", str(tmp_path / "out"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["kind"], found["counts"]) == ("list of points", {"points": 1})
-    assert any("states no unit" in w for w in found["warnings"])
+    assert any("states no unit" in w for w in found["warning_texts"])

@@ -21,7 +21,12 @@ def test_frame(tmp_path, capsys):
     digest = hashlib.sha256(b"x = 1\n").hexdigest()
     assert content == {
         "schema": "vcmm.x/1", "version": __version__, "seed": 3, "inputs": [{"file": str(file), "sha256": digest}],
-        "warnings": ["w", "u[1] is nan", "deep.v is inf"], "u": [1.0, None], "deep": {"v": None},
+        "warnings": [
+            {"severity": "warning", "where": "", "text": "w", "cure": ""},
+            {"severity": "error", "where": "", "text": "u[1] is nan", "cure": ""},
+            {"severity": "error", "where": "", "text": "deep.v is inf", "cure": ""},
+        ],
+        "warning_texts": ["w", "u[1] is nan", "deep.v is inf"], "u": [1.0, None], "deep": {"v": None},
     }  # fmt: skip
     print_json(content)
     assert json.loads(capsys.readouterr().out) == json.loads(json_text(content)) == content

@@ -18,8 +18,8 @@ def test_departures_and_shifts():
     one = SimpleNamespace(name="p.nc", machine="mill", shifts={"G54": np.array([1e-3, -2.5e-3, 0.0])})
     table = compensation.departures(one, [("as programmed", DEPARTURE)])
     assert table.title == "p.nc on mill: departure of the cut path from the programmed one"
-    assert in_terminal(table).rows == [["as programmed", "12.34 um", "5.00 um", "17"]]
-    assert in_terminal(compensation.shifts(one)).rows == [["G54", "+1.0 um", "-2.5 um", "+0.0 um"]]
+    assert in_terminal(table).rows == [["as programmed", "12.34 µm", "5.00 µm", "17"]]
+    assert in_terminal(compensation.shifts(one)).rows == [["G54", "+1.0 µm", "-2.5 µm", "+0.0 µm"]]
     assert compensation.departure_json(DEPARTURE) == {"max_um": 12.34, "rms_um": 5.0, "line": 17}
     assert compensation.shifts_json(one) == {"G54": [1e-3, -2.5e-3, 0.0]}
 

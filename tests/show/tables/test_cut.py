@@ -47,23 +47,23 @@ def test_owners_and_batch():
         "u scatters",
     ]
     assert on_page(owners).rows == [["bore", "0.200", "75%", "25%", "0%", "0.150", "0.0500"]]
-    assert in_terminal(tables.batch(found())).rows == [["bore", "0.15 um", "0.05 um"]]
+    assert in_terminal(tables.batch(found())).rows == [["bore", "0.15 µm", "0.05 µm"]]
 
 
 def test_the_finished_part():
     row = in_terminal(tables.finished_part(found())).rows[0]
     assert (row[1], row[3], row[4], row[5], row[-1]) == (
         "30.00000 mm",
-        "+0.02 um",
-        "0.40 um",
-        "[-0.30, +0.50] um",
+        "+0.02 µm",
+        "0.40 µm",
+        "[-0.30, +0.50] µm",
         "–",
     )
     assert in_terminal(tables.largest_contributions(found())).rows[0] == [
         "bore",
         "scatter.value",
         "touch",
-        "0.15 um",
+        "0.15 µm",
         "90.0 %",
     ]
 
@@ -72,7 +72,7 @@ def test_what_the_own_machine_reads_stands_beside_it():
     c = found()
     c.own_reading = SimpleNamespace(characteristics=(replace(c.characteristics[0], value=30.00005),))
     table = in_terminal(tables.finished_part(c))
-    assert dict(zip(table.heads, table.rows[0]))["own reading"] == "+0.05 um"
+    assert dict(zip(table.heads, table.rows[0]))["own reading"] == "+0.05 µm"
     assert tables.cut_json(c)["characteristics"][0]["own_reading_mm"] == pytest.approx(5e-5)
 
 
@@ -99,7 +99,7 @@ def test_owners_whose_shares_exceed_the_whole_say_what_is_done_together():
     given.characteristics = (result(interaction_share=-0.358),)
     given.shares = {"bore": {"machine": 1.358, "tool": 0.0, "setup": 0.0}}
     owners = tables.owners(given)
-    assert in_terminal(owners).heads[-1] == "together"
+    assert in_terminal(owners).heads[-1] == "interaction"
     assert in_terminal(owners).rows == [["bore", "135.8 %", "0.0 %", "0.0 %", "-35.8 %"]]
     assert "-36%" in on_page(owners).rows[0]
     assert "100 % less the others" in owners.page_caption

@@ -24,7 +24,7 @@ def test_answers_and_candidates_stand_apart():
     )
     first, second = diagnosis.answers(d)
     assert in_terminal(first).rows == [
-        ["backlash", "Y", "gap = 1.50 um (95 %: 1.12 to 1.87)", "0.976", "77%", "80%", "–"]
+        ["backlash", "Y", "gap = 1.50 µm (95 %: 1.12 to 1.87)", "0.976", "77%", "80%", "–"]
     ]
     assert in_terminal(second).rows[0][1::5] == ["–", "a, b"]
     assert on_page(first).heads[0] == "effect"
@@ -32,7 +32,7 @@ def test_answers_and_candidates_stand_apart():
 
 
 def test_folds():
-    """1.5 um before, 0.5 um after; nats of the rows left out."""
+    """1.5 µm before, 0.5 µm after; nats of the rows left out."""
     held = SimpleNamespace(
         fold="pose 2", rms_before=1.5e-3, rms_after=5e-4, effect_energy_left=math.nan, gain=12.34
     )
@@ -41,9 +41,9 @@ def test_folds():
         fit=SimpleNamespace(before=2e-3, after=1e-3, noise=9e-4, held_out=(held,), candidates=5e-4),
     )
     assert in_terminal(diagnosis.folds(d)).rows == [
-        ["all rows, fitted", "2 um", "1 um", "noise 0.9 um", "–"],
-        ["with candidates too", "2 um", "0.5 um", "noise 0.9 um", "–"],
-        ["pose 2", "1.5 um", "0.5 um", "–", "+12.3 nats"],
+        ["all rows, fitted", "2 µm", "1 µm", "noise 0.9 µm", "–"],
+        ["with candidates too", "2 µm", "0.5 µm", "noise 0.9 µm", "–"],
+        ["pose 2", "1.5 µm", "0.5 µm", "–", "+12.3 nats"],
     ]
 
 
@@ -56,4 +56,4 @@ def test_next_steps_places_and_what_is_seen():
     )
     assert in_terminal(diagnosis.next_steps(d)).rows == [["a, b", "turn it", "–", "4.2"]]
     assert in_terminal(diagnosis.places(d)).rows == [["X", "z", "0.012", "low end"]]
-    assert in_terminal(diagnosis.detectable_table(d)).rows == [["lag", "–", "2 urad"]]
+    assert in_terminal(diagnosis.detectable_table(d)).rows == [["lag", "–", "2 µrad"]]

@@ -25,20 +25,20 @@ def mapped():
 
 
 def test_maxima(mapped):
-    """10e-6 x 1000 mm = 10 um at both ends, nothing in the middle: 20/3 um on average."""
+    """10e-6 x 1000 mm = 10 µm at both ends, nothing in the middle: 20/3 µm on average."""
     rows = in_terminal(maxima(*mapped)).rows
-    assert rows[0][:2] == ["largest tip error", "10.000 um"]
+    assert rows[0][:2] == ["largest tip error", "10.000 µm"]
     assert "X -1000 mm" in rows[0][2]
-    assert rows[1] == ["mean tip error", "6.667 um", "27 points"]
-    assert rows[2][1] == "10.000 0.000 0.000 um"
+    assert rows[1] == ["mean tip error", "6.667 µm", "27 points"]
+    assert rows[2][1] == "10.000 0.000 0.000 µm"
     assert [r[0] for r in rows[3:]] == ["body diagonal"] * 4
     assert [r[1] for r in in_terminal(summary(mapped[1])).rows][:3] == ["10.000 µm", "6.667 µm", "10.000 µm"]
 
 
 def test_diagonals(mapped):
-    """Along a diagonal of the cube a third of the square of the length lies in X: 20 um / sqrt(3) = 11.547 um."""
+    """Along a diagonal of the cube a third of the square of the length lies in X: 20 µm / sqrt(3) = 11.547 µm."""
     table = diagonals(mapped[1])
-    assert {row[2].lstrip("+-") for row in in_terminal(table).rows} == {"11.547 um"}
+    assert {row[2].lstrip("+-") for row in in_terminal(table).rows} == {"11.547 µm"}
     body = field_json(mapped[1])["summary"]["body_diagonals_mm"]
     assert [set(d) for d in body] == [{"from", "to", "length_error"}] * 4
     assert abs(body[0]["length_error"]) == pytest.approx(20e-3 / np.sqrt(3), rel=1e-9)

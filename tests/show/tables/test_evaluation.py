@@ -38,7 +38,7 @@ def test_parts_as_wholes_are_counted_by_their_decision() -> None:
 def test_a_bias_that_is_left_in_stands_in_the_interval_of_the_true_value(
     tmp_path: Path, known_bias: str
 ) -> None:
-    """A steel ring of 50 mm at 22 degC reads 11.5e-6 * 2 * 50 mm = 1.15 um too large."""
+    """A steel ring of 50 mm at 22 degC reads 11.5e-6 * 2 * 50 mm = 1.15 µm too large."""
     text = (
         example("ring_gauge").read_text(encoding="utf-8").replace('part = "20.0 degC"', 'part = "22.0 degC"')
     )
@@ -53,7 +53,7 @@ def test_a_bias_that_is_left_in_stands_in_the_interval_of_the_true_value(
     assert table.title.endswith("the 95% interval of the true value")
     assert several.title.endswith("the 95% interval of the true value")
     if known_bias == "reported":
-        # about what is indicated, and by 1.15 um further on both sides: it holds 50.0012 mm - 1.15 um
+        # about what is indicated, and by 1.15 µm further on both sides: it holds 50.0012 mm - 1.15 µm
         assert float(row[4]) + float(row[5]) == pytest.approx(2 * 50.0012, abs=1e-4)
         assert float(row[4]) < 50.0012 - 1.15e-3 < float(row[5])
         assert "U + |bias| about the indicated value" in table.caption

@@ -19,7 +19,7 @@ ONE = SimpleNamespace(
 
 
 def test_one_measurement():
-    assert in_terminal(values(ONE)).rows == [["bore", "size", "30.00000 mm", "30.00012 mm", "+0.12 um"]]
+    assert in_terminal(values(ONE)).rows == [["bore", "size", "30.00000 mm", "30.00012 mm", "+0.12 µm"]]
     assert measure_json(ONE) == {
         "characteristics": [{"name": "bore", "type": "size", "nominal_mm": 30.0, "value_mm": 30.00012}],
         "points": [

@@ -19,13 +19,13 @@ def at(value, x=0.0, deviations=()):
 def outcome(present):
     goal = SimpleNamespace(mixture={"U": 1}, weights={"bore": 1.0})
     return SimpleNamespace(
-        objective=SimpleNamespace(goal=goal, unit="mm"), best=at(0.8e-3, 10.5), present=present,
+        confirmation=None, objective=SimpleNamespace(goal=goal, unit="mm"), best=at(0.8e-3, 10.5), present=present,
         median=at(1.1e-3), worst=at(2e-3), region=SimpleNamespace(convenient=np.zeros(6), convenient_value=0.81e-3),
     )  # fmt: skip
 
 
 def test_poses_against_the_present_one():
-    """0.8 against 1.0 um: 20 % less; the worst doubles it."""
+    """0.8 against 1.0 µm: 20 % less; the worst doubles it."""
     table = placement.compared_poses(outcome(at(1e-3)))
     rows = in_terminal(table).rows
     assert [r[0] for r in rows] == [
@@ -35,7 +35,7 @@ def test_poses_against_the_present_one():
         "median of the scan",
         "worst of the scan",
     ]
-    assert rows[0][1:] == ["10.5 0 0", "0 0 90", "0.8 um", "-20.00%"]
+    assert rows[0][1:] == ["10.5 0 0", "0 0 90", "0.8 µm", "-20.00%"]
     assert rows[-1][-1] == "+100.00%"
     assert on_page(table).heads == [
         "pose",
@@ -63,13 +63,13 @@ def test_a_cut_part():
     assert in_terminal(poses).rows[0] == ["found", "5 0 0", "0.25", "-50.0%"]
     assert on_page(poses).rows[0] == ["found", "5 0 0", "0.2500"]
     gains = placement.gains(one)
-    assert in_terminal(gains).rows == [["bore", "-2.00 um", "+1.00 um", "–", "90.0 %"]]
+    assert in_terminal(gains).rows == [["bore", "-2.00 µm", "+1.00 µm", "–", "90.0 %"]]
     assert records(gains.columns, gains.rows) == [{"name": "bore", "p_present": None, "p_best": 0.9}]
 
 
 def test_a_choice_of_machines():
     found = {
-        m: {"name": m.upper(), "words": ["10.5 0 0", f"{v} um"], "value": v}
+        m: {"name": m.upper(), "words": ["10.5 0 0", f"{v} µm"], "value": v}
         for m, v in (("c", None), ("b", 1.2e-3), ("a", 0.8e-3))
     }
     table = placement.ranking(["a", "b"], found)

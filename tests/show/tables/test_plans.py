@@ -19,8 +19,8 @@ def test_curve():
     table = curve(scenario, found)
     assert in_terminal(table).heads == ["", "minutes", "points", "U bore", "U lean"]
     assert in_terminal(table).rows == [
-        ["present", "1.50", "bore 4", "1.00 um", "2.00 urad"],
-        ["chosen", "2.50", "bore 8", "0.50 um", "1.00 urad"],
+        ["present", "1.50", "bore 4", "1.00 µm", "2.00 µrad"],
+        ["chosen", "2.50", "bore 8", "0.50 µm", "1.00 µrad"],
     ]
     assert on_page(table).rows[1][3:] == ["0.500", "1.00 µrad"]
     assert table.caption == "styli: bore down"

@@ -19,9 +19,9 @@ def test_lengths_and_angles():
 
 
 def test_small_differences():
-    assert q.deviation_text(-1.234e-3, "mm") == "-1.23 um"
-    assert q.deviation_text(2.5e-6, "rad") == "+2.50 urad"
-    assert q.deviation_text(2.5e-6, "rad", signed=False) == "2.50 urad"
+    assert q.deviation_text(-1.234e-3, "mm") == "-1.23 µm"
+    assert q.deviation_text(2.5e-6, "rad") == "+2.50 µrad"
+    assert q.deviation_text(2.5e-6, "rad", signed=False) == "2.50 µrad"
     assert q.small(1.2345e-3, "mm") == "1.23"
     assert q.small(-2.5e-6, "rad") == "−2.50 µrad"
     assert q.small(9e-10, "mm") == "0"  # 0.9 pm is rounding
@@ -30,15 +30,15 @@ def test_small_differences():
 
 def test_very_small_differences():
     assert q.FINE.terminal(1.26e-7, "mm") == "0.13 nm"
-    assert q.FINE.terminal(1.26e-9, "rad") == "0.0013 urad"
+    assert q.FINE.terminal(1.26e-9, "rad") == "0.0013 µrad"
     assert q.FINE.page is not None
     assert q.FINE.page(1.26e-7, "mm") == "0.13 nm"
     assert q.FINE.page(NAN, "mm") == q.FINE.terminal(NAN, "mm") == "not checked"
 
 
 def test_intervals():
-    assert q.span_text([-1.2e-4, 3.1e-4], "mm") == "[-0.12, +0.31] um"
-    assert q.span_text([-6e-17, math.inf], "mm") == "[+0.00, +inf] um"  # a nominal of 6e-17 mm is none
+    assert q.span_text([-1.2e-4, 3.1e-4], "mm") == "[-0.12, +0.31] µm"
+    assert q.span_text([-6e-17, math.inf], "mm") == "[+0.00, +inf] µm"  # a nominal of 6e-17 mm is none
     assert q.span([-1.2e-4, 3.1e-4], "mm") == "−0.120 … 0.310"
     assert q.span(None, "mm") == "–"
 
@@ -48,7 +48,7 @@ def test_intervals():
     [
         (q.SHARE, 0.2473, "24.7 %", "24.7%"),
         (q.SHARE, None, "–", "–"),
-        (q.fixed(2, "um", 1e3, signed=True), 1.2345e-3, "+1.23 um", "+1.23 µm"),
+        (q.fixed(2, "um", 1e3, signed=True), 1.2345e-3, "+1.23 µm", "+1.23 µm"),
         (q.fixed(1), -0.25, "-0.2", "-0.2"),  # halves go to the even digit
         (q.fixed(3), NAN, "–", "–"),
     ],

@@ -10,7 +10,7 @@ from vcmm.show.tables.stated import kind_of_interval, meaning_of_U
 
 
 def test_every_kind_of_U_is_said():
-    """[0, 1.78] um beside U = 1.28 um is no symmetric interval, and 1.28 not half of it."""
+    """[0, 1.78] µm beside U = 1.28 µm is no symmetric interval, and 1.28 not half of it."""
     plain = result(name="bore")
     biased = result(name="length", truth=Additive(Linear(0.0, ()), 0.0, left=-1e-3))
     form = result(

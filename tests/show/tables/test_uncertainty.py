@@ -24,7 +24,7 @@ REST = replace(LINE, input="part.alpha", dof=math.inf, sensitivity=None, u=1e-9,
 
 
 def result(**changes):
-    """30.0001 mm with U = 0.4 um, u = 0.2 um."""
+    """30.0001 mm with U = 0.4 µm, u = 0.2 µm."""
     given = {
         "name": "bore", "type": "size", "unit": "mm", "nominal": 30.0, "value": 30.0001, "mean": 30.0001, "bias": 2e-5, "corrected": True,
         "u": 2e-4, "k": 2.0, "p": 0.95, "interval": (29.9997, 30.0005), "interval_kind": "symmetric", "coverage_shown": False,
@@ -42,7 +42,7 @@ def test_results_in_the_terminal_and_on_the_page():
     table = uncertainty.results(found(result()))
     terminal, page = in_terminal(table), on_page(table)
     assert terminal.rows == [
-        ["bore", "30.00000 mm", "30.00010 mm", "+0.02 um", "0.40 um", "2.00", "[-0.30, +0.50] um", "–"]
+        ["bore", "30.00000 mm", "30.00010 mm", "+0.02 µm", "0.40 µm", "2.00", "[-0.30, +0.50] µm", "–"]
     ]
     assert page.rows == [
         ["bore", "30.00000", "30.00010", "0.0200", "0.400", "−0.300 … 0.500", "−10.0 … 10.0", "–"]
@@ -91,7 +91,7 @@ def test_angles_have_keys_of_their_own():
 
 def test_budget_lines_that_are_rounding_are_left_away():
     (row,) = in_terminal(uncertainty.largest([result()])).rows
-    assert row == ["bore", "scatter.value", "t", "touch", "0.15 um", "90.0 %"]
+    assert row == ["bore", "scatter.value", "t", "touch", "0.15 µm", "90.0 %"]
 
 
 def test_the_budget_file_ends_with_the_combined_row():
@@ -112,7 +112,7 @@ def test_how_it_was_computed():
         ["bore", "closed form", "–", "0.13 nm"],
         ["bore", "closed form", "20,000", "not checked"],
     ]
-    assert [row[-1] for row in on_page(table).rows] == [Cell("not shown", kind="warning"), "yes"]
+    assert [row[-1] for row in on_page(table).rows] == [Cell("not demonstrated", kind="warning"), "yes"]
 
 
 def test_the_largest_lines_come_first_and_stay_where_U_has_no_end():

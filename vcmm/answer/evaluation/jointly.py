@@ -52,7 +52,7 @@ def judged_jointly(
     names = tuple(c.name for c, _ in toleranced)
     hidden = [c.name for c, _ in toleranced if c.decision is not None and c.decision.p_conform is None]
     if hidden:
-        reason = f"coverage is not shown of {', '.join(hidden)}"
+        reason = f"coverage is not demonstrated of {', '.join(hidden)}"
         return JointJudgement(names, math.nan, math.nan, math.nan, UNDECIDED, reason)
     alone = [float(c.decision.p_conform or 0.0) for c, _ in toleranced if c.decision is not None]
     together = [pair for pair in toleranced if isinstance(pair[0].truth, Additive)]

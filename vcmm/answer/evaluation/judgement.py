@@ -19,7 +19,7 @@ def limits_of(c: CharacteristicResult) -> Limits | None:
 
 
 def zone_of(c: CharacteristicResult) -> str | None:
-    """Zone of ISO 14253-1 by the ends of the coverage interval; None where its coverage is not shown."""
+    """Zone of ISO 14253-1 by the ends of the coverage interval; None where its coverage is not demonstrated."""
     limits = limits_of(c)
     if limits is None or not c.coverage_shown:
         return None

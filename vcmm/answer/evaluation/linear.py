@@ -139,7 +139,7 @@ class LinearModel:
         return np.asarray(np.einsum("nik,ni->nk", influence.response, self.task.touches.run.normal))
 
     def term(self, influence: Influence, keep: bool = False) -> Term:
-        """The Input as a term of the collapsed Monte Carlo: gain (K, L), one lane per element and copy.
+        """The Input as a term of the Monte Carlo (linear model): gain (K, L), one lane per element and copy.
 
         Lanes that act on nothing are dropped unless `keep` (their draws may act through a product).
         """

@@ -9,7 +9,6 @@ from typing import Any, Protocol, TypeVar
 from vcmm.core.errors import choose_from
 
 SHOWN = 4  # characteristics of a line; of more the number of the rest is said
-SMALL = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
 
 def value_text(value: float, unit: str) -> str:
@@ -18,14 +17,10 @@ def value_text(value: float, unit: str) -> str:
 
 
 def answer(c: Any) -> str:
-    """Of a CharacteristicResult: value ± U (k), or the interval where U has no end; the decision."""
-    word, scale = SMALL[c.unit]
-    expanded, k = c.stated
-    known = f" ± {expanded * scale:.2f} {word} (k = {k:.2f})" if math.isfinite(expanded) else ", U unbounded"
-    decided = "" if c.decision is None else f", {c.decision.text}"
-    if c.decision is not None and c.decision.p_conform is not None:
-        decided += f" (p = {c.decision.p_conform:.1%})"
-    return f"{value_text(c.value, c.unit)}{known}{decided}"
+    """Of a CharacteristicResult: value ± U (k, p), or the interval where U has no end; the decision with its probability."""
+    from vcmm.show.report.answers import answer_of, in_one_line
+
+    return in_one_line(answer_of(c))
 
 
 def listed(texts: Iterable[str]) -> str:

@@ -143,7 +143,7 @@ class CharacteristicResult:
     summary: Summary | None
     indicated: float = float("nan")
     one_sided: bool = False  # the lower limit is a bound of nature
-    why_not_shown: str = ""  # why the coverage is not shown; empty where it is
+    why_not_shown: str = ""  # why the coverage is not demonstrated; empty where it is
     truth: Truth | None = None
     half_width: float | None = (
         None  # U of a part that is off as far as it may be, where U depends on the true value

@@ -131,7 +131,7 @@ class Sampler:
     def alone(self) -> Array:
         """(terms, C): standard deviation with one Input at a time over that with all, on the same draws.
 
-        A non-linear output has no sensitivity coefficient; what the inputs do only together is `interaction`.
+        A non-linear output has no sensitivity coefficient; the interaction of the inputs is `interaction`.
         """
         trials = min(BUDGET_TRIALS, self.settings.trials)
         total = self._spread(self.wide, trials, self.start, self.values)

@@ -3,7 +3,7 @@
 The tier follows from the characteristic, not from the caller:
     closed form           smooth outputs (size, distance, angle): u = sqrt(G S G^T); interval by inversion of the
                           characteristic function, t-laws treated exactly
-    collapsed Monte Carlo form, orientation, position; smooth outputs that curve over their own spread or in which a
+    Monte Carlo (linear model) form, orientation, position; smooth outputs that curve over their own spread or in which a
                           product of two Inputs matters
     exact                 on request: every trial with multiplied transforms, contact and iterated fits
 A few hundred exact trials on the same draws certify what each tier used (vcmm.answer.evaluation.certify).
@@ -54,7 +54,7 @@ CURVATURE = (
 )
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
-SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
+SAMPLED, EXACT = "Monte Carlo (linear model)", "exact transforms, contact and fits"
 
 
 def evaluate(
@@ -372,16 +372,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
     if r.extreme and not predicts:
         told = f"{r.name}: {r.type} grows with noise and does not fall with it; "
         if r.why_not_shown:
-            told += f"its coverage is not shown: {r.why_not_shown}"
+            told += f"its coverage is not demonstrated: {r.why_not_shown}"
         elif abs(r.bias) <= NOTHING * r.expanded:
-            told += "here nothing of what is indicated is taken off"
+            told += "no noise correction was applied"
         else:
             size = f"{abs(r.bias) * scale:.3g} {unit}"
-            told += (
-                f"here {size} of what is indicated are taken off"
-                if r.bias > 0
-                else f"here {size} are added to it"
-            )
+            told += f"indicated value corrected by {'-' if r.bias > 0 else '+'}{size}"
         out.append(told)
     if not np.isfinite(r.u):
         out.append(

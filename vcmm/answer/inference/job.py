@@ -329,7 +329,7 @@ def _part(
         w
         for w in (*remarks(scenario), *told, *part.said)
         if "classic virtual-CMM recipe" not in w
-        and "its coverage is not shown" not in w  # said below of what was measured
+        and "its coverage is not demonstrated" not in w  # said below of what was measured
     )
     return EvaluatedPart(
         part.name, tuple(out), known.result, (*warnings, *_claims_missing(out, part.doubts or {}))

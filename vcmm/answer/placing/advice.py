@@ -15,6 +15,12 @@ SMALL = (
 SAME = 0.01  # an influence that changes less between two poses is taken as the same
 
 
+def room_and_shares(placed: PlacementResult) -> list[str]:
+    """The same without the gain, where that stands above already."""
+    said = advice(placed)
+    return said if said[0].startswith("No advice") else said[1:]
+
+
 def advice(placed: PlacementResult) -> list[str]:
     """Sentences for who has to decide: the gain, the room that is left, the share of u² that both poses have.
 

@@ -10,7 +10,7 @@ from vcmm.answer.placing.result import PlacementResult
 from vcmm.core.run import Array
 from vcmm.task.measuring.fixture import format_freedom
 
-UNITS = {"mm": ("um", 1e3), "rad": ("urad", 1e6)}
+UNITS = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
 
 def amount(value: float, placed: PlacementResult) -> str:

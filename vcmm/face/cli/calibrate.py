@@ -143,7 +143,7 @@ def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
 
     tests = wanted.tests()
     if report is not None:
-        _report(found, report)
+        _report(found, report, wanted)
     if json:
         body = calibration_json(found, wanted.out) | {"tests": records(TESTS, tests)}
         print_json(document("vcmm.calibration/1", body, files=wanted.read(), warnings=found.warnings))
@@ -213,23 +213,49 @@ def _calibrate(wanted: Any, asked: CalibrationOptions, residual: Path | None) ->
     return found
 
 
-def _report(found: Any, path: Path) -> None:
+def _report(found: Any, path: Path, wanted: Any) -> None:
+    from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
     from vcmm.show.console.files import write_text
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.calibration import calibration_page
 
-    write_text(path, calibration_page(found))
+    machine = _calibrated_machine(found, wanted)
+    figures = [] if machine is None else without_rounding(predict_figures(machine, "230-2"))[0]
+    write_text(path, calibration_page(found, figures, wanted.read()))
     say(f"wrote {path}")
+
+
+def _calibrated_machine(found: Any, wanted: Any) -> Any:
+    """The machine with what was found, as it is written and read again; None where the file cannot stand by itself."""
+    from tempfile import TemporaryDirectory
+
+    from vcmm.core.errors import VcmmError
+    from vcmm.files.own.machine import load_machine
+    from vcmm.learn.calibration.machine_file import machine_texts
+    from vcmm.show.console.files import write_files
+
+    if wanted.out is not None:
+        return load_machine(wanted.out)
+    with TemporaryDirectory() as folder:
+        target = Path(folder) / "calibrated.toml"
+        try:
+            write_files(
+                target.parent, machine_texts(found, target, [f.name for f in wanted.files], wanted.machine)
+            )
+            return load_machine(target)
+        except VcmmError:
+            return None
 
 
 def _show(found: Any) -> None:
     from vcmm.learn.calibration.result import rms
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers_machine import calibration_answers
     from vcmm.show.tables.calibration import errors
 
+    show_answers(calibration_answers(found))
     show_table(errors(found))
-    print(f"residuals: {rms(found.residual) * 1e3:.3f} um rms; condition {found.identified.condition:.3g}")
+    print(f"residuals: {rms(found.residual) * 1e3:.3f} µm rms; condition {found.identified.condition:.3g}")
     for c in found.identified.combinations:
         print(f"not identified: {c.text}")
-    for warning in found.warnings:
-        say(f"note: {warning}")
+    say_warnings(found.warnings)

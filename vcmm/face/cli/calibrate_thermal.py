@@ -49,7 +49,7 @@ def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) ->
     if tests:
         show_table(independent_tests(tests))
     for test, left in zip(tests, nets):
-        print(f"a net from the same sensors leaves {left:.3f} um of {test.name} (compared, not written)")
+        print(f"a net from the same sensors leaves {left:.3f} µm of {test.name} (compared, not written)")
     return 0
 
 
@@ -74,8 +74,8 @@ def _figures(found: Any) -> dict[str, Any]:
 
 def _show(found: Any) -> None:
     before, after = found.held_out
-    print(f"all readings: {found.before * 1e3:.2f} -> {found.after * 1e3:.2f} um rms")
-    print(f"blocks of time predicted from the others: {before * 1e3:.2f} -> {after * 1e3:.2f} um rms")
+    print(f"all readings: {found.before * 1e3:.2f} -> {found.after * 1e3:.2f} µm rms")
+    print(f"blocks of time predicted from the others: {before * 1e3:.2f} -> {after * 1e3:.2f} µm rms")
     if found.outliers:
         print(f"{found.outliers} single readings stand out from their neighbours and were left out")
     for sensor, why in found.unused.items():

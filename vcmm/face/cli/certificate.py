@@ -38,7 +38,7 @@ def certificate_command(
     from vcmm.learn.calibration.certificate_comparison import certificate_worth
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import progress, say, show_table
+    from vcmm.show.console.terminal import progress, say_warnings, show_table
     from vcmm.show.tables.certificate import worth_json, worth_tables
 
     with progress() as report, about(scenario, "machine"):
@@ -57,6 +57,5 @@ def certificate_command(
         print(found.stated)
         for table in worth_tables(found):
             show_table(table)
-        for warning in found.warnings:
-            say(f"note: {warning}")
+        say_warnings(found.warnings)
     return int(smallest(found.covered) < LEAST)

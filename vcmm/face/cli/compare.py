@@ -39,7 +39,7 @@ def compare_command(
     from vcmm.learn.diagnosis.comparison import comparison_json
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say
+    from vcmm.show.console.terminal import say, say_warnings
 
     folder = output_folder(out) if out else None
     rows, warnings, files = compare_files([recording_file(path) for path in recordings], machine or (), seed)
@@ -54,14 +54,15 @@ def compare_command(
         print_json(content)
         return 0
     _show(rows)
-    for warning in warnings:
-        say(f"note: {warning}")
+    say_warnings(warnings)
     return 0
 
 
 def _show(rows: list[Any]) -> None:
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.comparison import tables
+    from vcmm.show.console.terminal import show_answers, show_table
+    from vcmm.show.tables.answers import compare_answers
+    from vcmm.show.tables.comparison import short_names, tables
 
+    show_answers(compare_answers(rows, short_names([c.file for c in rows])))
     for table in tables(rows):
         show_table(table)

@@ -184,7 +184,7 @@ def _rewritten(
     write_source(target, result.data)
     say(f"wrote {target}")
     if shown[1]:
-        _write_page(target.with_suffix(".html"), result, program)
+        _write_page(target.with_suffix(".html"), result, program, proof)
     if json:
         from vcmm.face.bodies import compensation_json
 
@@ -197,12 +197,12 @@ def _rewritten(
     return 0 if (result.met if proof.after is None else proof.met) else 1
 
 
-def _write_page(target: Path, result: Any, program: Path) -> None:
+def _write_page(target: Path, result: Any, program: Path, proof: Any) -> None:
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.path import compensation_page
     from vcmm.show.report import write
 
-    write(target, compensation_page(result, program))
+    write(target, compensation_page(result, program, proof))
     say(f"wrote {target}")
 
 
@@ -210,7 +210,7 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
     """--offset-only: nothing is written."""
     from vcmm.compensation.offsets import best_offsets
     from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_table
     from vcmm.show.tables.compensation import departure_json, departures, shifts, shifts_json
 
     result = best_offsets(
@@ -228,16 +228,17 @@ def _offsets(given: _GivenProgram, json: bool) -> int:
         departures(result, [("as programmed", result.before), ("work offsets shifted", result.offset_only)])
     )
     show_table(shifts(result))
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
     return 0
 
 
 def _show(result: Any, proof: Any) -> None:
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers_machine import compensation_answers
     from vcmm.show.tables.compensation import before_and_after, departures, pointings, shifts
     from vcmm.show.tables.proofs import proof_text
 
+    show_answers(compensation_answers(result, proof))
     if proof.after is not None:
         print(proof_text(proof))
     show_table(departures(result, before_and_after(result)))
@@ -246,15 +247,14 @@ def _show(result: Any, proof: Any) -> None:
     show_table(shifts(result))
     r, b = result.rounding, result.blocks
     print(
-        f"path, tolerance {result.used * 1e3:g} um: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
-        f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
+        f"path, tolerance {result.used * 1e3:g} µm: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+        f"up to {r.largest * 1e3:.2f} µm, {r.share:.0%} of the mean square that is left)\n"
         f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
         f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
     )
     if proof.after is None:
         print(proof_text(proof))
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
 
 
 def _show_diff(program: Path, target: Path, result: Any) -> None:

@@ -42,7 +42,7 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
         }  # fmt: skip
         print_json(document("vcmm.compensated-points/1", body, files=[*sources(machine), points]))
     else:
-        print(f"{len(found.error)} points of {loaded.name}: errors up to {largest * 1e3:.2f} um taken off")
+        print(f"{len(found.error)} points of {loaded.name}: errors up to {largest * 1e3:.2f} µm taken off")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""vcmm cut: machine the part virtually; deviations of its features, U, decision, who owns the error, cycle time."""
+"""vcmm cut: machine the part virtually; deviations of its features, U, decision, main contributors, cycle time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Cluster, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, Require, Seed, Shard, Workers
 
 
 def cut_command(
@@ -17,17 +17,10 @@ def cut_command(
     trials: int | None = None,
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
-    workers: Workers = None,
-    cluster: Cluster = None,
-    shard: Shard = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-    out: Path | None = None,
-    measured: Path | None = None,
-    frame: Literal["part", "machine"] = "part",
-    u_point: str = "",
-    inspect: Path | None = None,
-    tolerance: str = "",
-) -> int:
+    workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+    measured: Path | None = None, frame: Literal["part", "machine"] = "part", u_point: str = "", inspect: Path | None = None, tolerance: str = "",
+    require: Require = None,
+) -> int:  # fmt: skip
     """Machine a part virtually: program, machine, tools and set-up to the deviations of its features.
 
     Exit code 1 when a characteristic does not conform.
@@ -62,6 +55,8 @@ def cut_command(
         Another program for the same part, as compensate writes it: cut instead, inspected, and compared with the scenario's own.
     tolerance
         Of --inspect: largest departure of a point that is allowed (default 1 um). Exit code 1 where it is not met.
+    require
+        conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
     from vcmm.face.cli.options import sharing_of
 
@@ -69,8 +64,8 @@ def cut_command(
     back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
     other = _inspection_program(inspect, tolerance, back is not None or sharing.share is not None)
     if sharing.share is None:
-        return run_cut(scenario, options, sharing, json, out, returned=back, other=other)
-    return _shard(scenario, options, sharing, json, out, back is not None)
+        return run_cut(scenario, options, sharing, json, out, returned=back, other=other, require=require)
+    return _shard(scenario, options, sharing, json, out, measured=back is not None, require=require)
 
 
 def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tuple[Path, str] | None:
@@ -87,13 +82,21 @@ def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tu
 
 
 def _shard(
-    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, measured: bool
+    scenario: Path,
+    options: dict[str, Any],
+    sharing: Any,
+    json: bool,
+    out: Path | None,
+    measured: bool,
+    require: str | None,
 ) -> int:
     """A part of the trials, for `vcmm merge`."""
     from vcmm.core.errors import UsageError
     from vcmm.face.cli.options import put_shard, write_shard
     from vcmm.show.console.documents import sources
 
+    if require is not None:
+        raise UsageError("--require is of the whole job, not of one shard; give it without --shard")
     if measured:
         raise UsageError("a shard counts trials only: give --measured to the whole job, without --shard")
     shared = write_shard(
@@ -118,15 +121,16 @@ def _cut(scenario: Path, options: dict[str, Any], sharing: Any, other: tuple[Pat
 
 def run_cut(
     scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path | None, bool, str] | None = None,
-    other: tuple[Path, str] | None = None,
+    other: tuple[Path, str] | None = None, require: str | None = None,
 ) -> int:  # fmt: skip
     """The whole job: document, files, tables. options: trials, seed, engine. returned: measured points, whether they stand in
     the machine frame, their standard uncertainty as text. other: program to inspect, and its tolerance.
     """
     from vcmm.face.cli.cut_measured import came_back
+    from vcmm.face.cli.options import exit_code
     from vcmm.face.cli.proof import inspected_program
     from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.show.console.documents import print_json
+    from vcmm.show.console.documents import print_json, sources
     from vcmm.show.console.files import output_folder
     from vcmm.show.tables.proofs import proof_json, proof_text
 
@@ -134,6 +138,7 @@ def run_cut(
     folder = output_folder(out) if out else None
     proof = None if other is None else inspected_program(load_cut(scenario), *other)
     loaded, result = _cut(scenario, options, sharing, other)
+    code = exit_code(result.characteristics, require)
     back, measured = None, returned[0] if returned else None
     if given is not None and returned is not None and measured is not None:
         back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or measured.parent)
@@ -141,12 +146,11 @@ def run_cut(
         {} if proof is None else proof_json(proof)
     )
     if folder:
-        _write(folder, loaded, result, content)
+        _write(folder, loaded, result, content, [*sources(scenario), loaded.program])
     if proof is not None and not json:
         print(proof_text(proof))
     print_json(content) if json else _show_both(result, back)
-    decided = [c.decision.text for c in result.characteristics if c.decision]
-    return 1 if "does not conform" in decided or (proof is not None and not proof.met) else 0
+    return int(code or (proof is not None and not proof.met))
 
 
 def _show_both(result: Any, back: Any) -> None:
@@ -195,11 +199,13 @@ def measured_points(measured: Path | None, u_point: str) -> Any:
 
 
 def show(result: Any) -> None:
-    """Deviations, who owns them, what a batch shares, the surface."""
-    from vcmm.show.console.terminal import say, show_table
+    """Deviations, main contributors, what a batch shares, the surface."""
+    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+    from vcmm.show.report.answers import answer_of
     from vcmm.show.tables import cut as tables
     from vcmm.show.tables.uncertainty import not_added_up
 
+    show_answers(answer_of(c) for c in result.characteristics)
     show_table(tables.finished_part(result))
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
         show_table(table)
@@ -220,17 +226,16 @@ def show(result: Any) -> None:
             f"stock ({result.blank.kept_as}): {result.blank.removed / 1e3:.1f} cm³ removed, "
             f"{len(result.blank.collisions)} rapids through material"
         )
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
 
 
 def _recut_text(result: Any) -> str:
     if result is None:
         return ""
-    return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} um at most\n"
+    return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} µm at most\n"
 
 
-def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
@@ -240,7 +245,7 @@ def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) ->
     texts = {
         "cut.json": json_text(content),
         "surface.csv": surface_csv(result),
-        "report.html": cut_page(scenario, result),
+        "report.html": cut_page(scenario, result, files),
     }
     write_files(folder, texts)
     if result.blank is not None:

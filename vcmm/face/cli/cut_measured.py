@@ -24,7 +24,7 @@ class CameBack:
         }
 
     def show(self) -> None:
-        from vcmm.show.console.terminal import say, show_table
+        from vcmm.show.console.terminal import say_warnings, show_table
         from vcmm.show.tables import measured_cut as tables
 
         show_table(tables.prediction_table(self.cut))
@@ -32,9 +32,8 @@ class CameBack:
             show_table(tables.mismatch(self.cut))
         else:
             print("the measured part is as predicted: no feature, line or covariate departs from it")
-        print(f"scatter of a measured point: {self.cut.scatter * 1e3:.2f} um")
-        for warning in self.warnings:
-            say(f"note: {warning}")
+        print(f"scatter of a measured point: {self.cut.scatter * 1e3:.2f} µm")
+        say_warnings(self.warnings)
 
 
 def came_back(

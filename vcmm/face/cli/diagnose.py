@@ -230,12 +230,14 @@ def _write(
 def _show(d: Any) -> None:
     """The diagnosis on the terminal."""
     from vcmm.learn.diagnosis.acceptance import notes
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.pages.diagnosis import least_seen, sentences
+    from vcmm.show.tables.answers_machine import diagnosis_answers
     from vcmm.show.tables.diagnosis import answers, folds, next_steps, transfers
 
     if d.transfer:
         show_table(transfers(d))
+    show_answers(diagnosis_answers(d))
     for sentence in sentences(d):
         print(sentence)
     print()
@@ -253,7 +255,6 @@ def _show(d: Any) -> None:
         print(f"This recording could not have shown: {', '.join(d.invisible)}")
     if d.not_testable:
         print("Not testable here (a column is missing): " + ", ".join(sorted(d.not_testable)))
-    for warning in d.warnings:
-        say(f"note: {warning}")
+    say_warnings(d.warnings)
     for failure in d.failed:
         say(f"failed: {failure.step}: {failure.text}")

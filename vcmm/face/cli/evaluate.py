@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Evidence
+from vcmm.face.cli.options import Evidence, Require
 
 
 def evaluate_command(
@@ -27,6 +27,7 @@ def evaluate_command(
     evidence: Evidence = None,
     compare: Annotated[bool, Parameter(name="--compare", negative=())] = False,
     cut: Path | None = None,
+    require: Require = None,
 ) -> int:
     """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.
 
@@ -58,12 +59,14 @@ def evaluate_command(
         Say also where the part departs from what was predicted when it was cut; the scenario holds [cut], or --cut names it.
     cut
         With --compare, of a scenario of the measurement: the scenario with the table [cut].
+    require
+        conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,
     }  # fmt: skip
-    places = Places(out, export, evidence)
+    places = Places(out, export, evidence, require)
     if compare or cut:
         from vcmm.face.cli.evaluate_compare import compare_with_cut
 
@@ -73,11 +76,12 @@ def evaluate_command(
 
 @dataclass(frozen=True)
 class Places:
-    """Where results go: a folder, a file for another system, a pack of evidence."""
+    """Where results go: a folder, a file for another system, a pack of evidence; and what is required of them."""
 
     out: Path | None
     export: Path | None
     evidence: Path | None
+    require: str | None = None
 
 
 def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
@@ -98,6 +102,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     measured = options["points"] or options["values"]
     with progress() as report, about(scenario):
         parts = evaluate(loaded, **(options | {"frame": options["frame"] or "part"}), progress=report)
+    code = _code(parts, places.require)
     content = _document(parts, scenario, measured)
     if places.evidence:
         keep_evidence(places.evidence, ("evaluate", scenario, options), loaded.task(), content)
@@ -106,12 +111,13 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
     if places.export:
         _hand_over(places.export, loaded, content)
     print_json(content) if json else show_parts(parts, warnings_of_parts(parts))
-    return _code(parts)
+    return code
 
 
-def _code(parts: Any) -> int:
-    decisions = [e.result.decision for p in parts for e in p.characteristics if e.result.decision]
-    return 1 if any(d.text == "does not conform" for d in decisions) else 0
+def _code(parts: Any, require: str | None) -> int:
+    from vcmm.face.cli.options import exit_code
+
+    return exit_code((e.result for p in parts for e in p.characteristics), require)
 
 
 def _places(out: Path | None, export: Path | None) -> Path | None:
@@ -159,19 +165,22 @@ def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], fil
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
     from vcmm.show.pages.sheet import sheet_page
-    from vcmm.show.pages.uncertainty import uncertainty_page
+    from vcmm.show.pages.uncertainty import MEASURED, uncertainty_page
     from vcmm.show.tables.evaluation import values_csv
     from vcmm.show.tables.uncertainty import budget_csv
 
     texts = {"evaluation.json": json_text(content), "values.csv": values_csv(parts)}
+    given = [*sources(files[0]), files[1]]
     if len(parts) == 1:
         whole = replace(
             parts[0].uncertainty,
             characteristics=tuple(e.result for e in parts[0].characteristics),
             warnings=parts[0].warnings,
         )
-        texts |= {"report.html": uncertainty_page(scenario, whole), "budget.csv": budget_csv(whole)}
-    given = [*sources(files[0]), files[1]]
+        texts |= {
+            "report.html": uncertainty_page(scenario, whole, given, MEASURED),
+            "budget.csv": budget_csv(whole),
+        }
     for p in parts:
         texts[_sheet_name(p.part, texts)] = sheet_page(scenario, p, given)
     write_files(folder, texts)

@@ -19,6 +19,7 @@ def compare_with_cut(
     """The whole job. scenario: with [cut] and [inspection], or of the measurement, and cut: of the cut part."""
     from vcmm.face.cli.cut import measured_points
     from vcmm.face.cli.cut_measured import came_back
+    from vcmm.face.cli.options import exit_code
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
@@ -39,6 +40,7 @@ def compare_with_cut(
     back = came_back(
         file, loaded, given, options["frame"] == "machine", options["seed"], folder or points.parent
     )
+    code = exit_code((e.result for p in parts for e in p.characteristics), places.require)
     body = evaluate_json(parts) if parts else {"characteristics": []}
     files = dict.fromkeys([*sources(scenario), *(sources(cut) if cut else ()), loaded.program, points])
     warnings = dict.fromkeys([*(w for p in parts for w in p.warnings), *_unsaid(measuring), *back.warnings])
@@ -49,8 +51,7 @@ def compare_with_cut(
     if folder:
         _write(folder, content)
     print_json(content) if json else _show(parts, replace(back, warnings=tuple(warnings)))
-    decided = [e.result.decision for p in parts for e in p.characteristics if e.result.decision]
-    return 1 if any(d.text == "does not conform" for d in decided) else 0
+    return code
 
 
 def _check(options: dict[str, Any], places: Any) -> None:

@@ -41,7 +41,8 @@ def field_command(
     from vcmm.files.own.machine import load_machine
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, show_answers, show_table
+    from vcmm.show.tables.answers import field_answers
     from vcmm.show.tables.error_field import field_json, maxima
     from vcmm.task.response.logs import with_logs
     from vcmm.task.response.volumetric import field, grid, missing_columns
@@ -60,6 +61,7 @@ def field_command(
     if json:
         print_json(content)
     else:
+        show_answers(field_answers(loaded, error_map))
         show_table(maxima(loaded, error_map))
     _say_limits(loaded, error_map)
     if absent:

@@ -46,7 +46,7 @@ def loop_command(
     from vcmm.face.cli.cut import measured_points
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say
+    from vcmm.show.console.terminal import say, say_warnings
     from vcmm.show.pages.diagnosis import sentences
     from vcmm.show.tables.loops import loop_json, loop_text
 
@@ -64,8 +64,7 @@ def loop_command(
     else:
         for line in loop_text(result, sentences(result.diagnosis)):
             print(line)
-        for warning in result.warnings:
-            say(f"note: {warning}")
+        say_warnings(result.warnings)
     say(f"wrote {folder}/" + ", ".join([*result.written, "loop.json"]))
     return 0 if result.met else 1
 
@@ -117,13 +116,13 @@ class Loop:
         d = self.diagnosis
         if not self.stated and d.fit.noise > self.proof.allowed:
             return (
-                f"the points scatter by {d.fit.noise * 1e3:.2f} um about what is explained, and --u-point does not say that the measuring does; if it is the part, "
+                f"the points scatter by {d.fit.noise * 1e3:.2f} µm about what is explained, and --u-point does not say that the measuring does; if it is the part, "
                 "the next one will have it again"
             )
         if d.verdict == "nothing missing" or (d.verdict == "explained" and self.machine is not None):
             return ""
         return (
-            f"the machine file leaves {d.fit.after * 1e3:.2f} um rms of the measured part, whose points scatter by {d.fit.noise * 1e3:.2f} um; the next part will "
+            f"the machine file leaves {d.fit.after * 1e3:.2f} µm rms of the measured part, whose points scatter by {d.fit.noise * 1e3:.2f} µm; the next part will "
             "have that again, and no cut of this machine file shows it"
         )
 
@@ -137,7 +136,7 @@ class Loop:
             return ""
         size = abs(self.rest) * 1e3
         return (
-            f"{size.max():.2f} um at most and {size.mean():.2f} um in the mean of the measured part lie within what is uncertain of tools, zeros and machine, so they are no finding: the "
+            f"{size.max():.2f} µm at most and {size.mean():.2f} µm in the mean of the measured part lie within what is uncertain of tools, zeros and machine, so they are no finding: the "
             "next part will have them again unless tools and zero are set anew"
         )
 

@@ -59,7 +59,7 @@ def nc_command(
         return json_job(program, dialect, at_level(None, strict))
     read = understand_program(program, dialect, loaded, strict)
     path = _time_program(read, loaded) if time else None
-    written = _page(program, read, loaded, out) if plot else []
+    written = _page(program, read, loaded, out, path) if plot else []
     if write_setup is not None:
         written.append(_write_setup(program, read, write_setup))
     if json:
@@ -82,7 +82,7 @@ def _tell(program: Path, read: Any, setup: Any, moves: bool, path: Any, written:
 
     if read.dialect_reason:
         say(f"dialect {read.dialect}: {read.dialect_reason}")
-    _show(program, read, summary(read.moves, setup), moves)
+    _show(program, read, summary(read.moves, setup), moves, path)
     if path is not None:
         _show_time(path)
     for text in written:
@@ -100,7 +100,7 @@ def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path:
         print_read(read, moves, files, {"time": time_json(path)} if path is not None else {})
 
 
-def _page(program: Path, read: Any, setup: Any, out: Path | None) -> list[Path]:
+def _page(program: Path, read: Any, setup: Any, out: Path | None, path: Any = None) -> list[Path]:
     """The page of --plot."""
     from vcmm.face.programs import machine_of
     from vcmm.program.reading import read_bytes
@@ -109,7 +109,7 @@ def _page(program: Path, read: Any, setup: Any, out: Path | None) -> list[Path]:
     from vcmm.show.pages.program import program_page
 
     machine = machine_of(setup)
-    html = program_page(program.name, read, summary(read.moves, setup), read_bytes(program), machine)
+    html = program_page(program.name, read, summary(read.moves, setup), read_bytes(program), machine, path)
     return [write_text((out or Path()) / f"{program.stem}.html", html)]
 
 
@@ -149,12 +149,13 @@ def _show_time(path: Any) -> None:
         say(f"note: assumed: {text}")
 
 
-def _show(program: Path, read: Any, total: Any, moves: bool) -> None:
-
-    from vcmm.show.console.terminal import show_table
+def _show(program: Path, read: Any, total: Any, moves: bool, path: Any = None) -> None:
+    from vcmm.show.console.terminal import show_answers, show_table
     from vcmm.show.tables import program as tables
+    from vcmm.show.tables.answers_machine import program_answers
 
     name = program.name
+    show_answers(program_answers(read, total, path))
     if read.unused:
         show_table(tables.unused_table(name, read))
     if moves:

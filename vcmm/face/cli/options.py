@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -17,6 +17,27 @@ Decimals = Annotated[int | None, Parameter(validator=Number(gte=0, lte=9))]  # a
 Workers = Annotated[int | None, Parameter(name="--workers")]
 Cluster = Annotated[str | None, Parameter(name="--cluster")]
 Shard = Annotated[str | None, Parameter(name="--shard")]
+
+
+Require = Annotated[Literal["conforms"] | None, Parameter(name="--require")]
+REQUIRED, FAILED = "conforms", "does not conform"
+
+
+def exit_code(characteristics: Iterable[Any], require: str | None) -> int:
+    """1 where a characteristic does not conform; with --require conforms also where one is undecided.
+
+    UsageError: something is required and nothing is decided, as no characteristic has limits.
+    """
+    from vcmm.core.errors import UsageError
+
+    decided = [c.decision.text for c in characteristics if c.decision is not None]
+    if require is None:
+        return int(FAILED in decided)
+    if not decided:
+        raise UsageError(
+            "--require conforms, but no characteristic has limits: state limits or zone in [[part.characteristics]]"
+        )
+    return int(any(text != REQUIRED for text in decided))
 
 
 def _pack_place(kind: Any, path: Path | None) -> None:

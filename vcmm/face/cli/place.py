@@ -233,18 +233,19 @@ def _place(scenario: Path, options: dict[str, Any], json: bool, folder: Path | N
 
 def show(placed: Any) -> None:
     """Poses compared, why, certificate and flatness, advice."""
-    from vcmm.answer.placing.advice import advice
+    from vcmm.answer.placing.advice import room_and_shares
     from vcmm.answer.placing.words import pose_text
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers import place_answers
     from vcmm.show.tables.placement import compared_poses, how_sure, why
 
+    show_answers(place_answers(placed))
     for table in (compared_poses(placed), why(placed), how_sure(placed)):
         show_table(table)
     if placed.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(placed.region.convenient)}")
-    print("\n".join(["advice:", *advice(placed)]))
-    for warning in placed.warnings:
-        say(f"note: {warning}")
+    print("\n".join(["advice:", *room_and_shares(placed)]))
+    say_warnings(placed.warnings)
 
 
 def _write(folder: Path, source: Path, placed: Any, content: dict[str, Any]) -> None:

@@ -34,9 +34,11 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 def show(placed: Any) -> None:
     """Poses compared, what each characteristic gains, how sure and how flat."""
     from vcmm.answer.placing.words import region_text
-    from vcmm.show.console.terminal import show_table
+    from vcmm.show.console.terminal import show_answers, show_table
+    from vcmm.show.tables.answers import placed_cut_answers
     from vcmm.show.tables.placement import compared_cut_poses, gains
 
+    show_answers(placed_cut_answers(placed))
     for table in (compared_cut_poses(placed), gains(placed)):
         show_table(table)
     print(f"certificate: {placed.certificate.text}\nflatness: {region_text(placed)}")

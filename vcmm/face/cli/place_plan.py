@@ -25,10 +25,12 @@ def run_plan_option(
     from vcmm.answer.placing.planfiles import plan_files, plan_json
     from vcmm.answer.placing.planning import optimise_plan
     from vcmm.core.units import quantity
+    from vcmm.part.gps import characteristics as gps
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say, show_table
+    from vcmm.show.console.terminal import progress, say, show_answers, show_table
+    from vcmm.show.tables.answers import plan_answers
     from vcmm.show.tables.plans import curve
 
     seconds = quantity(budget, "time", "budget", "5 min")
@@ -46,5 +48,7 @@ def run_plan_option(
     if json:
         print_json(content)
     else:
+        units = {c.name: gps.unit(c) for c in scenario.part.characteristics}
+        show_answers(plan_answers(result, units))
         show_table(curve(scenario, result))
     return 0

@@ -101,14 +101,15 @@ def _run(
 
 
 def _show(found: Any) -> None:
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers import routes_answers
     from vcmm.show.tables.routes import agreements_table, routes_table
 
+    show_answers(routes_answers(found))
     show_table(routes_table(found))
     show_table(agreements_table(found))
     said = [f"{c.name}, {e.route}: {t}" for c in found.characteristics for e in c.routes for t in e.remarks]
-    for text in dict.fromkeys((*found.remarks, *said)):
-        say(f"note: {text}")
+    say_warnings(dict.fromkeys((*found.remarks, *said)))
 
 
 def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:

@@ -8,23 +8,14 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import Cluster, CountOption, Evidence, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, CountOption, Evidence, Require, Seed, Shard, Workers
 
 
 def uncertainty_command(
-    scenario: Path,
-    *,
-    trials: int | None = None,
-    seed: Seed | None = None,
-    engine: Literal["auto", "montecarlo", "exact"] = "auto",
-    digits: CountOption = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    shard: Shard = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-    out: Path | None = None,
-    evidence: Evidence = None,
-) -> int:
+    scenario: Path, *, trials: int | None = None, seed: Seed | None = None, engine: Literal["auto", "montecarlo", "exact"] = "auto", digits: CountOption = None,
+    workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+    evidence: Evidence = None, require: Require = None,
+) -> int:  # fmt: skip
     """Task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
 
     Exit code 1 when a characteristic does not conform.
@@ -54,6 +45,8 @@ def uncertainty_command(
         Folder for report.html, uncertainty.json, budget.csv.
     evidence
         Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
+    require
+        conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
     from vcmm.face.cli.options import put_shard, sharing_of, write_shard
     from vcmm.show.console.documents import sources
@@ -61,7 +54,9 @@ def uncertainty_command(
     sharing = sharing_of(workers, cluster, shard)
     options = {"trials": trials, "seed": seed, "engine": engine, "digits": digits}
     if sharing.share is None:
-        return run_uncertainty(scenario, options, sharing, json, out, evidence)
+        return run_uncertainty(scenario, options, sharing, json, out, evidence=evidence, require=require)
+    if require is not None:
+        raise UsageError("--require is of the whole job, not of one shard; give it without --shard")
     if digits is not None:
         raise UsageError(
             "--digits decides on the way how many trials are run, so they cannot be split; use --trials"
@@ -92,14 +87,17 @@ def run_uncertainty(
     json: bool,
     out: Path | None,
     evidence: Path | None = None,
+    require: str | None = None,
 ) -> int:
     """The whole job: document, files, tables. options: trials, seed, engine, digits."""
+    from vcmm.face.cli.options import exit_code
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
     from vcmm.show.tables.uncertainty import uncertainty_json
 
     folder = output_folder(out) if out else None
     loaded, result = _evaluate(scenario, options, sharing)
+    code = exit_code(result.characteristics, require)
     content = document(
         "vcmm.uncertainty/1",
         uncertainty_json(result),
@@ -113,20 +111,19 @@ def run_uncertainty(
         given = {k: v for k, v in options.items() if (k, v) != ("engine", "auto")}
         keep_evidence(evidence, ("uncertainty", scenario, given), loaded.task(), content)
     if folder:
-        _write(folder, loaded, result, content)
+        _write(folder, loaded, result, content, sources(scenario))
     if json:
         print_json(content)
     else:
         show(result)
-    return (
-        1 if any(c.decision and c.decision.text == "does not conform" for c in result.characteristics) else 0
-    )
+    return code
 
 
 def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.answer.evaluation.result import common_causes
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+    from vcmm.show.report.answers import answer_of
     from vcmm.show.tables.uncertainty import (
         computation_table,
         largest,
@@ -136,6 +133,7 @@ def show(result: Any) -> None:
         undecided_because,
     )
 
+    show_answers(answer_of(c) for c in result.characteristics)
     show_table(results(result))
     for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
         say(sentence)
@@ -146,11 +144,10 @@ def show(result: Any) -> None:
             say(f"{c.name}: {share:.1%} of u² come from {cause}, in {' and '.join(names)}")
     for sentence in not_added_up(result.characteristics):
         say(sentence)
-    for warning in result.warnings:
-        say(f"note: {warning}")
+    say_warnings(result.warnings)
 
 
-def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:
     from vcmm.show.console.documents import json_text
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say
@@ -160,7 +157,7 @@ def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) ->
     texts = {
         "uncertainty.json": json_text(content),
         "budget.csv": budget_csv(result),
-        "report.html": uncertainty_page(scenario, result),
+        "report.html": uncertainty_page(scenario, result, files),
     }
     write_files(folder, texts)
     say(f"wrote {folder}/report.html, uncertainty.json, budget.csv")

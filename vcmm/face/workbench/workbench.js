@@ -60,7 +60,7 @@
     status.textContent = error.message;
   };
   const settle = async () => {
-    status.textContent = "evaluating";
+    status.textContent = "computing";
     const at = {...knobs};
     let found;
     try { found = await long("/settled", {knobs: at}); } catch (error) { failed(error); return; }

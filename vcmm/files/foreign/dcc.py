@@ -167,7 +167,7 @@ def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
     """The element measurementResults of a DCC with the evaluated values, to be put into a laboratory's certificate.
 
     A value whose interval is value +- U has the expanded uncertainty; another interval (a bias taken off, a form) stands with
-    its ends; where coverage is not shown, neither. Who calibrated what for whom (administrativeData) is the laboratory's to write, and so is its signature.
+    its ends; where coverage is not demonstrated, neither. Who calibrated what for whom (administrativeData) is the laboratory's to write, and so is its signature.
     """
     blocks = []
     for part, listed in values.items():

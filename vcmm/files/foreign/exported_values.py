@@ -16,7 +16,7 @@ SHIFT = 0.05  # of U: drawn ends scatter by some per cent; a normal law shifted 
 class HandedValue:
     """One characteristic in mm or rad (`unit`): what was measured, its bias, u, U and k, the tolerance, the decision.
 
-    interval: of the true value, with probability p; None where its coverage is not shown (`why` says so) or an end of it is
+    interval: of the true value, with probability p; None where its coverage is not demonstrated (`why` says so) or an end of it is
     not known. `about` says whether it is measured +- U: not where a known bias is taken off, nor for most extreme values.
     """
 
@@ -74,7 +74,7 @@ def _value(c: Mapping[str, Any]) -> HandedValue:
         name=c["name"], type=c["type"], unit=unit, nominal=got("nominal"),
         measured=got("value") if measured is None else measured, bias=got("bias") or 0.0, u=got("u"), U=got("U"),
         k=c.get("k"), p=c["p"], interval=_pair(got("interval")) if shown else None, tolerance=_pair(got("tolerance")),
-        decision=c.get("decision") or "", why="" if shown else str(c.get("why_not_shown") or "coverage is not shown"),
+        decision=c.get("decision") or "", why="" if shown else str(c.get("why_not_shown") or "coverage is not demonstrated"),
     )  # fmt: skip
 
 

@@ -47,6 +47,16 @@ def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, 
     return f"{seen[:1].upper()}{seen[1:]}; usually {cause}; confirm by: {confirm}."
 
 
+def cause_and_cure(
+    effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]
+) -> tuple[str, str]:
+    """What usually causes it, and what confirms it, apart; both empty for unknown families."""
+    said = plain_words(effect, where, parameters)
+    _, usually, rest = said.partition("; usually ")
+    cause, confirm, cure = rest.partition("; confirm by: ")
+    return (cause, cure.rstrip(".")) if usually and confirm else ("", "")
+
+
 def _words_of(effect: str, places: set[str]) -> Words | None:
     """Those of the shape that sits in such places: a step along one direction, or one of several at once."""
     if effect == MISTAKE:

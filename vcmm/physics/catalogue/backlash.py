@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
@@ -15,6 +15,7 @@ class Backlash(Effect):
     """-1/2 gap d_a e_a with d_a = +1 or -1 the direction in which the axis last moved (ISO 230-2: B = -gap)."""
 
     name = "backlash"
+    trade = Trade("backlash of {where}", "approach from one side, or compensate the reversal")
     diagnosis = ForDiagnosis(
         special_case_of=("lost_motion", "hysteresis"),
         shared_physics="play",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legval
 
-from vcmm.core.declaration import UM, ForDiagnosis, Prior, Site, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Prior, Site, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -32,6 +32,7 @@ class Clamping(Effect):
     """
 
     name = "clamping"
+    trade = Trade("clamping of the part", "clamp with less force, nearer to the supports")
     per = "direction, clamp"
     cites = "Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959): bending of a plate"
     belongs_to = "part"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Typical, Words
+from vcmm.core.declaration import UM, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -30,6 +30,7 @@ class ToolWear(_Cutting):
     """
 
     name = "tool_wear"
+    trade = Trade("wear of the tool {where}", "change the tool earlier")
     needs = ("cut_length_mm", "nx", "ny", "nz")
     cites = "ISO 8688-2:1989: tool life testing in milling, end milling"
     belongs_to = "tool"
@@ -59,6 +60,7 @@ class ToolRunout(_Cutting):
     """
 
     name = "tool_runout"
+    trade = Trade("run-out of the tool {where}", "a better holder, or turn the tool in it by 180 degrees")
     needs = ("nx", "ny", "nz")
     aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
     cites = "Kline & DeVor, Int. J. Mach. Tool Des. Res. 23 (1983) 123: effect of runout in end milling"

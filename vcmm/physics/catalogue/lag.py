@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -20,6 +20,7 @@ class ServoLag(Effect):
     """
 
     name = "servo_lag"
+    trade = Trade("lag of the drive {where}", "a lower feed, or the gain of the drive measured")
     per = "axis"
     needs = ("speed_{axis}_mm_s",)
     aliases = {"1/Kv": "lag", "lag": "lag"}  # noqa: RUF012 - read only; both are read, the last is written

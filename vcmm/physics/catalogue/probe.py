@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -62,6 +62,10 @@ class ProbeLobing(PreTravel):
     """
 
     name = "probe_lobing"
+    trade = Trade(
+        "pre-travel of the probe {where}",
+        "qualify the probe with 25 touches, or measure both sides in one probe direction",
+    )
     diagnosis = ForDiagnosis(
         shared_physics="lobes",
     )
@@ -111,6 +115,7 @@ class StylusBending(PreTravel):
     """
 
     name = "stylus_bending"
+    trade = Trade("bending of stylus {where}", "a shorter or stiffer stylus")
     needs = ("probe_lateral", "stylus_length_mm", "nx", "ny", "nz")
     cites = "Euler-Bernoulli cantilever: w = F L^3 / (3 E I)"
     words = Words(
@@ -137,6 +142,7 @@ class TriggerDelay(PreTravel):
     """(v · n) delay along n: the position is latched late; approaching, v · n < 0, so the material seems smaller."""
 
     name = "trigger_delay"
+    trade = Trade("delay of the trigger {where}", "touch more slowly, at the speed of the qualification")
     needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s", "nx", "ny", "nz")
     cites = "kinematics: distance = speed x delay"
     words = Words(

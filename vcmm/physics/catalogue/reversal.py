@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
@@ -46,6 +46,7 @@ class LostMotion(_Reversal):
     """-1/2 (g0 + g1 q_a) d_a e_a: backlash that changes along the travel (wind-up of a screw, unequal wear)."""
 
     name = "lost_motion"
+    trade = Trade("lost motion of {where}", "approach from one side, or compensate the reversal")
     diagnosis = ForDiagnosis(
         special_case_of=("hysteresis",),
         shared_physics="play",

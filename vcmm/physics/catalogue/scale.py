@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
@@ -27,6 +27,7 @@ class ScaleFactor(Effect):
     """k q_a e_a: with k = +5 um/m an axis at 400 mm stands 2 um too far in + direction."""
 
     name = "scale_factor"
+    trade = Trade("scale of {where}", "measure a step gauge or laser along {where} and correct it")
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change", "map_interpolation"),
         shared_physics="geometry",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import LINEAR
-from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Typical, Words
+from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Trade, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.run import Array, Run
 
@@ -30,6 +30,7 @@ class UniformScale(Effect):
     """
 
     name = "uniform_scale"
+    trade = Trade("one scale of all axes", "log the temperatures of part and scales")
     diagnosis = ForDiagnosis(
         family="scale_factor",
         # beside the scale of one axis it is that of another in disguise: 3 nats, beyond what a swap must win

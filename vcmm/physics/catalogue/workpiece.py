@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, Typical, Words
+from vcmm.core.declaration import HOUR, Trade, Typical, Words
 from vcmm.core.effect import Effect, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -20,6 +20,7 @@ class WorkpieceHeating(Effect):
     """
 
     name = "workpiece_heating"
+    trade = Trade("heating of the part while it is cut", "measure after cooling, or cut with a pause")
     per = "part"
     needs = ("time_s",)
     cites = "Bryan, CIRP Annals 39 (1990) 645: international status of thermal error research"

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_component, whole_turn
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, KnownRange, Typical
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, KnownRange, Trade, Typical
 from vcmm.core.effect import COLUMN, Effect, argument_grids, argument_letters, at, param, positions
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear, node_weights
@@ -94,6 +94,10 @@ class ComponentTable(_Component):
     """
 
     name = "component_table"
+    trade = Trade(
+        "calibrated error {where} of the machine",
+        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    )
     cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
     diagnosis = ForDiagnosis(
         is_named=False,
@@ -162,6 +166,10 @@ class ComponentSpline(_Component):
     """A component error as a natural cubic spline through nodes; of a rotary axis over one whole turn, a periodic one."""
 
     name = "component_spline"
+    trade = Trade(
+        "calibrated error {where} of the machine",
+        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    )
     cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
     diagnosis = ForDiagnosis(
         is_named=False,
@@ -213,6 +221,10 @@ class ComponentPolynomial(_Component):
     """A component error as c0 + c1 s + c2 s^2 ..., s = position in m (linear axis) or rad (rotary axis)."""
 
     name = "component_polynomial"
+    trade = Trade(
+        "calibrated error {where} of the machine",
+        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    )
     cites = "ISO 230-1:2012, 3.4; power series"
     diagnosis = ForDiagnosis(
         is_named=False,
@@ -285,6 +297,10 @@ class CalibrationModes(Effect):
     """
 
     name = "calibration_modes"
+    trade = Trade(
+        "calibrated error {where} of the machine",
+        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    )
     per = "component"
     cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
     diagnosis = ForDiagnosis(

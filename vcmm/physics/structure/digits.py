@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -20,6 +20,7 @@ class Resolution(Effect):
     """
 
     name = "resolution"
+    trade = Trade("resolution of the display", "read with more digits")
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "JCGM 100:2008, F.2.2.1 (resolution of a digital indication)"

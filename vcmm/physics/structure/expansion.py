@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import Typical, Words
+from vcmm.core.declaration import Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
@@ -27,6 +27,10 @@ class ScaleExpansion(Effect):
     """alpha (T_scale,a - 20 degC) q_a e_a: a long scale makes the machine travel too far."""
 
     name = "scale_expansion"
+    trade = Trade(
+        "expansion coefficient of the scales {where}",
+        "measure nearer to 20 °C, or calibrate the expansion of the scales",
+    )
     per = "axis"
     needs = ("temp_scale_{axis}_C",)
     cites = "JCGM 100:2008, H.1; ISO 1 (20 degC); ISO/TR 16015"
@@ -64,6 +68,9 @@ class PartExpansion(Effect):
     """+alpha (T_part - 20 degC) p: a warm part is larger, so it is indicated larger. p from the part's origin."""
 
     name = "part_expansion"
+    trade = Trade(
+        "expansion coefficient of the part", "measure nearer to 20 °C, or a better known coefficient"
+    )
     per = "part"
     needs = ("temp_part_C",)
     cites = "JCGM 100:2008, H.1; ISO 1 (20 degC)"

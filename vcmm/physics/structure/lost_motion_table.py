@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
 from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
@@ -24,6 +24,7 @@ class LostMotionTable(Effect):
     """
 
     name = "lost_motion_table"
+    trade = Trade("lost motion of {where}", "approach from one side, or measure the reversal again")
     diagnosis = ForDiagnosis(
         is_named=False,
         family="lost_motion",

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.run import Array, Run
 
@@ -20,6 +20,10 @@ class StylusQualification(Effect):
     """indicated - true = (d1, d2, d3) + d4 n: qualified minus actual offset, and actual minus qualified radius."""
 
     name = "stylus_qualification"
+    trade = Trade(
+        "qualification of stylus {where}",
+        "qualify stylus {where} with more touches, on a sphere with a better certificate",
+    )
     per = "stylus"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit"

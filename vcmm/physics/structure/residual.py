@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, KnownRange, Typical
+from vcmm.core.declaration import UM, ForDiagnosis, KnownRange, Trade, Typical
 from vcmm.core.effect import POINTS, Effect, param, points
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law, MultivariateNormal
@@ -51,6 +51,7 @@ class ResidualField(Effect):
     """
 
     name = "residual_field"
+    trade = Trade("what the calibration leaves in the volume", "calibrate with more positions")
     per = "machine"
     cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
     diagnosis = ForDiagnosis(
@@ -239,6 +240,9 @@ class CorrelatedField(Effect):
     """
 
     name = "correlated_field"
+    trade = Trade(
+        "errors of the machine within its certificate", "calibrate the machine: a certificate alone is wide"
+    )
     per = "machine"
     cites = "Rasmussen & Williams, Gaussian Processes (2006), eq. 2.25, normalised to unit variance"
     diagnosis = ForDiagnosis(

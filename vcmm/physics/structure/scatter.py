@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -20,6 +20,9 @@ class Scatter(Effect):
     """A departure of one reading along n; the machine file's [repeatability] gives its law."""
 
     name = "scatter"
+    trade = Trade(
+        "repeatability of single points", "more points on the feature, or the mean of repeated measurements"
+    )
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)"
@@ -48,6 +51,7 @@ class Reindexing(Effect):
     """A random 3-vector of the tip per event (head re-indexing, stylus change), machine axes."""
 
     name = "reindexing"
+    trade = Trade("re-indexing of the probe head", "index less often, or qualify after every indexing")
     per = "event"
     cites = "ISO 10360-5: multiple-stylus tests, L_Dia.5x25 (articulating head)"
     is_random = True

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import PROBE_LABEL, TOOL_AXIS_COLUMNS, Array, Run
@@ -27,6 +27,7 @@ class WorkOffset(Effect):
     """
 
     name = "work_offset"
+    trade = Trade("setting of the work offset {where}", "set the work zero with more touches")
     per = "direction, setup"
     cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
     belongs_to = "setup"
@@ -62,6 +63,7 @@ class ToolLength(Effect):
     """-dl along Z of the tool frame: a tool longer than its table entry by `dl` cuts deeper (ISO 841: +Z leads out of the work)."""
 
     name = "tool_length"
+    trade = Trade("length of tool {where} as set", "measure the tool in the machine")
     per = "tool"
     cites = "ISO 841:2001; JCGM 100, 4.3"
     belongs_to = "tool"
@@ -91,6 +93,9 @@ class ToolRadius(Effect):
     """
 
     name = "tool_radius"
+    trade = Trade(
+        "radius of tool {where} as set", "measure the tool in the machine, or correct by the first part"
+    )
     per = "tool"
     needs = ("nx", "ny", "nz")
     cites = "ISO 13399-3 (cutting diameter); JCGM 100, 4.3"
@@ -130,6 +135,10 @@ class ToolOffset(Effect):
     """
 
     name = "tool_offset"
+    trade = Trade(
+        "offset of tool {where} as set",
+        "correct the offset by the first part, or measure the tool in the machine",
+    )
     per = "tool, direction"
     cites = "ISO 841:2001; JCGM 100, 4.3"
     belongs_to = "tool"
@@ -168,6 +177,7 @@ class ProbeTouch(Effect):
     """
 
     name = "probe_touch"
+    trade = Trade("probing on the machine", "probe more slowly, and qualify the probe at that feed")
     per = "touch of the program"
     needs = ("nx", "ny", "nz")
     cites = "ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series, first_order_lag
@@ -24,6 +24,7 @@ class SpindleGrowth(Effect):
     """
 
     name = "spindle_growth"
+    trade = Trade("growth of the spindle {where}", "warm the spindle up before the cut")
     per = "axis"
     needs = ("time_s",)
     aliases = {"A": "amplitude"}  # noqa: RUF012 - read only

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_location
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, URAD, ForDiagnosis, Trade, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -24,6 +24,10 @@ class Squareness(Effect):
     """
 
     name = "squareness"
+    trade = Trade(
+        "squareness {where}",
+        "measure squareness {where} and correct it, or place the part where it shows less (vcmm place)",
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change", "map_interpolation"),
         shared_physics="geometry",
@@ -79,6 +83,10 @@ class RotaryLocation(Effect):
     """
 
     name = "rotary_location"
+    trade = Trade(
+        "location of the rotary axis, {where}",
+        "touch a sphere on the table at four angles and correct {where}",
+    )
     per = "component"
     place = "location"
     own = True

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -32,6 +32,7 @@ class TipRadius(_Tip):
     """+dr along n, dr = actual - qualified radius: a ball larger than believed makes shafts larger, bores smaller."""
 
     name = "tip_radius"
+    trade = Trade("radius of the tip {where}", "clean and qualify the stylus again")
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus tip qualification; geometry of a ball on a surface"
     words = Words(

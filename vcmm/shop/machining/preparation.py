@@ -182,7 +182,7 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
             q = move.end[i] + move.tool_offset[i]
             if axis is not None and abs(q) > FAR * max(map(abs, axis.travel)):
                 raise ModelLimit(
-                    f"line {move.source.line} of the program leaves the machine: axis {letter} = {q:.6g} mm, its travel is "
+                    f"line {move.source.line} of the program is out of travel: axis {letter} = {q:.6g} mm, its travel is "
                     f"{axis.travel[0]:.6g} to {axis.travel[1]:.6g} mm; check work offset and tool length"
                 )
 
@@ -213,7 +213,7 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
             line = path.columns["line"][later[bad[0]]]
             scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
             raise ModelLimit(
-                f"line {line:.0f} of the program leaves the machine: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
+                f"line {line:.0f} of the program is out of travel: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
                 f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length{other_unit(scenario)}"
             )
 

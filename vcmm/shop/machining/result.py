@@ -138,7 +138,7 @@ def group_of(line: BudgetLine) -> str:
 
 
 def shares_by_group(c: CharacteristicResult) -> dict[str, float]:
-    """Share of u^2 by group, the sum of its lines; what inputs do only together (`budget_interaction`) is left out, and so is a u of next to nothing."""
+    """Share of u^2 by group, the sum of its lines; interaction (`budget_interaction`) is left out, and so is a u of next to nothing."""
     out = dict.fromkeys(GROUPS, 0.0)
     if c.u < LEAST_U:
         return out

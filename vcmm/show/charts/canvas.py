@@ -48,6 +48,20 @@ def carrying(ax: Any, **numbers: Any) -> Any:
     return ax
 
 
+MOST_NUMBERS = 2000  # of one curve or map in the data of a page; of more its number and ends
+
+
+def as_data(values: Any) -> Any:
+    """Numbers (n,) or (m, n) to six significant digits, where they are few; else how many there are and their ends."""
+    import numpy as np
+
+    given = np.asarray(values, dtype=float)
+    if given.size <= MOST_NUMBERS:
+        return [as_data(row) for row in given] if given.ndim > 1 else [float(f"{v:.6g}") for v in given]
+    known = given[np.isfinite(given)]
+    return {"numbers": given.size, "ends": [float(known.min()), float(known.max())] if known.size else []}
+
+
 def panels(count: int, width: float = 6.4, height: float = 2.2, rows: Sequence[int] = ()) -> list[Any]:
     """`count` Axes below one another in one figure; rows: how many bars each is to hold, where they are bars."""
     import matplotlib.pyplot as plt

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.show.charts.canvas import ChartSheet, add_legend, canvas, plain, plain_label
+from vcmm.show.charts.canvas import ChartSheet, add_legend, as_data, canvas, carrying, plain, plain_label
 from vcmm.show.report.palette import LIGHT, SERIES
 
 if TYPE_CHECKING:
@@ -77,6 +77,11 @@ def curve(
         drawn.axhline(0.0, color=LIGHT["rule"], linewidth=0.8, zorder=0.8)
     drawn.margins(x=0.01)
     drawn.ticklabel_format(useOffset=False)
+    numbers = [
+        {"name": one.name} | dict(zip(("x", "y", "low", "high"), map(as_data, _check_series(one))))
+        for one in series
+    ]
+    drawn = carrying(drawn, chart="curve", x_label=x_label, y_label=y_label, series=numbers)
     return plain(add_legend(drawn), title, x_label, y_label)
 
 

@@ -17,6 +17,7 @@ from vcmm.show.charts.canvas import (
     TICK,
     WORD,
     ChartSheet,
+    as_data,
     canvas,
     carrying,
     plain,
@@ -76,7 +77,11 @@ def heat_map(
     plain(drawn, title, x_label, y_label, grid="")
     known = data[np.isfinite(data)]
     least, most = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
-    return carrying(drawn, chart="map", unit=unit, least=least, most=most, levels=scale.levels)
+    held = {
+        "x": as_data(xc), "y": as_data(yc), "values": as_data(data), "marks": [[name, mx, my] for name, mx, my in marks],
+        "least": least, "most": most, "levels": scale.levels,
+    }  # fmt: skip
+    return carrying(drawn, chart="map", unit=unit, **held)
 
 
 def is_of_one_colour(

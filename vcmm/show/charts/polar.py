@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.show.charts.canvas import GRID, MUTED, TICK, ChartSheet, add_title, canvas
+from vcmm.show.charts.canvas import GRID, MUTED, TICK, ChartSheet, add_title, as_data, canvas, carrying
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import number
 
@@ -62,5 +62,7 @@ def polar(
     drawn.grid(color=GRID, linewidth=0.8)
     drawn.spines["polar"].set_edgecolor(GRID)
     drawn.spines["inner"].set_edgecolor(GRID)
+    bounds = dict(zip(("low", "high"), map(as_data, sides))) if len(sides) == 2 else {}
+    carrying(drawn, chart="polar", unit="µm", angle_rad=as_data(angle), radius=as_data(radius), **bounds)
     form = number(ends[1] - ends[0], 3)
     return add_title(drawn, f"{title}\nHighest to lowest point about this reference: {form} µm.")

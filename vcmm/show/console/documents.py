@@ -22,7 +22,12 @@ def document(
     files: Sequence[Path] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The frame of every JSON document, each file once; a number that is not finite becomes null with a warning."""
+    """The frame of every JSON document, each file once; a number that is not finite becomes null with a warning.
+
+    warnings: sentences; each is written as severity, where, text and cure, and `warning_texts` holds the sentences alone.
+    """
+    from vcmm.show.report.notices import documents as as_documents
+
     notes = list(warnings)
     clean = _finite(body, "", notes)
     head = {
@@ -30,7 +35,8 @@ def document(
         "version": __version__,
         "seed": seed,
         "inputs": [_file_hash(p) for p in {p.absolute(): p for p in files}.values()],
-        "warnings": notes,
+        "warnings": as_documents(notes),
+        "warning_texts": notes,
     }
     return head | clean
 

@@ -35,7 +35,7 @@ ARCHIVE_ERRORS = (  # what zipfile and its decompressors raise of an archive tha
     zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, NotImplementedError, ValueError, OverflowError,
     struct.error,
 )  # fmt: skip
-NOT_COMPARED = ("version", "inputs", "warnings")  # they hold paths and the version
+NOT_COMPARED = ("version", "inputs", "warnings", "warning_texts")  # they hold paths and the version
 
 
 @dataclass(frozen=True)

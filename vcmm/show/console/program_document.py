@@ -93,10 +93,15 @@ def print_read(read: Any, moves: MoveFile, files: Sequence[Path], more: dict[str
 
 def nc_json(read: Any, total: Any) -> dict[str, Any]:
     """The body of the JSON document but for the moves."""
-    warnings = [{"line": w.line, "column": w.column, "text": w.text} for w in read.warnings]
+    from vcmm.show.report.notices import notice
+
+    warnings: list[dict[str, Any]] = [
+        notice(w.text).document() | {"where": f"line {w.line}", "line": w.line, "column": w.column}
+        for w in read.warnings
+    ]
     if read.dialect_reason:
         text = f"the dialect {read.dialect} was guessed: {read.dialect_reason}"
-        warnings.insert(0, {"line": 1, "column": 1, "text": text})
+        warnings.insert(0, notice(text).document() | {"where": "line 1", "line": 1, "column": 1})
     return {
         "dialect": read.dialect,
         "summary": total.as_json(),
@@ -114,6 +119,7 @@ def nc_json(read: Any, total: Any) -> dict[str, Any]:
             for t in read.touches
         ],
         "warnings": warnings,
+        "warning_texts": [w["text"] for w in warnings],
     }
 
 

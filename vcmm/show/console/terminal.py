@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vcmm.show.console.widths import FittedTable
+    from vcmm.show.report.answers import AnswerLine
     from vcmm.show.tables.table import ResultTable
 
 EVERY = 60.0  # s between lines of a long job whose stderr is no terminal
@@ -56,7 +57,24 @@ class SeldomSaid:
 
 def say(text: str) -> None:
     """A remark for the person, on stderr."""
-    print(text, file=sys.stderr)
+    from vcmm.show.report.text import micro
+
+    print(micro(text), file=sys.stderr)
+
+
+def say_warnings(texts: Iterable[str]) -> None:
+    """What has to be said beside a result, each with its severity: note, warning or error."""
+    from vcmm.show.report.notices import in_terminal
+
+    for text in texts:
+        say(in_terminal(text))
+
+
+def show_answers(lines: Iterable[AnswerLine]) -> None:
+    """The answer first: value ± U, limits, decision, largest contributor, what to change; then an empty line."""
+    from vcmm.show.report.answers import answer_text
+
+    print(answer_text(lines) + "\n")
 
 
 def show_table(table: ResultTable[Any]) -> None:

@@ -2,45 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 
 from vcmm import __version__
-from vcmm.learn.calibration.identifiability import is_angle
+from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.tables.calibration import Left, residuals
-from vcmm.show.tables.table import titled_html
+from vcmm.show.pages.header import facts, files_block
+from vcmm.show.tables.answers_machine import calibration_answers
+from vcmm.show.tables.calibration import Left, errors_by_name, positioning, residuals
+from vcmm.show.tables.table import html, titled_html
 
 MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
 
 
-def calibration_page(found: Calibration) -> str:
-    """One self-contained HTML file."""
-    blocks = [r.note(w, "warning") for w in found.warnings]
-    blocks += [r.heading("Errors of the machine, 95 % bands")]
+def calibration_page(found: Calibration, figures: Sequence[Figure] = (), files: Sequence[Path] = ()) -> str:
+    """One self-contained HTML file. figures: A, R, E, M of the calibrated machine (ISO 230-2); files: what was read."""
+    blocks = r.notices(found.warnings)
+    blocks += [r.heading("Errors by name"), html(errors_by_name(found))]
+    blocks += [r.heading("Not identified"), *missing(found)]
+    if figures:
+        blocks += [r.heading("Positioning (ISO 230-2)"), html(positioning(figures))]
+    blocks += [r.heading("Errors over the travel, 95 % bands")]
     pictures = [draw.on_page(found.plot, c.component) for c in found.kept.curves]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
-    if found.kept.pairs:
-        rows = []
-        for pair in found.kept.pairs:
-            scale, unit = size_of(pair)
-            _, value, u = found.band(pair)
-            rows.append([pair, f"{value[0] * scale:+.2f} {unit}", f"{u[0] * scale:.2f} {unit}"])
-        blocks += [r.heading("Squareness and location"), r.table(["", "value", "u"], rows, numeric=(1, 2))]
-    blocks += [r.heading("Not identified"), *missing(found), *titled_html(residuals(found))]
+    blocks += titled_html(residuals(found))
     left = sorted(residuals(found).rows, key=lambda row: -rms(row.residual) / (rms(row.part.u) * row.noise.u))
     pictures = [scatter(row) for row in left[:MOST]]
-    blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
+    blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)] + files_block(files)
     footer = (
         f"vcmm {__version__}. Over the travel rotations have the mean zero and straightness no least-squares line: the direction of travel is "
         "squareness (ISO 230-1)."
     )
     return r.page(
-        f"Calibration of {found.machine.name}",
+        f"Calibration report: {found.machine.name}",
         blocks,
-        subtitle=f"structure {found.machine.chain.structure}",
         footer=footer,
+        answers=calibration_answers(found, figures),
+        facts=facts("", f"{found.machine.name}, structure {found.machine.chain.structure}", None),
     )
 
 
@@ -60,11 +63,6 @@ def scatter(row: Left) -> str:
         bands=[draw.Band(-width, width)],
         ax=draw.ChartSheet(height=200),
     )
-
-
-def size_of(name: str) -> tuple[float, str]:
-    """(to the unit, unit) in which an error is shown."""
-    return (1e6, "µrad") if is_angle(name) else (1e3, "µm")
 
 
 def missing(found: Calibration) -> list[str]:

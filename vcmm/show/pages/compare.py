@@ -12,6 +12,8 @@ from vcmm.learn.diagnosis.comparison import Comparison, Misfit
 from vcmm.learn.diagnosis.locate import short
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
+from vcmm.show.tables.answers import compare_answers
 from vcmm.show.tables.comparison import short_names, tables
 from vcmm.show.tables.table import html
 
@@ -23,7 +25,11 @@ def compare_page(rows: Sequence[Comparison]) -> str:
         blocks += [r.heading(f"Residuals of {part.recording.name}"), r.columns(*_pictures(rows, k))]
     title = "Simulation against recording"
     return r.page(
-        title, blocks, subtitle=", ".join(short_names([c.file for c in rows])), footer=f"vcmm {__version__}"
+        title,
+        blocks,
+        footer=f"vcmm {__version__}",
+        answers=compare_answers(rows, short_names([c.file for c in rows])),
+        facts=facts(),
     )
 
 

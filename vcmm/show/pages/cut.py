@@ -1,6 +1,9 @@
-"""The report of a virtual cut: decisions, colour maps of the surface, who owns the deviation, how it was computed."""
+"""The report of a virtual cut: decisions, colour maps of the surface, main contributors, how it was computed."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -9,8 +12,10 @@ from vcmm.shop.cutting.solid import picture as stock_mesh
 from vcmm.shop.machining.result import CutResult, Patch
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.turned_blank import TurnedBlank, mesh
+from vcmm.shop.motion.toolpath import clock
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.path import cut_path
 from vcmm.show.pages.uncertainty import characteristic_blocks
 from vcmm.show.tables.cut import finished_part, owners, surface
@@ -18,10 +23,10 @@ from vcmm.show.tables.table import html
 from vcmm.show.tables.uncertainty import computation_table
 
 
-def cut_page(scenario: CutScenario, result: CutResult) -> str:
-    """One self-contained HTML file."""
+def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = ()) -> str:
+    """One self-contained HTML file. files: what was read."""
     blocks = [r.heading("The finished part"), html(finished_part(result)), html(owners(result))]
-    blocks += [r.note(w, "warning") for w in result.warnings]
+    blocks += r.notices(result.warnings)
     blocks += [
         r.heading("The cut surface"),
         html(surface(result)),
@@ -33,16 +38,27 @@ def cut_page(scenario: CutScenario, result: CutResult) -> str:
     ]
     for c in result.characteristics:
         blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
-    blocks += [r.heading("How it was computed"), html(computation_table(result.uncertainty))]
+    blocks += [
+        r.heading("How it was computed"),
+        html(computation_table(result.uncertainty)),
+        *files_block(files),
+    ]
     footer = (
         f"vcmm {__version__}, seed {result.uncertainty.seed}. Machining error = actual - commanded; departure of the "
         "surface along the outward normal, plus is material left."
     )
     return r.page(
-        f"Virtual machining: {scenario.name}",
+        f"Virtual machining report: {scenario.name}",
         blocks,
-        subtitle=f"{scenario.program.name} on {scenario.machine.name}",
         footer=footer,
+        answers=[r.answer_of(c) for c in result.characteristics],
+        facts=facts(
+            scenario.part.name if hasattr(scenario.part, "name") else "",
+            scenario.machine.name,
+            None,
+            result.uncertainty.seed,
+            [("program", scenario.program.name), ("cycle time", clock(result.seconds))],
+        ),
     )
 
 

@@ -42,7 +42,7 @@ def deviation_items(task: Task, factor: float) -> list[Item]:
     for colour, name, sign in KINDS:
         rows = np.flatnonzero(sign * form > 0)
         if len(rows):
-            said = [f"{names[i]}\ndeviation {1e3 * form[i]:+.2f} um" for i in rows]
+            said = [f"{names[i]}\ndeviation {1e3 * form[i]:+.2f} µm" for i in rows]
             feet = t.pose.apply(t.points[rows])
             tips = feet + factor * form[rows, None] * t.pose.turn(t.normals[rows])
             items += [

@@ -31,6 +31,8 @@ from vcmm.show.pages.diagnosis_pictures import (
     unknown_picture,
     zone_maps,
 )
+from vcmm.show.pages.header import facts
+from vcmm.show.tables.answers_machine import diagnosis_answers
 from vcmm.show.tables.diagnosis import (
     answers,
     detectable_table,
@@ -47,7 +49,7 @@ from vcmm.task.response.recording import Recording
 
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
-    "explained": "The departure is explained by physics that the machine file lacks.",
+    "explained": "Effects missing from the machine model explain the departure.",
     "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
     "named, not modelled": "What is missing has a name, but no machine file that these rows support holds it: nothing of it is written.",
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
@@ -81,7 +83,7 @@ def sentences(d: Diagnosis) -> list[str]:
 def _answer_text(d: Diagnosis, a: Answer) -> str:
     """One answer: what the machine does, its numbers, what it may be instead."""
     rivals = (
-        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them {a.with_rivals:.3f}."
+        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; probability of either: {a.with_rivals:.3f}."
         if a.cannot_be_told_from
         else ""
     )
@@ -92,7 +94,7 @@ def _answer_text(d: Diagnosis, a: Answer) -> str:
         said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}"
     own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
     return (
-        f"{said} {_name(a)}: {values_text(a)}; {a.share:.0%} of the excess energy, probability"
+        f"{said} {_name(a)}: {values_text(a)}; its own variance is {a.share:.0%} of the excess; probability"
         f" {probability_text(a)}.{rivals}{own}".strip()
     )
 
@@ -134,7 +136,7 @@ def diagnosis_page(
     blocks = [
         r.heading("Verdict"),
         *(r.paragraph(s) for s in sentences(d)),
-        *(r.note(w, "warning") for w in d.warnings),
+        *r.notices(d.warnings),
     ]
     for table in answers(d):
         blocks += [r.heading(table.title[:1].upper() + table.title[1:]), *_answers(table)]
@@ -148,7 +150,7 @@ def diagnosis_page(
     if drawn is not recording:
         blocks += [r.paragraph(f"Drawn are {drawn.m} of {recording.m} observations, evenly over the rows.")]
     blocks += _residuals(drawn, machine, d)
-    blocks += [r.heading("On rows never fitted"), html(folds(d))]
+    blocks += [r.heading("Cross-validation"), html(folds(d))]
     if d.location:
         blocks += [r.heading("Where the residual departs"), html(places(d))]
     blocks += location_bars(d)
@@ -161,19 +163,33 @@ def diagnosis_page(
         *_power(d),
     ]
     footer = f"vcmm {__version__}, seed {d.seed}. Threshold {d.threshold:.1f} nats from the simulator's own null recordings."
-    return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
+    return r.page(
+        f"Diagnosis report: {recording.name}",
+        blocks,
+        footer=footer,
+        answers=diagnosis_answers(d),
+        facts=facts("", machine.name, None, d.seed, [("observations", f"{recording.m:,}")]),
+    )
 
 
 def without_pictures(recording: Recording, d: Diagnosis, why: str) -> str:
     """The verdict alone, and why nothing could be drawn."""
     blocks = [r.heading("Verdict"), *(r.paragraph(s) for s in sentences(d)), r.note(why, "warning")]
-    return r.page(f"Diagnosis of {recording.name}", blocks)
+    return r.page(f"Diagnosis report: {recording.name}", blocks, answers=diagnosis_answers(d))
 
 
 def _answers(table: ResultTable[Answer]) -> list[str]:
     out = [html(table)]
     items = [(_name(a), 100 * a.share) for a in table.rows]
-    out.append(draw.on_page(draw.bars, items, unit="%", title="Share of the excess energy", share="none"))
+    out.append(
+        draw.on_page(
+            draw.bars,
+            items,
+            unit="%",
+            title="Own variance of each effect over the excess (they overlap, and do not add up)",
+            share="none",
+        )
+    )
     for a in table.rows:
         kind = BY_NAME.get(a.effect)
         if kind is not None:

@@ -8,6 +8,8 @@ from vcmm import __version__, charts
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
+from vcmm.show.tables.answers import field_answers
 from vcmm.show.tables.error_field import diagonals, summary
 from vcmm.show.tables.table import html
 from vcmm.task.response.volumetric import ErrorField, field, linear_axes
@@ -24,10 +26,11 @@ def field_page(machine: Machine, error_map: ErrorField) -> str:
     blocks += _layers(error_map, linear_axes(machine))
     footer = f"vcmm {__version__}. Tip error = actual - nominal in workpiece axes; a CMM's indication has the opposite sign."
     return r.page(
-        f"Error field of {machine.name}",
+        f"Volumetric error report: {machine.name}",
         blocks,
-        subtitle=f"structure {machine.chain.structure}",
         footer=footer,
+        answers=field_answers(machine, error_map),
+        facts=facts("", f"{machine.name}, structure {machine.chain.structure}"),
     )
 
 

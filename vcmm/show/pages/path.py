@@ -17,17 +17,20 @@ from vcmm.core.errors import ModelLimit
 from vcmm.program.reading import read_bytes
 from vcmm.program.setup import turns_with
 from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts, files_block
 from vcmm.show.report.path import PathPicture, path_picture
+from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import before_and_after, departures, shifts
 from vcmm.show.tables.table import html
 
 MOST = 40_000  # pieces of a picture, about 2 MB
 
 
-def compensation_page(result: CompensatedProgram, program: Path) -> str:
-    """One self-contained HTML file; the result holds its paths. program: the file, for the lines under the pointer."""
+def compensation_page(result: CompensatedProgram, program: Path, proof: CutProof | None = None) -> str:
+    """One self-contained HTML file; the result holds its paths. program: the file, for the lines under the pointer; proof: by a cut."""
     assert result.paths is not None
     text = _lines(program)
     both = [_picture(path, text, name) for path, name in zip(result.paths, ("as programmed", "compensated"))]
@@ -35,14 +38,25 @@ def compensation_page(result: CompensatedProgram, program: Path) -> str:
         "Distance of the tool from the programmed path, with the errors that are corrected; rapids dashed."
         + _rest(result.paths)
     )
-    blocks = [html(departures(result, before_and_after(result))), html(shifts(result))]
+    blocks = [
+        r.heading("Before and after"),
+        html(departures(result, before_and_after(result))),
+        html(shifts(result)),
+    ]
     blocks += [r.heading("Along the program"), path_picture(*both, caption=caption)]
-    blocks += [r.note(w, "warning") for w in result.warnings]
+    blocks += [*r.notices(result.warnings), *files_block([program])]
     return r.page(
-        f"Compensation of {result.name}",
+        f"Compensation report: {result.name}",
         blocks,
-        subtitle=result.machine,
         footer=f"vcmm {__version__}, hash {result.digest}",
+        answers=compensation_answers(result, proof),
+        facts=facts(
+            "",
+            result.machine,
+            None,
+            None,
+            [("control", result.dialect), ("hash of the new program", result.digest)],
+        ),
     )
 
 

@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from vcmm import __version__
-from vcmm.answer.placing.advice import advice
+from vcmm.answer.placing.advice import room_and_shares
 from vcmm.answer.placing.result import PlacementResult
-from vcmm.answer.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
+from vcmm.answer.placing.words import UNITS, changes, goal_text, pose_text, region_text
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items, touch_items, volume_items
-from vcmm.show.tables.placement import compared_poses
+from vcmm.show.tables.answers import place_answers
+from vcmm.show.tables.placement import OTHER_DRAWS, compared_poses
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.fixture import DOFS, pose_of
 
@@ -28,8 +30,8 @@ def place_page(placed: PlacementResult) -> str:
         r.heading("Poses compared"),
         html(compared_poses(placed), emphasise=(0,)),
     ]
-    blocks += [r.heading("Advice"), *map(r.paragraph, advice(placed))]
-    blocks += [r.note(w, "warning") for w in placed.warnings]
+    blocks += [r.heading("Advice"), *map(r.paragraph, room_and_shares(placed))]
+    blocks += r.notices(placed.warnings)
     blocks += [r.heading("How sure"), sure_table(placed)]
     blocks += [r.heading("Over the table"), *maps(placed)]
     if placed.before is not None:
@@ -39,7 +41,13 @@ def place_page(placed: PlacementResult) -> str:
         f"vcmm {__version__}, seed {placed.seed}. Pose: shift of the part's origin after turns about the fixed x, then y, "
         "then z. The search is in closed form; budgets and the gain are those of the full evaluation."
     )
-    return r.page(f"Placement: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
+    return r.page(
+        f"Placement report: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=place_answers(placed),
+        facts=facts("", scenario.machine.name, scenario.record, placed.seed),
+    )
 
 
 def sure_table(placed: PlacementResult) -> str:
@@ -51,12 +59,8 @@ def sure_table(placed: PlacementResult) -> str:
             "confirmed" if sure.is_confirmed else "not confirmed",
             kind="good" if sure.is_confirmed else "warning",
         )
-        text = (
-            f"{change(sure.gain, sure.present)} of the present value, standard error {sure.u_gain / sure.present:.2%}, {sure.trials:,} "
-            f"paired trials with a seed of their own"
-        )
-        rows.insert(0, ["gain out of sample", text])
-        rows.insert(1, ["the gain is", verdict])
+        rows.insert(0, ["the gain above is", verdict])
+        rows.insert(1, ["by", f"{sure.trials:,} paired trials with a seed of their own, {OTHER_DRAWS}"])
     rows.append(
         [
             "search",
@@ -144,8 +148,8 @@ def budgets(placed: PlacementResult) -> list[str]:
                 draw.on_page(
                     draw.bars,
                     items,
-                    unit=word.replace("u", "µ", 1),
-                    title=f"{name}: {title}, U = {c.expanded * scale:.3g} {word.replace('u', 'µ', 1)}",
+                    unit=word,
+                    title=f"{name}: {title}, U = {c.expanded * scale:.3g} {word}",
                     total=c.u * scale,
                     longest=longest,
                 )

@@ -8,6 +8,8 @@ from vcmm.shop.machining.placement import PlacedCut
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
+from vcmm.show.tables.answers import placed_cut_answers
 from vcmm.show.tables.placement import compared_cut_poses, gains
 from vcmm.show.tables.table import html, listing
 
@@ -25,7 +27,11 @@ def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
     blocks += [r.heading("How sure, how flat"), html(listing("", ["", ""], sure, words=(0, 1)))]
     footer = f"vcmm {__version__}, seed {placed.seed}. Part and work offset move together; the program stays as it is."
     return r.page(
-        f"Place of the part: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
+        f"Placement report: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=placed_cut_answers(placed),
+        facts=facts("", scenario.machine.name, None, placed.seed, [("program", scenario.program.name)]),
     )
 
 

@@ -10,7 +10,9 @@ from vcmm.core.pose import Pose
 from vcmm.part.gps import characteristics as gps
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items
+from vcmm.show.tables.answers import plan_answers
 from vcmm.show.tables.plans import curve
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, html
@@ -22,7 +24,13 @@ def plan_page(scenario: Scenario, result: PlanResult) -> str:
     blocks = [r.heading("U against measuring time"), *_curves(scenario, result), _table(scenario, result)]
     blocks += [r.heading("The chosen touches"), _picture(scenario, result)]
     footer = f"vcmm {__version__}. U in closed form, form of the part included; time as planned, with {result.budget_s:g} s allowed."
-    return r.page(f"Measuring plan: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
+    return r.page(
+        f"Measuring plan: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=plan_answers(result, _units(scenario)),
+        facts=facts("", scenario.machine.name, scenario.record),
+    )
 
 
 def _units(scenario: Scenario) -> dict[str, str]:

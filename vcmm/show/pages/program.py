@@ -10,9 +10,12 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.program.moves import PLANES, Move, Program
 from vcmm.program.summary import ProgramSummary, arc_angle
+from vcmm.shop.motion.toolpath import Toolpath
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
 from vcmm.show.report.path import PathPicture, path_picture
 from vcmm.show.tables import program as tables
+from vcmm.show.tables.answers_machine import program_answers
 from vcmm.show.tables.table import html
 
 MOST_PIECES = 200_000  # more are no picture: a browser stands still
@@ -20,13 +23,23 @@ CHORD_ANGLE = math.radians(6.0)
 
 
 def program_page(
-    name: str, program: Program, total: ProgramSummary, text: str, machine: Machine | None
+    name: str,
+    program: Program,
+    total: ProgramSummary,
+    text: str,
+    machine: Machine | None,
+    path: Toolpath | None = None,
 ) -> str:
-    """One self-contained HTML file. text: of the program, for the line under the pointer. Raises UsageError without a motion."""
+    """One self-contained HTML file. text: of the program, for the line under the pointer; path: its motion in time, where asked for.
+
+    Raises UsageError without a motion.
+    """
     if not program.moves:
         raise UsageError(f"{name} has no motion: there is no path to be shown")
-    blocks = [r.heading("Path"), path_picture(_picture(program, text))]
+    blocks = [r.heading("Path"), path_picture(_picture(program, text)), r.heading("Moves and extents")]
     blocks += [html(tables.kinds(name, program, total)), html(tables.extents(program, total))]
+    if path is not None:
+        blocks += [r.heading("Time"), html(tables.times(path))]
     if machine is not None:
         blocks += [r.heading("Travels"), html(tables.travels(program, machine))]
     if program.assumed:
@@ -34,7 +47,19 @@ def program_page(
     if program.warnings:
         blocks += [r.heading("Remarks"), html(tables.remarks(name, program))]
     why = f": {program.dialect_reason}" if program.dialect_reason else ""
-    return r.page(name, blocks, subtitle=f"dialect {program.dialect}{why}", footer=f"vcmm {__version__}")
+    return r.page(
+        f"NC program report: {name}",
+        blocks,
+        footer=f"vcmm {__version__}",
+        answers=program_answers(program, total, path),
+        facts=facts(
+            "",
+            machine.name if machine is not None else "",
+            None,
+            None,
+            [("control", f"{program.dialect}{why}")],
+        ),
+    )
 
 
 def _picture(program: Program, text: str) -> PathPicture:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from vcmm import __version__
 from vcmm.answer.routes.job import RoutesResult
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
+from vcmm.show.tables.answers import routes_answers
 from vcmm.show.tables.routes import agreements_table, contributions_table, routes_table
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.scenario import Scenario
@@ -21,11 +23,15 @@ def routes_page(scenario: Scenario, found: RoutesResult) -> str:
     blocks += [r.heading("By every route"), html(routes_table(found))]
     blocks += [r.heading("Agreement"), html(agreements_table(found))]
     blocks += [r.heading("What the uncertainties are made of"), html(contributions_table(found))]
-    blocks += [r.note(text) for text in dict.fromkeys(notes)]
+    blocks += r.notices(notes)
     how = (
         "Everything was measured on one drawn machine; the routes do not know it." if found.simulated else ""
     )
     footer = f"vcmm {__version__}, seed {found.seed}. {how}"
     return r.page(
-        f"Routes to one result: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
+        f"Routes to one result: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=routes_answers(found),
+        facts=facts("", scenario.machine.name, scenario.record, found.seed),
     )

@@ -7,7 +7,6 @@ What the scenario does not state is a blank to be filled in by hand.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,7 +18,8 @@ from vcmm.core.run import T0_DEG_C
 from vcmm.part.gps.decision import GUARD_BAND, PROBABILITY
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.show import report as r
-from vcmm.show.report.table import Raw
+from vcmm.show.pages.header import facts, hashes
+from vcmm.show.pages.uncertainty import MEASURED
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html
 from vcmm.show.tables.uncertainty import BUDGET, BudgetRow, budget_rows, not_added_up
@@ -104,7 +104,7 @@ def in_words(e: EvaluatedCharacteristic) -> str:
     shown_value = c.value if abs(middle - c.value) < LEAST_SHIFT * half else middle
     value, expanded = round_to_uncertainty(scale * shown_value, scale * half)
     k = "" if not math.isfinite(c.k) else f", coverage factor k = {c.k:.2f}"
-    shown = "" if c.coverage_shown else f" The coverage is not shown: {c.why_not_shown}."
+    shown = "" if c.coverage_shown else f" The coverage is not demonstrated: {c.why_not_shown}."
     bias = " and holds the known bias, which is not corrected (U + |bias|)" if c.bias_in_U else ""
     return (
         f"{c.name} = {value} {unit} ± {expanded} {unit}{k}. The stated expanded uncertainty is half the {c.interval_kind} coverage interval "
@@ -123,18 +123,13 @@ def _decision_text(c: CharacteristicResult) -> str:
     return f"{c.decision.text}{reason}; limits {low:.7g} to {high:.7g} {unit}{p}; rule: {rule}"
 
 
-def hashes(files: Sequence[Path]) -> list[list[object]]:
-    """File and the SHA-256 of its bytes."""
-    return [[str(f), Raw(f"<code>{hashlib.sha256(f.read_bytes()).hexdigest()}</code>")] for f in files]
-
-
 def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -> str:
     """The whole sheet as one HTML file: a page for every characteristic, then the files and a place to sign."""
     blocks = []
     for number, e in enumerate(part.characteristics, 1):
         blocks.append(f'<section class="sheet">{_section(scenario, part, e, number)}</section>')
     blocks += [r.heading("Files and their hashes (SHA-256)"), r.table(["file", "hash"], hashes(files))]
-    blocks += [r.note(w, "warning") for w in part.warnings]
+    blocks += r.notices(part.warnings)
     signed = [
         ["evaluated by", scenario.record.get("by", BLANK)],
         ["approved by", BLANK],
@@ -144,7 +139,11 @@ def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -
     footer = f"vcmm {__version__}, seed {part.uncertainty.seed}. The same files, version and seed give the same numbers."
     name = f", part {part.part}" if part.part else ""
     return r.page(
-        f"Measurement result: {scenario.name}{name}", blocks, subtitle=scenario.machine.name, footer=footer
+        f"{MEASURED}: {scenario.name}{name}",
+        blocks,
+        footer=footer,
+        answers=[r.answer_of(e.result) for e in part.characteristics],
+        facts=facts("", scenario.machine.name, scenario.record, part.uncertainty.seed),
     )
 
 

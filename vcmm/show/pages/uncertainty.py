@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 
 from vcmm import __version__
 from vcmm.answer.evaluation.result import (
@@ -16,6 +18,7 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.deviations import deviations_block
+from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
 from vcmm.show.pages.zones import zone_picture
 from vcmm.show.tables.ends_known import how_well_known
@@ -33,9 +36,13 @@ from vcmm.show.tables.uncertainty import (
 )
 from vcmm.task.measuring.scenario import Scenario
 
+PREDICTED, MEASURED = "Virtual measurement report", "Measurement result"
 
-def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
-    """One self-contained HTML file."""
+
+def uncertainty_page(
+    scenario: Scenario, result: UncertaintyResult, files: Sequence[Path] = (), title: str = PREDICTED
+) -> str:
+    """One self-contained HTML file. files: what was read; title: of a prediction, or of what was measured (`MEASURED`)."""
     found = result.characteristics
     why = [*stated_with(found), *undecided_because(found), *not_covered(found), *how_well_known(found)]
     leaves = [
@@ -43,7 +50,7 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
             r.heading("Results"),
             html(results(result)),
             *(r.note(w) for w in why),
-            *(r.note(w, "warning") for w in result.warnings),
+            *r.notices(result.warnings),
             r.heading("What was assumed"),
             assumptions(scenario, result),
         ],
@@ -64,10 +71,14 @@ def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
         ]
         for c, asked in zip(result.characteristics, result.model.characteristics)
     ]
-    blocks = [r.leaf(*leaf) for leaf in leaves]
+    blocks = [r.leaf(*leaf) for leaf in leaves] + files_block(files)
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
     return r.page(
-        f"Measurement uncertainty: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
+        f"{title}: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=[r.answer_of(c) for c in result.characteristics],
+        facts=facts("", scenario.machine.name, scenario.record, result.seed),
     )
 
 
@@ -78,7 +89,7 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
     shift = ", ".join(f"{v:.6g}" for v in scenario.pose.shift)
     styli = "; ".join(
         f"{s.name}: tip Ø {2 * s.tip_radius:g} mm at ({', '.join(f'{v:g}' for v in s.offset)}) mm, "
-        + ("qualified" if s.name in scenario.qualifications else "taken as perfectly qualified")
+        + ("qualified" if s.name in scenario.qualifications else "assumed perfectly qualified")
         for s in scenario.plan.styli.values()
     )
     warm = [
@@ -217,7 +228,8 @@ def _histogram(c: CharacteristicResult, part: str) -> str:
         (c.interval[1] - c.nominal) * scale,
     )
     marks = {"y": (c.value - c.nominal) * scale, "mean": (c.summary.mean - c.nominal) * scale}
-    title = f"Distribution of the {_quantity_text(c, part)}, {c.trials:,} trials"
+    y = "expected value" if isinstance(c.truth, PredictedPart) else "indicated value"
+    title = f"Distribution of the {_quantity_text(c, part)}, {c.trials:,} trials; y: {y}"
     if c.true_value is not None:
         interval = None
     return draw.on_page(
@@ -240,10 +252,11 @@ def budget_table(c: CharacteristicResult) -> str:
     more: list[list[object]] = []
     left = len(c.budget) - len(rows)
     if left:
-        more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
+        rest = sum(b.share for b in c.budget) - sum(row.line.share for row in rows)
+        more.append([f"{left} further, each below 0.05 %", *blank, f"{rest:.1%}"])
     for cause, (share, names) in common_causes(c.budget).items():
         more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if rest := budget_interaction(c):
-        more.append(["100 % less the shares above: what inputs do only together", *blank, f"{rest:.1%}"])
+        more.append(["100 % less the shares above: interaction", *blank, f"{rest:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"
     return html(table, more=more, foot=[[total, *blank, ""]])

@@ -215,7 +215,7 @@ def touch_sources(task: Task, influences: Sequence[Influence]) -> list[str]:
         owners = [
             f"{100 * parts[k][i] / total[i]:.0f} % {k}" for k in largest if total[i] > 0 and parts[k][i] > 0
         ]
-        out.append("\n".join([name, f"u along the normal: {1e3 * np.sqrt(total[i]):.3g} um", *owners]))
+        out.append("\n".join([name, f"u along the normal: {1e3 * np.sqrt(total[i]):.3g} µm", *owners]))
     return out
 
 

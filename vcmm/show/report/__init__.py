@@ -5,6 +5,7 @@ The names below are functions; the modules of the same name hold the rest.
 
 from __future__ import annotations
 
+from vcmm.show.report.answers import AnswerLine, answer_of, answer_text, answers_block
 from vcmm.show.report.meshes import (
     box_mesh,
     cone_mesh,
@@ -15,13 +16,14 @@ from vcmm.show.report.meshes import (
     torus_mesh,
     tube_mesh,
 )
-from vcmm.show.report.page import columns, details, heading, leaf, note, page, paragraph, write
+from vcmm.show.report.page import columns, details, heading, leaf, note, notices, page, paragraph, write
 from vcmm.show.report.scene import scene
 from vcmm.show.report.scene_items import Arrows, Ellipsoids, Label, Lines, Points, SceneBox, SceneMesh
 from vcmm.show.report.table import Cell, Raw, table
 from vcmm.show.report.text import escape, number, with_uncertainty
 
 __all__ = [
+    "AnswerLine",
     "Arrows",
     "Cell",
     "Ellipsoids",
@@ -31,6 +33,9 @@ __all__ = [
     "Raw",
     "SceneBox",
     "SceneMesh",
+    "answer_of",
+    "answer_text",
+    "answers_block",
     "box_mesh",
     "columns",
     "cone_mesh",
@@ -41,6 +46,7 @@ __all__ = [
     "heading",
     "leaf",
     "note",
+    "notices",
     "number",
     "page",
     "paragraph",

@@ -10,15 +10,18 @@ so to the browser (content security policy).
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Literal
 
 from vcmm.core.errors import Environment
+from vcmm.show.report.answers import AnswerLine, answers_block
+from vcmm.show.report.contents import contents, facts_list, linked, with_anchors
+from vcmm.show.report.notices import Severity, notice
 from vcmm.show.report.palette import css_variables
 from vcmm.show.report.plotly_source import packed_plotly
-from vcmm.show.report.text import escape
+from vcmm.show.report.text import escape, micro
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 
@@ -39,9 +42,21 @@ def scripts() -> str:
     return f"{library}<script>\n{scene_script()}</script>\n"
 
 
-def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str = "") -> str:
-    """The whole document. `blocks` are HTML strings made by this package; texts are escaped here."""
-    body = "\n".join(blocks)
+def page(
+    title: str,
+    blocks: Sequence[str],
+    *,
+    subtitle: str = "",
+    footer: str = "",
+    answers: Sequence[AnswerLine] = (),
+    facts: Sequence[tuple[str, str]] = (),
+) -> str:
+    """The whole document: title, the answers, the facts (part, machine, date ...), a list of contents, then the blocks.
+
+    `blocks` are HTML strings made by this package; texts are escaped here.
+    """
+    body, found = with_anchors("\n".join(blocks))
+    first = linked(answers_block(answers), found) + facts_list(facts) + contents(found)
     script = scripts() if "data-scene" in body else ""
     style = css_variables() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
@@ -52,7 +67,7 @@ def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str =
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n'
         f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
-        f"<header><h1>{escape(title)}</h1>{below}</header>\n<main>\n{body}\n</main>\n{foot}{script}</body>\n</html>\n"
+        f"<header><h1>{escape(title)}</h1>{below}</header>\n<main>\n{first}{body}\n</main>\n{foot}{script}</body>\n</html>\n"
     )
 
 
@@ -90,13 +105,27 @@ def heading(text: str, level: int = 2) -> str:
 
 def paragraph(text: str) -> str:
     """Running text."""
-    return f"<p>{escape(text)}</p>"
+    return f"<p>{escape(micro(text))}</p>"
 
 
-def note(text: str, kind: Literal["info", "warning"] = "info") -> str:
-    """A remark set apart; a warning is announced as such in words, not by colour alone."""
-    word = "<strong>Warning.</strong> " if kind == "warning" else ""
-    return f'<p class="note {kind}" role="note">{word}{escape(text)}</p>'
+def note(text: str, kind: Literal["info", "warning", "error"] = "info") -> str:
+    """A remark set apart; a warning or an error is announced as such in words, not by colour alone."""
+    word = {"warning": "<strong>Warning.</strong> ", "error": "<strong>Error.</strong> "}.get(kind, "")
+    return f'<p class="note {kind}" role="note">{word}{escape(micro(text))}</p>'
+
+
+def notices(texts: Iterable[str]) -> list[str]:
+    """What has to be said beside a result: errors and warnings each by itself, all that is a note in one list."""
+    by_severity: dict[Severity, list[str]] = {"error": [], "warning": [], "note": []}
+    for text in dict.fromkeys(texts):
+        by_severity[notice(text).severity].append(text)
+    out = [note(text, "error") for text in by_severity["error"]]
+    out += [note(text, "warning") for text in by_severity["warning"]]
+    if said := by_severity["note"]:
+        items = "".join(f"<li>{escape(micro(text))}</li>" for text in said)
+        word = "Note." if len(said) == 1 else "Notes."
+        out.append(f'<div class="note info" role="note"><strong>{word}</strong><ul>{items}</ul></div>')
+    return out
 
 
 def columns(*blocks: str) -> str:

@@ -228,7 +228,7 @@ def _arrows(item: Arrows, size: float) -> list[Trace]:
 def _lengths(item: Arrows, at: Array, drawn: Array) -> list[str]:
     """What an arrow says by itself: how long it really is, and where it stands."""
     return [
-        f"{1e3 * d / item.scale:.3g} um at {p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g} mm" for p, d in zip(at, drawn)
+        f"{1e3 * d / item.scale:.3g} µm at {p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g} mm" for p, d in zip(at, drawn)
     ]
 
 
@@ -253,7 +253,7 @@ def _ellipsoids(item: Ellipsoids) -> list[Trace]:
 
 
 def _axes(semi: Array) -> str:
-    return "semi-axes " + ", ".join(f"{1e3 * v:.3g}" for v in sorted(semi, reverse=True)) + " um (k = 1)"
+    return "semi-axes " + ", ".join(f"{1e3 * v:.3g}" for v in sorted(semi, reverse=True)) + " µm (k = 1)"
 
 
 def _label(item: Label) -> Trace:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vcmm.core.errors import DataError
-from vcmm.show.report.text import DASH, escape, number
+from vcmm.show.report.text import DASH, escape, micro, number
 
 MISSING = f'<span class="missing" title="not available">{DASH}</span>'
 DENSE = 10  # columns from which on they stand closer
@@ -38,7 +38,7 @@ def content(cell: object) -> str:
     if isinstance(cell, bool):
         return "yes" if cell else "no"
     words = number(float(cell), 4) if isinstance(cell, float) else str(cell)
-    return MISSING if words.strip().lower() in _NOT_A_VALUE else escape(words)
+    return MISSING if words.strip().lower() in _NOT_A_VALUE else escape(micro(words))
 
 
 def table(

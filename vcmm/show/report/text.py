@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import html
 import math
+import re
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
 
@@ -31,6 +32,14 @@ _MARGIN = 1.2  # the reader's font is unknown; the widest common one (DejaVu) is
 def escape(text: object) -> str:
     """Text made safe for HTML and SVG, in content and in attributes."""
     return html.escape(str(text), quote=True)
+
+
+_MICRO = re.compile(r"(?<=[\d)\]]) u(m|rad)\b")
+
+
+def micro(text: str) -> str:
+    """0.76 um -> 0.76 µm, as people write it; what stands in quotation marks is as files have it, and is left."""
+    return '"'.join(_MICRO.sub(r" µ\1", t) if k % 2 == 0 else t for k, t in enumerate(text.split('"')))
 
 
 def number(value: float | None, digits: int = 3) -> str:

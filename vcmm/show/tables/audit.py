@@ -33,7 +33,7 @@ AUDIT: tuple[Column[AuditResult], ...] = (
     entry("attained_interval95", lambda a: list(a.interval95)),
     Column("parts", lambda a: a.parts, COUNT, key="parts", csv="parts"),
     Column("mean width", lambda a: a.width, SIZE, key="mean_width_{unit}"),
-    Column("an oracle's", lambda a: a.oracle, SIZE, key="oracle_width_{unit}"),
+    Column("theoretical best", lambda a: a.oracle, SIZE, key="oracle_width_{unit}"),
     entry("oracle_attained", lambda a: a.oracle_held),
     entry("claimed", lambda a: a.claimed),
     entry("why_not_claimed", lambda a: a.why or None),

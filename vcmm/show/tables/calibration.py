@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from vcmm.core.error_names import words_of
 from vcmm.core.run import Array
 from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.cross_validation import PredictedPositions
@@ -13,7 +14,8 @@ from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.learn.calibration.solve import ReadingNoise
 from vcmm.learn.calibration.verification import IndependentTest
-from vcmm.show.tables.quantities import SIZE, fixed
+from vcmm.show.report.answers import K, signed
+from vcmm.show.tables.quantities import DASH, SIZE, fixed
 from vcmm.show.tables.table import Column, ResultTable, entry, listing
 
 COUNT_OR_NONE = fixed(0)
@@ -107,6 +109,33 @@ def errors(found: Calibration) -> ResultTable[Sequence[str]]:
     return listing("errors of the machine", ("error", "from ... to", "u (rms over the travel)"), rows)
 
 
+def errors_by_name(found: Calibration) -> ResultTable[Sequence[str]]:
+    """The same with the words of ISO 230-1: positioning of X, EXX."""
+    rows = [(words_of(name), name, size, u) for name, size, u in errors(found).rows]
+    heads = ("error", "name", "from ... to", "u (rms over the travel)")
+    return listing("Errors by name", heads, rows, words=(0, 1))
+
+
+def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
+    """A, R, E and M by axis, with U (k = 2); what the recordings do not tell is a dash."""
+    values = {f.name: f for f in figures}
+    axes = list(dict.fromkeys(name.split(" ")[1] for name in values if " " in name))
+
+    def cell(name: str) -> str:
+        f = values.get(name)
+        return DASH if f is None or f.value_um is None else signed(f.value_um, K * (f.u_um or 0.0), "µm")
+
+    kinds = (
+        ("A", "accuracy A"),
+        ("R", "repeatability R"),
+        ("E", "systematic deviation E"),
+        ("M", "mean deviation M"),
+    )
+    rows = [(axis, *(cell(f"{short} {axis}") for short, _ in kinds)) for axis in axes]
+    caption = "Bidirectional, over the whole travel, ± U with k = 2: what a test by ISO 230-2 of the calibrated machine would find."
+    return listing("Positioning (ISO 230-2)", ("axis", *(words for _, words in kinds)), rows, caption=caption)
+
+
 def residuals(found: Calibration) -> ResultTable[Left]:
     """rms of what is left per recording, against its noise."""
     post = found.posterior
@@ -139,7 +168,7 @@ def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]
         (
             what,
             f"{p.minutes:g} min",
-            f"{p.volume_um:.2f} um",
+            f"{p.volume_um:.2f} µm",
             f"{len(p.identified.names)} errors",
             ", ".join(p.names),
         )

@@ -28,7 +28,7 @@ def _short(path: str, others: Sequence[str]) -> str:
 
 def tables(rows: Sequence[Comparison]) -> list[ResultTable[Sequence[str]]]:
     """The figures, the folds, and on what the residuals depend."""
-    unit, scale = ("urad", 1e6) if rows[0].angle else ("um", 1e3)
+    unit, scale = ("µrad", 1e6) if rows[0].angle else ("µm", 1e3)
     files = short_names([c.file for c in rows])
     figures = [
         (file, *(f"{scale * v:.4g}" for v in (c.rms, c.weighted_rms, c.noise)), f"{c.chi2:.5g}", str(c.dof))

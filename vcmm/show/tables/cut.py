@@ -1,4 +1,4 @@
-"""A virtual cut as tables: the finished part, who owns the uncertainty, what a batch shares, the surface point by point."""
+"""A virtual cut as tables: the finished part, main uncertainty contributors, what a batch shares, the surface point by point."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ from vcmm.show.tables.uncertainty import (
     characteristic_json,
     decision_text,
     from_nominal,
+    more_than_rounding,
     p_conform,
 )
 
@@ -41,7 +42,7 @@ PART: tuple[Column[CharacteristicResult], ...] = (
     Column("interval", lambda c: from_nominal(c.interval, c), SPAN),
     Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
     Column("decision", decision_text, DECISION),
-    Column("p conform", p_conform, SHARE, page_head="conforms with"),
+    Column("p conform", p_conform, SHARE, page_head="probability of conformity"),
 )
 
 
@@ -121,10 +122,10 @@ def owners(result: CutResult) -> ResultTable[OwnedShares]:
         Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
     ]
     if any(budget_interaction(row.of) for row in rows):
-        shares.append(Column("together", lambda o: budget_interaction(o.of), OWNER))
+        shares.append(Column("interaction", lambda o: budget_interaction(o.of), OWNER))
     batch = [Column(c.head, c.cell, c.writing, page_head=c.page_head, on="page") for c in (REPEATS, SCATTERS)]
     caption = (
-        "Shares of u² by owner, each input alone with the others held still; together: what inputs of any owner do only together, "
+        "Shares of u² by owner, each input alone with the others held still; interaction: of inputs of any owner, "
         "100 % less the others, where the output is not linear (negative: they cover each other). What repeats is common to all parts cut with this set-up; what scatters differs from part to "
         "part."
     )
@@ -133,7 +134,7 @@ def owners(result: CutResult) -> ResultTable[OwnedShares]:
 
 def largest_contributions(result: CutResult, most: int = 4) -> ResultTable[BudgetRow]:
     columns = [c for c in BUDGET if c.head != "law"]
-    rows = [row for c in result.characteristics for row in budget_rows(c)[:most]]
+    rows = [row for c in result.characteristics for row in budget_rows(c)[:most] if more_than_rounding(row)]
     return ResultTable("largest contributions", columns, rows)
 
 
@@ -254,6 +255,6 @@ def surface_text(s: SurfaceExtremes) -> str:
         return f"surface: no figure; {s.reason}"
     without = f"; not in it, since they have no net: {', '.join(s.without)}" if s.without else ""
     return (
-        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
-        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um){without}"
+        f"surface: largest departure {s.max_um:.2f} µm, rms {s.rms_um:.2f} µm over {s.points} points of the nets on all "
+        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} µm){without}"
     )

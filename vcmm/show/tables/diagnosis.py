@@ -17,12 +17,12 @@ from vcmm.learn.diagnosis.verdict import describe_probability
 from vcmm.show.tables.quantities import percent
 from vcmm.show.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
 
-FOUND_PHYSICS = "physics that the machine file lacks"
+FOUND_PHYSICS = "effects missing from the machine model"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
 SCALE = (
     "first row: all rows as they are, the nuisance refitted, with the machine file as it was and as it is written (vcmm compare "
     "gives the same); folds: rms of what nuisance and the uncertainty of the calibration cannot take up, weighted by the "
-    "noise; shares may overlap"
+    "noise; own variance: of what the effect by itself does to the rows; effects overlap or cancel, so these do not add to 100 %"
 )
 PARAMETER_WORDS = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
 
@@ -35,20 +35,20 @@ def values_text(a: Answer) -> str:
 
 
 def with_interval(e: Estimate) -> str:
-    """1.50 um (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
+    """1.50 µm (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
     low, high = e.interval95
     if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
         return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
     digits = max(0, 1 - int(np.floor(np.log10(e.u))))
     value, low_text, high_text = (f"{round(x, digits) + 0.0:.{digits}f}" for x in (e.value, low, high))
-    unit = "" if e.unit == "1" else f" {e.unit}"
+    unit = "" if e.unit == "1" else f" {e.unit}".replace(" um", " µm").replace(" urad", " µrad")
     return f"{value}{unit} (95 %: {low_text} to {high_text})"
 
 
 def micro_text(d: Diagnosis, value: float) -> str:
     if not np.isfinite(value):
         return "–"
-    return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
+    return f"{value * 1e6:.3g} µrad" if d.angle else f"{value * 1e3:.3g} µm"
 
 
 def probability_text(a: Answer) -> str:
@@ -72,7 +72,7 @@ ANSWERS: tuple[Column[Answer], ...] = (
     Column("where", lambda a: _join_words([str(v) for v in a.where.values()])),
     Column("parameters", values_text),
     Column("probability", probability_text, NUMBER_TEXT),
-    Column("share", lambda a: a.share, percent(0)),
+    Column("own variance / excess", lambda a: a.share, percent(0)),
     Column("of the rows", lambda a: a.share_of_rows, percent(0)),
     Column("cannot be told from", rivals_text),
 )
@@ -119,7 +119,9 @@ def folds(d: Diagnosis) -> ResultTable[FoldRow]:
         left = f"{h.effect_energy_left:.3f}" if np.isfinite(h.effect_energy_left) else "–"
         before, after = micro_text(d, h.rms_before), micro_text(d, h.rms_after)
         rows.append(FoldRow(h.fold, before, after, left, f"{h.gain:+.1f} nats"))
-    return ResultTable("how the prediction improves on rows never fitted", FOLDS, rows, SCALE)
+    return ResultTable(
+        "cross-validation: prediction of rows that were left out of the fit", FOLDS, rows, SCALE
+    )
 
 
 NEXT: tuple[Column[NextStep], ...] = (

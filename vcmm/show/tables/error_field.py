@@ -45,16 +45,16 @@ def maxima(machine: Machine, error_map: ErrorField) -> ResultTable[Any]:
         f"{a} {_display_position(a, error_map.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters
     )
     rows = [
-        ["largest tip error", f"{size.max() * 1e3:.3f} um", f"at {place}"],
-        ["mean tip error", f"{size.mean() * 1e3:.3f} um", f"{error_map.run.n} points"],
-        ["largest in x, y, z", " ".join(f"{v:.3f}" for v in _largest(error_map)) + " um", ""],
+        ["largest tip error", f"{size.max() * 1e3:.3f} µm", f"at {place}"],
+        ["mean tip error", f"{size.mean() * 1e3:.3f} µm", f"{error_map.run.n} points"],
+        ["largest in x, y, z", " ".join(f"{v:.3f}" for v in _largest(error_map)) + " µm", ""],
     ]
     if error_map.u is not None:
         three = " ".join(f"{v:.3f}" for v in 2e3 * error_map.u.max(axis=0))
-        rows.append(["largest U in x, y, z", f"{three} um", "k = 2, of one positioning"])
+        rows.append(["largest U in x, y, z", f"{three} µm", "k = 2, of one positioning"])
     for d in error_map.diagonals:
         ends = f"{_ends(d.start, ' ')} to {_ends(d.end, ' ')}"
-        rows.append(["body diagonal", f"{d.length_error * 1e3:+.3f} um", ends])
+        rows.append(["body diagonal", f"{d.length_error * 1e3:+.3f} µm", ends])
     title = f"{machine.name}: tip error, actual - nominal ({engine_text(error_map)})"
     return listing(title, ["", "value", "where"], rows, words=(0, 2))
 

@@ -71,17 +71,17 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
 def loop_text(loop: LoopRecord, said: Sequence[str]) -> Iterator[str]:
     """Lines for the terminal: what the next part will be, then what was found (said), then the characteristics."""
     now, proof = loop.cut.off * 1e3, loop.proof
-    was = f"this part departs by {np.abs(now).max():.2f} um at most and {np.abs(now).mean():.2f} um in the mean ({len(now)} measured points)"
+    was = f"this part departs by {np.abs(now).max():.2f} µm at most and {np.abs(now).mean():.2f} µm in the mean ({len(now)} measured points)"
     if loop.refused:
         yield f"No program for the next part: it would be worse. {loop.refused}. {was[0].upper()}{was[1:]}."
     elif proof.after is not None:
         yield (
-            f"The next part, cut by {loop.program}, departs by {proof.after.largest * 1e3:.2f} um at most ({proof.after.worst}) and "
-            f"{proof.after.mean * 1e3:.2f} um in the mean; {was}."
+            f"The next part, cut by {loop.program}, departs by {proof.after.largest * 1e3:.2f} µm at most ({proof.after.worst}) and "
+            f"{proof.after.mean * 1e3:.2f} µm in the mean; {was}."
         )
         more = "" if loop.met == proof.met else "; the real part is not assured of it, see below"
         yield (
-            f"Allowed are {proof.allowed * 1e3:.2f} um: {'met' if proof.met else 'NOT met'} by the cut on the machine with what was found{more}."
+            f"Allowed are {proof.allowed * 1e3:.2f} µm: {'met' if proof.met else 'NOT met'} by the cut on the machine with what was found{more}."
         )
     if loop.left:
         yield f"Open: {loop.left}."

@@ -41,10 +41,10 @@ def _key(name: str) -> Column[NodeRow]:
 
 NODE_COLUMNS: tuple[Column[NodeRow], ...] = (
     Column("node / mm", _node),
-    Column("mean - nominal / um", _three("deviation"), NUMBER_TEXT),
-    Column("d / um", _three("d"), NUMBER_TEXT),
-    Column("instrument's share / um", _three("instrument"), NUMBER_TEXT),
-    Column("one approach / um", _three("single"), NUMBER_TEXT),
+    Column("mean - nominal / µm", _three("deviation"), NUMBER_TEXT),
+    Column("d / µm", _three("d"), NUMBER_TEXT),
+    Column("instrument's share / µm", _three("instrument"), NUMBER_TEXT),
+    Column("one approach / µm", _three("single"), NUMBER_TEXT),
     Column("least p of the law", lambda row: float(row.found.test[row.number].min()), fixed(3)),
     entry("place_mm", lambda row: row.found.place[row.number].tolist()),
     *(_key(name) for name in ("deviation", "deviation_u", "d", "instrument", "changing", "single")),
@@ -67,10 +67,10 @@ def sentences(found: NodeScatter) -> list[str]:
     covered = float((found.instrument > found.d / 2).mean())
     return [
         f"{len(one.residual)} lengths, {len(one.points)} points, {len(one.stations)} stations: {one.left} degrees of freedom, residuals "
-        f"{one.u * 1e3:.3f} um",
-        f"d {_range(d)} um; of it the lengths' own u makes {_range(own)} um, more than half of d in {covered:.0%} of the directions",
-        f"one approach: {_range(single)} um, d freed of what changes between stations and of the instrument",
-        f"mean deviations are known to {known:.2f} um (rms of their u)",
+        f"{one.u * 1e3:.3f} µm",
+        f"d {_range(d)} µm; of it the lengths' own u makes {_range(own)} µm, more than half of d in {covered:.0%} of the directions",
+        f"one approach: {_range(single)} µm, d freed of what changes between stations and of the instrument",
+        f"mean deviations are known to {known:.2f} µm (rms of their u)",
         f"chi-squared against the t-law: {found.rejection_share():.0%} of {found.test.size} tests below 0.05",
     ]
 
@@ -111,7 +111,7 @@ def process_sentences(fit: ProcessFit) -> list[str]:
     return [
         f"field between the nodes, by likelihood, with 95 % coverage intervals: length scales along {lengths} mm"
         + "".join(f"; {t}" for t in open_ends),
-        f"what comes back every time: amplitude in {sizes} um",
+        f"what comes back every time: amplitude in {sizes} µm",
         f"one approach: correlation of {pairs}",
     ]
 

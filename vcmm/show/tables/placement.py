@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.placing.result import PlacementResult
-from vcmm.answer.placing.words import UNITS, amount, change, changes, goal_text, poses, region_text
+from vcmm.answer.placing.words import UNITS, amount, changes, goal_text, poses, region_text
 from vcmm.core.run import Array
 from vcmm.part.gps.characteristics import unit
 from vcmm.shop.machining.placement import PlacedCut
-from vcmm.show.tables.quantities import DEVIATION, SHARE, Writing, percent
+from vcmm.show.tables.quantities import DEVIATION, LEAST_SMALL, SHARE, Writing, percent
 from vcmm.show.tables.table import Column, ResultTable, entry, listing
 from vcmm.show.tables.uncertainty import p_conform
 
@@ -62,7 +62,9 @@ def compared_poses(placed: PlacementResult) -> ResultTable[ComparedPose]:
     title = f"objective: {goal_text(placed.objective.goal)}; the smaller the better"
     caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
     in_its_unit = Writing(lambda value, unit: amount(value, placed))
-    columns = [NAME, SHIFT, TURN, _value(in_its_unit), _against(2)]
+    columns = [NAME, SHIFT, TURN, _value(in_its_unit)]
+    if placed.confirmation is None:  # else the gain is the one that was confirmed, and is said once, above
+        columns.append(_against(2))
     return ResultTable(title, columns, rows, page_caption=caption)
 
 
@@ -92,14 +94,18 @@ def why(placed: PlacementResult, most: int = 4) -> ResultTable[InfluenceChange]:
     for name, kind, lines, total in changes(placed):
         word, scale = UNITS[kind]
         for k, (what, before, after) in enumerate(lines[:most]):
-            here, there = (f"{u * scale:.4g} {word}" for u in (before, after))
+            here, there = (
+                f"{0.0 if u * scale < LEAST_SMALL else u * scale:.3g} {word}" for u in (before, after)
+            )
             moved = (after**2 - before**2) / total if total else 0.0
             rows.append(InfluenceChange(name if k == 0 else "", what, here, there, moved))
     title = "why: contributions u_i, present and best pose (up to four largest changes each)"
     return ResultTable(title, WHY, rows)
 
 
-OTHER_DRAWS = "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws), so the two differ by more than ±"
+OTHER_DRAWS = (
+    "by other draws with all laws; the table of poses holds what the search saw (U = k u, few draws)"
+)
 
 
 def how_sure(placed: PlacementResult) -> ResultTable[Any]:
@@ -107,9 +113,14 @@ def how_sure(placed: PlacementResult) -> ResultTable[Any]:
     rows = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     sure = placed.confirmation
     if sure is not None:
-        text = f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials"
-        rows.insert(0, ["gain, out of sample", text])
-        rows.insert(1, ["", OTHER_DRAWS])
+        verdict = "confirmed" if sure.is_confirmed else "not confirmed"
+        rows.insert(
+            0,
+            [
+                "the gain above",
+                f"{verdict} by {sure.trials:,} paired trials that the search never saw, {OTHER_DRAWS}",
+            ],
+        )
     return listing("how sure, how flat", ["", ""], rows, words=(0, 1))
 
 

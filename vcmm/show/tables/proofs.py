@@ -35,10 +35,10 @@ def proof_text(proof: CutProof) -> str:
     was = (
         ""
         if before is None
-        else f"; before {before.largest * 1e3:.2f} um ({before.worst}), {before.mean * 1e3:.2f} um"
+        else f"; before {before.largest * 1e3:.2f} µm ({before.worst}), {before.mean * 1e3:.2f} µm"
     )
     return (
-        f"proof by a cut: {'met' if proof.met else 'NOT met'}: the new program, cut and inspected at {len(after.off)} points, departs by {after.largest * 1e3:.2f} um at most "
-        f"({after.worst}), {after.mean * 1e3:.2f} um in the mean{was}; allowed are {proof.allowed * 1e3:.2f} um"
+        f"proof by a cut: {'met' if proof.met else 'NOT met'}: the new program, cut and inspected at {len(after.off)} points, departs by {after.largest * 1e3:.2f} µm at most "
+        f"({after.worst}), {after.mean * 1e3:.2f} µm in the mean{was}; allowed are {proof.allowed * 1e3:.2f} µm"
         + (f"; {after.uncut} points are left uncut" if after.uncut else "")
     )

@@ -12,6 +12,7 @@ from typing import Any
 from vcmm.show.tables.table import SMALL, Unit, Writing, written_out
 
 DASH = "–"
+LEAST_SMALL = 5e-4  # µm, µrad
 SMALL_SCALE = {"mm": 1e3, "rad": 1e6}  # to µm, µrad
 
 
@@ -32,11 +33,11 @@ def large(value: float, unit: Unit) -> str:
 
 
 def deviation_text(value: float, unit: Unit, signed: bool = True) -> str:
-    """A small difference: +0.12 um or +3.4 urad."""
+    """A small difference: +0.12 µm or +3.4 µrad."""
     if _missing(value):
         return DASH
     number = f"{value * SMALL_SCALE[unit]:{'+' if signed else ''}.2f}"
-    return f"{number} {'um' if unit == 'mm' else 'urad'}"
+    return f"{number} {'µm' if unit == 'mm' else 'µrad'}"
 
 
 def small(value: float, unit: Unit) -> str:
@@ -49,8 +50,8 @@ def small(value: float, unit: Unit) -> str:
 
 
 def _clean(value: float) -> float:
-    """Rounding of the last bits is not a result: below 1e-6 µm (µrad) it is zero."""
-    return 0.0 if abs(value) < 1e-6 else value
+    """What is below half a nanometre (nanoradian) is nothing that is measured: zero."""
+    return 0.0 if abs(value) < LEAST_SMALL else value
 
 
 def percent_text(share: float | None) -> str:
@@ -58,10 +59,10 @@ def percent_text(share: float | None) -> str:
 
 
 def fine_text(value: float, unit: Unit) -> str:
-    """A very small difference: 0.12 nm or 0.003 urad; "not checked" when unknown."""
+    """A very small difference: 0.12 nm or 0.003 µrad; "not checked" when unknown."""
     if not math.isfinite(value):
         return "not checked"
-    return f"{value * 1e6:.2g} nm" if unit == "mm" else f"{value * 1e6:.2g} urad"
+    return f"{value * 1e6:.2g} nm" if unit == "mm" else f"{value * 1e6:.2g} µrad"
 
 
 def _fine_on_page(value: float, unit: Unit) -> str:
@@ -73,10 +74,10 @@ def _fine_on_page(value: float, unit: Unit) -> str:
 
 
 def span_text(ends: Sequence[float] | None, unit: Unit) -> str:
-    """Two ends of an interval as departures: [-0.12, +0.31] um; a dash where there is none, as of a tolerance not stated."""
+    """Two ends of an interval as departures: [-0.12, +0.31] µm; a dash where there is none, as of a tolerance not stated."""
     if ends is None:
         return DASH
-    word = "um" if unit == "mm" else "urad"
+    word = "µm" if unit == "mm" else "µrad"
     low, high = (round(x * SMALL_SCALE[unit], 2) + 0.0 for x in ends)  # no minus before a zero
     return f"[{low:+.2f}, {high:+.2f}] {word}"
 
@@ -105,12 +106,12 @@ SHARE = Writing(
 def fixed(decimals: int, unit: str = "", scale: float = 1.0, signed: bool = False) -> Writing:
     """A number with so many decimals, times `scale`, with the word of its unit: fixed(2, "um", 1e3)."""
     sign, word = "+" if signed else "", f" {unit}" if unit else ""
-    page = word.replace(" um", " µm").replace(" urad", " µrad")
+    word = word.replace(" um", " µm").replace(" urad", " µrad")
 
     def written(value: Any, word: str) -> str:
         return DASH if _missing(value) else f"{value * scale:{sign}.{decimals}f}{word}"
 
-    return Writing(lambda value, unit: written(value, word), lambda value, unit: written(value, page))
+    return Writing(lambda value, unit: written(value, word), lambda value, unit: written(value, word))
 
 
 def percent(decimals: int, signed: bool = False) -> Writing:

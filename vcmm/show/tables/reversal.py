@@ -30,7 +30,7 @@ def _nm(value: float | None, unit: str) -> str:
     """A figure given in um, as nm, or in urad with three digits."""
     if value is None:
         return DASH
-    return f"{value:.3g} urad" if unit else f"{value * 1e3:.3g} nm"
+    return f"{value:.3g} µrad" if unit else f"{value * 1e3:.3g} nm"
 
 
 def _unit(row: Figure) -> str:

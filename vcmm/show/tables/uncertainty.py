@@ -9,6 +9,7 @@ from typing import Any
 
 from vcmm.answer.evaluation.judgement import decision_risk, production_risk, reading_limits, zone_of
 from vcmm.answer.evaluation.result import (
+    ROUNDING,
     BudgetLine,
     CharacteristicResult,
     UncertaintyResult,
@@ -53,11 +54,11 @@ def _decision_badge(text: str | None, unit: Unit) -> object:
 def _coverage_badge(shown: bool, unit: Unit) -> object:
     from vcmm.show.report.table import Cell
 
-    return "yes" if shown else Cell("not shown", kind="warning")
+    return "yes" if shown else Cell("not demonstrated", kind="warning")
 
 
 DECISION = Writing(lambda text, unit: text or DASH, _decision_badge, words=True)
-COVERAGE = Writing(lambda shown, unit: "yes" if shown else "not shown", _coverage_badge, words=True)
+COVERAGE = Writing(lambda shown, unit: "yes" if shown else "not demonstrated", _coverage_badge, words=True)
 
 
 def decision_text(c: CharacteristicResult) -> str | None:
@@ -91,7 +92,7 @@ def not_added_up(results: Iterable[CharacteristicResult]) -> list[str]:
         return []
     return [
         f"shares of u² that do not add to 100%: {', '.join(told)}; each line is the variance with that input alone, the others held "
-        "still (JCGM 101, Annex B), and these add only where the output is linear; the rest to 100% is what inputs do only together"
+        "still (JCGM 101, Annex B), and these add only where the output is linear; the rest to 100% is interaction"
     ]
 
 
@@ -288,7 +289,7 @@ BUDGET: tuple[Column[BudgetRow], ...] = (
     Column(None, lambda b: b.line.unit, key="unit", csv="unit"),
     Column("law", lambda b: b.line.distribution, WORDS, key="distribution", csv="distribution"),
     Column("ν", _dof, DOF, key="dof", csv="dof", on="page"),
-    Column("redraw", lambda b: b.line.redraw, key="redraw", csv="redraw", page_head="drawn per"),
+    Column("redraw", lambda b: b.line.redraw, key="redraw", csv="redraw", page_head="varies per"),
     entry("sensitivity_{unit}_per_unit", lambda b: b.line.sensitivity),
     Column(
         "c / ({small}/unit)",
@@ -319,9 +320,8 @@ def budget_rows(c: CharacteristicResult) -> list[BudgetRow]:
 
 
 def more_than_rounding(row: BudgetRow) -> bool:
-    """The first line, and all that are more than 10^-4 of U; of 2 u where U has no end."""
-    whole = row.of.expanded if math.isfinite(row.of.expanded) else 2.0 * row.of.u
-    return row.first or row.line.u > 1e-4 * whole
+    """The first line, and all whose share is not printed as 0.0 %."""
+    return row.first or row.line.share >= ROUNDING
 
 
 def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> ResultTable[BudgetRow]:
@@ -358,7 +358,7 @@ def budget_csv(result: UncertaintyResult) -> str:
 
 COMPUTATION_COLUMNS: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name),
-    Column("tier", lambda c: c.tier),
+    Column("method", lambda c: c.tier),
     Column("trials", lambda c: c.trials, COUNT),
     Column(
         "largest error of the linear model",
@@ -371,7 +371,7 @@ COMPUTATION_COLUMNS: tuple[Column[CharacteristicResult], ...] = (
 
 
 def computation_table(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
-    """Which tier answered, how many trials, and the certified error of the linear model."""
+    """Which method answered, how many trials, and the certified error of the linear model."""
     caption = "The linear model is compared with multiplied transforms, contact and iterated fits on the same draws."
     return ResultTable(
         "how it was computed", COMPUTATION_COLUMNS, result.characteristics, page_caption=caption

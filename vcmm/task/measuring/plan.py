@@ -169,7 +169,7 @@ def _within_reach(machine: Machine, run: Run, feature: Array) -> Run:
         return machine.prepare(run)
     except ModelLimit as error:
         where = f" (a point on {feature[error.row]})" if error.row is not None else ""
-        raise ModelLimit(f"the plan leaves the machine{where}: {error}") from None
+        raise ModelLimit(f"some point is out of travel{where}: {error}") from None
 
 
 def _labels(plan: Plan, feature: Words, stylus: Words) -> dict[str, Words]:

@@ -1,0 +1,128 @@
+"""The answer lines: digits, probabilities, words; numbers by pencil."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from vcmm.show.report.answers import (
+    AnswerLine,
+    answer_text,
+    answers_block,
+    percent,
+    places_of,
+    signed,
+    value_and_U,
+)
+from vcmm.show.report.contents import contents, linked, with_anchors
+from vcmm.show.report.notices import notice
+from vcmm.show.report.text import micro
+from vcmm.show.report.trade_words import contributor, what_to_change
+
+
+@pytest.mark.parametrize(
+    ("expanded", "places"), [(0.756, 2), (12.3, 0), (1.28, 1), (0.0996, 2), (0.00123, 4)]
+)
+def test_two_digits_of_u(expanded: float, places: int) -> None:
+    """0.0996 rounds to 0.10, so its second digit is the second decimal."""
+    assert places_of(expanded) == places
+
+
+def test_value_to_the_place_of_u() -> None:
+    assert value_and_U(29.9999805, 0.756e-3, "mm") == ("29.99998 mm", "0.76 µm")
+    assert value_and_U(30.0001234, 12.3e-3, "mm") == ("30.000 mm", "12 µm")
+    assert value_and_U(0.00312, 1.28e-3, "mm", small=True) == ("3.1 µm", "1.3 µm")
+    assert value_and_U(30.0, 1e-17, "mm") == ("30.00000 mm", "0.000 µm")
+    assert signed(-0.367, 0.123, "µm") == "−0.37 ± 0.12 µm"
+
+
+def test_a_probability_is_not_rounded_to_certainty() -> None:
+    assert percent(0.99999) == ">\u00a099.9\u00a0%"
+    assert percent(0.956) == "95.6\u00a0%"
+    assert percent(0.0001) == "<\u00a00.1\u00a0%"
+
+
+def test_units_as_people_write_them() -> None:
+    assert micro('0.76 um of 3 urad, write "0.5 um"') == '0.76 µm of 3 µrad, write "0.5 um"'
+    assert micro("11.5 um/(m K)") == "11.5 µm/(m K)"
+
+
+@pytest.mark.parametrize(
+    ("text", "severity", "where", "cure"),
+    [
+        (
+            "bore: touched over 40 deg of its circle only; touch more of it",
+            "warning",
+            "bore",
+            "touch more of it",
+        ),
+        ("assumed, as nothing is stated: axis C: no gain", "note", "", ""),
+        (
+            "servo_lag[X] jumps: left to the control's own compensation, not corrected",
+            "note",
+            "servo_lag[X] jumps",
+            "",
+        ),
+        ("a.u_mm is inf", "error", "", ""),
+    ],
+)
+def test_what_is_said_beside_a_result(text: str, severity: str, where: str, cure: str) -> None:
+    found = notice(text)
+    assert (found.severity, found.where, found.text, found.cure) == (severity, where, text, cure)
+
+
+def line(name: str, what: str, redraw: str) -> SimpleNamespace:
+    return SimpleNamespace(input=name, what=what, redraw=redraw)
+
+
+def test_words_of_the_trade() -> None:
+    assert (
+        contributor(line("channel.temp_part_C", "temperature part, true minus reading", "machine"))
+        == "temperature of the part"
+    )
+    assert (
+        contributor(line("channel.temp_scale_x_C", "temperature scale x, true minus reading", "machine"))
+        == "temperature of the X scale"
+    )
+    assert (
+        what_to_change(line("channel.temp_part_C", "temperature part", "machine"))
+        == "longer soaking, or a better thermometer"
+    )
+    assert contributor(line("squareness[C0Y].angle", "squareness C0Y: angle", "machine")) == "squareness C0Y"
+    assert (
+        contributor(line("own_effect[Z].k", "own effect Z: sag of the ram; `k` in files", "setup"))
+        == "sag of the ram (own effect Z)"
+    )
+    assert (
+        contributor(line("scatter.value", "scatter: departure", "touch")) == "repeatability of single points"
+    )
+    assert "pass to pass" in contributor(line("scatter.value", "scatter: departure", "pass"))
+
+
+def test_lines_lead_to_their_sections() -> None:
+    body, found = with_anchors("<h2>bore &lt;1&gt; (size)</h2><h2>bore 1 (size)</h2><h2>Files</h2>")
+    assert list(found.values()) == ["bore-1-size", "bore-1-size-2", "files"]
+    assert 'id="bore-1-size-2"' in body
+    block = answers_block(
+        [AnswerLine("a", "1 mm", link="bore <1> (size)"), AnswerLine("b", "2 mm", link="nowhere")]
+    )
+    assert '<a href="#bore-1-size">a</a>' in linked(block, found)
+    assert "data-to" not in linked(block, found)
+    assert contents(found).count("<li>") == 3
+    assert contents({"one": "one"}) == ""
+
+
+def test_the_terminal_says_the_same() -> None:
+    one = AnswerLine(
+        "bore",
+        "30.000 mm ± 12 µm",
+        "k = 2.00",
+        "29.99 … 30.01 mm",
+        "undecided, 80.0 %",
+        because="the probe",
+        change="more points",
+    )
+    assert answer_text([one]) == (
+        "bore: 30.000 mm ± 12 µm (k = 2.00); limits 29.99 … 30.01 mm: undecided, 80.0 %\n    mostly the probe; to improve: more points"
+    )

@@ -1,0 +1,54 @@
+"""The facts at the head of a report: part, drawing, machine with serial number, date, operator, order, software, files and hashes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from vcmm import __version__
+from vcmm.show import report as r
+from vcmm.show.report.table import Raw
+
+NAMES = {
+    "part_serial": "part, serial number", "drawing": "drawing", "date": "date", "by": "operator", "order": "order", "laboratory": "laboratory",
+    "machine_certificate": "certificate of the machine", "probe": "probe and styli",
+}  # fmt: skip
+ASKED = ("drawing", "date", "by", "order")  # said to be open where the record does not hold them
+
+
+def facts(
+    part: str = "",
+    machine: str = "",
+    record: Mapping[str, str] | None = None,
+    seed: int | None = None,
+    more: Iterable[tuple[str, str]] = (),
+) -> list[tuple[str, str]]:
+    """Names and values. record: the table [record] of a scenario; None where the job has no such table."""
+    known = record or {}
+    serial = f", serial number {known['machine_serial']}" if known.get("machine_serial") else ""
+    out = [("part", part)] if part else []
+    out += [(NAMES[key], known[key]) for key in NAMES if known.get(key) and key != "date"]
+    out += [("machine", machine + serial)] if machine else []
+    out += [("date", known["date"])] if known.get("date") else []
+    out += list(more)
+    out.append(("software", f"vcmm {__version__}" + ("" if seed is None else f", seed {seed}")))
+    if record is not None:
+        missing = [NAMES[key] for key in ASKED if not known.get(key)]
+        missing += [] if serial else ["serial number of the machine"]
+        if missing:
+            out.append(("not stated", f"{', '.join(missing)} (table [record] of the scenario)"))
+    return out
+
+
+def hashes(files: Sequence[Path]) -> list[list[object]]:
+    """File and the SHA-256 of its bytes."""
+    return [[str(f), Raw(f"<code>{hashlib.sha256(f.read_bytes()).hexdigest()}</code>")] for f in files]
+
+
+def files_block(files: Sequence[Path]) -> list[str]:
+    """What was read, so that the report can be made again; nothing where no file is named."""
+    there = [f for f in dict.fromkeys(files) if f.is_file()]
+    if not there:
+        return []
+    return [r.heading("Files read (SHA-256)"), r.table(["file", "hash"], hashes(there))]

@@ -1,0 +1,91 @@
+"""A line of a budget in words of the trade: what it is, and what makes it smaller. The words stand in the declaration of the effect."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from vcmm.core.declaration import Trade
+from vcmm.physics import BY_NAME
+
+_PLACE = re.compile(r"\[([^\]]*)\]")
+BY_REDRAW = {  # what helps where an effect says nothing of its own
+    "touch": "more points on the feature, or the mean of repeated measurements",
+    "event": "index the head less often, or qualify after every indexing",
+    "pass": "a machine that repeats better, or a spring pass",
+    "setup": "measure the set-up again, or take the mean over several set-ups",
+    "stylus": "qualify the stylus again, with more touches",
+    "tool": "measure the tool again",
+    "pose": "measure in more than one pose and take the mean",
+    "part": "measure more than one part",
+}
+CALIBRATE = "calibrate the machine for it, or move the part where it shows less (vcmm place)"
+
+
+def contributor(line: Any) -> str:
+    """What an operator calls a BudgetLine: "repeatability of the probe", "temperature of the part"."""
+    if line.redraw == "pass":
+        return "repeatability of the machine from pass to pass"
+    trade = _trade(line)
+    if trade is not None and trade.name:
+        return _filled(trade.name, line) + _cause(line)
+    words = str(line.what).split("; `")[0]
+    if _is_temperature(line):
+        place = words.removesuffix(", true minus reading").removeprefix("temperature ")
+        return f"temperature of the {_spoken(place)}"
+    head, colon, rest = words.partition(": ")
+    return f"{rest} ({head})" if colon else words
+
+
+def what_to_change(line: Any) -> str:
+    """What makes this line smaller, in one clause."""
+    if line.redraw == "pass":
+        return BY_REDRAW["pass"]
+    trade = _trade(line)
+    if trade is not None and trade.change:
+        return _filled(trade.change, line)
+    if _is_temperature(line):
+        return "longer soaking, or a better thermometer"
+    if line.input.endswith("between points"):
+        return BY_REDRAW["touch"]
+    if line.redraw in BY_REDRAW:
+        return BY_REDRAW[line.redraw]
+    kind = BY_NAME.get(_effect(line))
+    if kind is not None and kind.words is not None:
+        return f"know it better: {_filled(kind.words.confirm, line)}"
+    return CALIBRATE
+
+
+def _is_temperature(line: Any) -> bool:
+    return bool(line.input.startswith("channel.temp_"))
+
+
+def _effect(line: Any) -> str:
+    return str(re.split(r"[\[.]", line.input)[0])
+
+
+def _trade(line: Any) -> Trade | None:
+    kind = BY_NAME.get(_effect(line))
+    return None if kind is None else kind.trade
+
+
+def _filled(words: str, line: Any) -> str:
+    """The words with the place in them; without one its gap is closed."""
+    return " ".join(words.format(where=_where(line)).split()).removesuffix(",")
+
+
+def _where(line: Any) -> str:
+    found = _PLACE.search(line.input)
+    return "" if found is None or found[1] == "*" else found[1].replace(",", ", ")
+
+
+def _cause(line: Any) -> str:
+    """What of it, where one input has several causes: ", sphere diameter"."""
+    _, by, cause = str(line.what).rpartition(", by the ")
+    return f", {cause}" if by else ""
+
+
+def _spoken(place: str) -> str:
+    """scale x -> X scale."""
+    word, _, axis = place.rpartition(" ")
+    return f"{axis.upper()} {word}" if word and len(axis) == 1 else place

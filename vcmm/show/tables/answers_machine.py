@@ -1,0 +1,270 @@
+"""The answer of jobs on machines and programs in the lines that are shown first: calibration, diagnosis, compensation, NC programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vcmm.compensation.result import CompensatedProgram
+from vcmm.core.error_names import words_of
+from vcmm.learn.calibration.acceptance import Figure
+from vcmm.learn.calibration.result import Calibration
+from vcmm.learn.diagnosis.plain_words import cause_and_cure
+from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.program.moves import Program
+from vcmm.program.summary import ProgramSummary
+from vcmm.shop.machining.proof import CutProof
+from vcmm.shop.motion.toolpath import Toolpath, clock
+from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed, whole
+from vcmm.show.tables.diagnosis import micro_text
+
+MOST_FIGURES = 3  # errors named beside an axis
+
+
+def calibration_answers(found: Calibration, figures: Sequence[Figure] = ()) -> list[AnswerLine]:
+    """Per axis A, R, E, M of ISO 230-2 where they are known, and its largest errors by name; then what is not identified."""
+    rows = {str(f["error"]): f for f in found.figures()}
+    known = {f.name: f for f in figures}
+    out = []
+    for axis in found.machine.axes:
+        own = [name for name in rows if name[-1] == axis and name[0] == "E"]
+        if not own and not any(n.endswith(f" {axis}") for n in known):
+            continue
+        out.append(_axis_line(axis, own, rows, known))
+    pairs = [name for name in rows if name[0] != "E"]
+    out += [_pair_line(name, rows[name]) for name in pairs]
+    return [*out, _identified_line(found)]
+
+
+def _axis_line(
+    axis: str, own: Sequence[str], rows: Mapping[str, Mapping[str, Any]], known: dict[str, Figure]
+) -> AnswerLine:
+    iso = {n: known.get(f"{n} {axis}") for n in ("A", "R", "E", "M")}
+    told = [
+        f"{n} = {signed(f.value_um, K * (f.u_um or 0.0), 'µm')}"
+        for n, f in iso.items()
+        if f is not None and f.value_um is not None
+    ]
+    missing = [n for n, f in iso.items() if f is not None and f.value_um is None]
+    ranked = sorted(own, key=lambda n: -_size(rows[n]))
+    worst = [f"{words_of(n)} ({n}) {_error_text(rows[n])}" for n in ranked[:MOST_FIGURES]]
+    coverage = f"k = {K:.0f}, ISO 230-2" + (
+        f"; {', '.join(missing)} not known: no repeats" if missing else ""
+    )
+    return AnswerLine(
+        f"{axis} axis",
+        "; ".join(told) or _positioning_text(f"E{axis}{axis}", rows),
+        coverage=coverage if told else "",
+        verdict=f"{len(own)} errors found",
+        kind="good",
+        because=", ".join(worst),
+        link="Errors by name",
+        numbers={"axis": axis, **{n: None if f is None else f.value_um for n, f in iso.items()}},
+        labels=("", "largest:", ""),
+    )
+
+
+def _positioning_text(name: str, rows: Mapping[str, Mapping[str, Any]]) -> str:
+    """Where A, R, E and M are not known, the error itself."""
+    return f"{words_of(name)} {_error_text(rows[name])}" if name in rows else "positioning is not identified"
+
+
+def _size(row: Mapping[str, Any]) -> float:
+    return float(row.get("high", row.get("value", 0.0))) - float(row.get("low", 0.0))
+
+
+def _error_text(row: Mapping[str, Any]) -> str:
+    """-1.2 to 3.4 ± 0.5 µm."""
+    unit = "µrad" if row["unit"] == "urad" else "µm"
+    expanded = K * float(row["u"])
+    if "value" in row:
+        return signed(float(row["value"]), expanded, unit)
+    places = places_of(expanded) if expanded > 0 else 2
+    low, high = (f"{float(row[n]) + 0.0:.{places}f}".replace("-", "−") for n in ("low", "high"))
+    return f"{low} to {high} {unit}, ± {expanded:.{places}f} {unit}"
+
+
+def _pair_line(name: str, row: Mapping[str, Any]) -> AnswerLine:
+    return AnswerLine(
+        f"{words_of(name)} ({name})",
+        _error_text(row),
+        f"k = {K:.0f}",
+        link="Errors by name",
+        numbers=dict(row),
+    )
+
+
+def _identified_line(found: Calibration) -> AnswerLine:
+    left = found.identified.briefly()
+    verdict = "everything is identified" if not left else "not everything is identified"
+    rest = f"condition {found.identified.condition:.3g}"
+    return AnswerLine(
+        "Identified",
+        f"{len(found.identified.names)} errors",
+        coverage=rest,
+        verdict=verdict,
+        kind="good" if not left else "warning",
+        because=left[0] if left else "",
+        link="Not identified",
+        numbers={"identified": len(found.identified.names), "not_identified": len(left)},
+        labels=("", "", ""),
+    )
+
+
+def compensation_answers(result: CompensatedProgram, proof: CutProof | None = None) -> list[AnswerLine]:
+    """Met or not: by the cut where one was made, else of the path; and what departs now and before."""
+    allowed, after, before = result.used, result.after, result.before
+    path = AnswerLine(
+        "Path of the tool",
+        f"at most {after.largest * 1e3:.2f} µm, was {before.largest * 1e3:.2f} µm",
+        coverage=f"rms {after.rms * 1e3:.2f} µm, was {before.rms * 1e3:.2f} µm",
+        limits=f"at most {allowed * 1e3:g} µm and the rounding of numbers",
+        verdict="met" if result.met else "not met",
+        kind="good" if result.met else "bad",
+        because=f"line {after.line}" if after.line else "",
+        link="Along the program",
+        numbers={"largest_um": after.largest * 1e3, "before_um": before.largest * 1e3, "met": result.met},
+        labels=("", "largest at", ""),
+    )
+    if proof is None or proof.after is None:
+        why = "no part is known that a cut could be inspected on" if proof is None else proof.reason
+        return [
+            path,
+            AnswerLine(
+                "Proof by a cut",
+                "nothing was inspected",
+                verdict="not shown",
+                kind="warning",
+                because=why,
+                labels=("", "", ""),
+            ),
+        ]
+    cut, was = proof.after, proof.before
+    first = AnswerLine(
+        "The part, cut with the new program",
+        f"at most {cut.largest * 1e3:.2f} µm" + (f", was {was.largest * 1e3:.2f} µm" if was else ""),
+        coverage=f"mean {cut.mean * 1e3:.2f} µm, {len(cut.off)} points",
+        limits=f"at most {proof.allowed * 1e3:.2f} µm",
+        verdict="met" if proof.met else "not met",
+        kind="good" if proof.met else "bad",
+        because=f"feature {cut.worst}",
+        numbers={"largest_um": cut.largest * 1e3, "met": proof.met},
+        labels=("", "largest at", ""),
+    )
+    return [first, path]
+
+
+def program_answers(
+    program: Program, total: ProgramSummary, path: Toolpath | None = None
+) -> list[AnswerLine]:
+    """Time and extents first, then what was assumed and what nothing uses."""
+    seconds = total.cutting_time + total.dwell_time if path is None else path.seconds
+    how = (
+        "cutting at the programmed feed and dwells; rapids are not in it"
+        if path is None
+        else "by the time law of the machine"
+    )
+    lines = [
+        AnswerLine(
+            "Time",
+            f"{clock(seconds)} ({seconds:.1f} s)",
+            coverage=how,
+            verdict=f"{len(program.moves)} moves",
+            kind="muted",
+            numbers={"seconds": seconds, "moves": len(program.moves)},
+        )
+    ]
+    for name, box in (("Extent of the cuts", total.cutting), ("Extent of the tip", total.machine)):
+        if box is not None:
+            size = " × ".join(f"{b - a:.1f}" for a, b in zip(*box))
+            place = ", ".join(f"{axis} {a:.3f} … {b:.3f}" for axis, a, b in zip("XYZ", *box))
+            lines.append(
+                AnswerLine(
+                    name,
+                    f"{size} mm",
+                    f"{place} mm, machine axes",
+                    numbers={"box": [list(box[0]), list(box[1])]},
+                )
+            )
+    if program.assumed:
+        first = program.assumed[0]
+        lines.append(
+            AnswerLine(
+                "Assumed",
+                f"{len(program.assumed)} times",
+                verdict="to be confirmed",
+                kind="warning",
+                because=f"{first.what}: {first.value}",
+                change="a set-up file (--write-setup)",
+                link="Assumed",
+                labels=("", "", "state it in"),
+            )
+        )
+    return lines
+
+
+def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
+    """What is missing from the machine model, ranked by the variance of each; or that nothing is, or has no name."""
+    ranked = sorted(d.found, key=lambda a: -a.share)
+    lines = [_fault_line(d, k, a) for k, a in enumerate(ranked, 1)]
+    if d.unknown is not None:
+        lines.append(
+            AnswerLine(
+                "Not in the catalogue",
+                f"rms {micro_text(d, d.unknown.rms)}",
+                verdict="no name is claimed",
+                kind="warning",
+                because=f"over {', '.join(d.unknown.covariates)}",
+                link="What is not in the catalogue",
+                numbers={"rms": d.unknown.rms},
+            )
+        )
+    fit = d.fit
+    micro = lambda v: micro_text(d, v)  # noqa: E731
+    kind = {"nothing missing": "good", "explained": "good"}.get(d.verdict, "warning")
+    residual = AnswerLine(
+        "Residual of the recording",
+        f"rms {micro(fit.after)}, was {micro(fit.before)}",
+        coverage=f"noise {micro(fit.noise)}",
+        verdict=d.verdict,
+        kind=kind,  # type: ignore[arg-type]
+        because="" if lines else "nothing stands out of the noise",
+        link="Residual before and after",
+        numbers={"verdict": d.verdict, "rms_before": fit.before, "rms_after": fit.after},
+    )
+    return [*lines, residual]
+
+
+def _unit(name: str) -> str:
+    """um/m -> µm/m, as people write it; nothing for a pure number."""
+    return "" if name == "1" else f"µ{name[1:]}" if name[:2] in ("um", "ur") else name
+
+
+def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
+    name = f"{a.effect.replace('_', ' ')} {', '.join(str(v) for v in a.where.values())}".strip()
+    cause, confirm = cause_and_cure(a.effect, a.where, a.parameters)
+    sizes = [
+        f"{n} = {signed(float(e.value), K * float(e.u), _unit(e.unit))}"
+        for n, e in a.parameters.items()
+        if np.ndim(e.value) == 0
+    ]
+    rivals = (
+        f"or {', '.join(n.replace('_', ' ') for n in a.cannot_be_told_from)}, {percent(a.with_rivals)} together"
+        if a.cannot_be_told_from
+        else ""
+    )
+    return AnswerLine(
+        f"{rank}. {name}",
+        ", ".join(sizes) or "size not stated",
+        coverage=f"k = {K:.0f}; its own variance is {whole(a.share)} of the excess",
+        limits=rivals,
+        verdict=f"probability {percent(a.probability)}",
+        kind="good" if a.probability >= 0.95 else "warning",
+        because=cause,
+        change=confirm,
+        link="Effects missing from the machine model",
+        numbers={"effect": a.effect, "share": a.share, "probability": a.probability},
+        labels=("", "usually", "confirm by:"),
+    )
