@@ -137,8 +137,8 @@ def test_the_document_says_what_the_cut_says(tmp_path, capsys, monkeypatch):
     assert (again["met"], again["allowed_um"]) == (False, pytest.approx(0.1))
     cut = InspectedCut(np.array([2e-3, -4e-3]), np.array(["wall", "floor"]), 0)
     assert proof_text(CutProof(cut, cut, 1e-3)) == (
-        "proof by a cut: NOT met: the new program, cut and inspected at 2 points, departs by 4.00 um at most (floor), 3.00 um in the mean; "
-        "before 4.00 um (floor), 3.00 um; allowed are 1.00 um"
+        "proof by a cut: NOT met: the new program, cut and inspected at 2 points, departs by 4.00 µm at most (floor), 3.00 µm in the mean; "
+        "before 4.00 µm (floor), 3.00 µm; allowed are 1.00 µm"
     )
 
 

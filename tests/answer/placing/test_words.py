@@ -40,13 +40,13 @@ def placed():
         result("gap", 3.2e-3, {"a": 1e-3, "b": 3e-3}),
     )
     return Made(
-        objective=Made(unit="mm", weights={"gap": 1.0}, goal=Goal()), best=at(1.5e-3), present=at(2.0e-3), median=at(3e-3),
+        objective=Made(unit="mm", weights={"gap": 1.0}, goal=Goal()), confirmation=None, best=at(1.5e-3), present=at(2.0e-3), median=at(3e-3),
         worst=at(4e-3), region=region, before=Made(characteristics=[before]), after=Made(characteristics=[after]),
     )  # fmt: skip
 
 
 def test_amounts_and_poses():
-    assert amount(1.5e-3, placed()) == "1.5 um"
+    assert amount(1.5e-3, placed()) == "1.5 µm"
     assert amount(0.25, Made(objective=Made(unit="1"))) == "0.25"
     assert change(-1.0, 4.0) == "-25.00%"
     assert change(1.0, 0.0) == "none"
@@ -71,10 +71,10 @@ def test_rows_of_the_poses():
 def test_why_rows_by_hand():
     """a: (1^2 - 4^2) / 5^2 = -60 %; b does not change."""
     assert in_terminal(why(placed())).rows == [
-        ["gap", "a", "4 um", "1 um", "-60.0%"],
-        ["", "b", "3 um", "3 um", "+0.0%"],
+        ["gap", "a", "4 µm", "1 µm", "-60.0%"],
+        ["", "b", "3 µm", "3 µm", "+0.0%"],
     ]
-    assert in_terminal(why(placed(), most=1)).rows == [["gap", "a", "4 um", "1 um", "-60.0%"]]
+    assert in_terminal(why(placed(), most=1)).rows == [["gap", "a", "4 µm", "1 µm", "-60.0%"]]
 
 
 def test_what_is_rounding_is_left_out():

@@ -254,7 +254,7 @@ def test_points_are_read_by_ranges_and_indices(tmp_path: Path) -> None:
 def test_a_flag_that_contradicts_the_file_is_refused_and_its_gaps_are_told(tmp_path: Path) -> None:
     """A QIF file states its own tip; features without points are told with the result, not only by convert."""
     from vcmm.core.errors import UsageError
-    from vcmm.face.api import _given_points
+    from vcmm.face.given_files import given_points
 
     results = """<Results><MeasurementResultsSet n="1"><MeasurementResults id="30"><MeasuredFeatures n="2">
 <PlaneFeatureMeasurement id="31"><FeatureItemId>4</FeatureItemId><PointList n="1"><WholePointSetId>33</WholePointSetId></PointList></PlaneFeatureMeasurement>
@@ -266,9 +266,9 @@ def test_a_flag_that_contradicts_the_file_is_refused_and_its_gaps_are_told(tmp_p
     for name, text in made.texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     scenario = load_scenario(tmp_path / "scenario.toml")
-    given, centres, notes = _given_points(scenario, path, False)
+    given, centres, notes = given_points(scenario, path, False)
     assert given[0].features == ("top",)
     assert not centres
     assert 'the point set "99" of bore is not in these results' in notes[0]
     with pytest.raises(UsageError, match="leave --tip-centres out"):
-        _given_points(scenario, path, True)
+        given_points(scenario, path, True)

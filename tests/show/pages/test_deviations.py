@@ -38,8 +38,8 @@ def test_needles_stand_on_the_touches_along_their_normals():
         assert foot == pytest.approx(t.pose.apply(t.points[row]))
         assert tip - foot == pytest.approx(length * outward)
     dots = [i for i in items if isinstance(i, Points)]
-    assert dots[0].hover[0].endswith("deviation +5.00 um")
-    assert dots[1].hover[0].endswith("deviation -2.00 um")
+    assert dots[0].hover[0].endswith("deviation +5.00 µm")
+    assert dots[1].hover[0].endswith("deviation -2.00 µm")
     assert "from -2.00 to +5.00" in deviations_block(replace(task, form=form))[0]
 
 

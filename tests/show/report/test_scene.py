@@ -63,7 +63,7 @@ def test_every_item_becomes_its_trace() -> None:
     head = figure["data"][7]
     assert len(head["x"]) == 1  # an arrow without length has no head
     assert head["x"][0] == 10.0  # 0.01 mm, a thousand times
-    assert head["hovertext"] == ["22.4 um at 0, 0, 80 mm"]
+    assert head["hovertext"] == ["22.4 µm at 0, 0, 80 mm"]
     assert [head["u"][0], head["v"][0], head["w"][0]] == pytest.approx(
         [1 / math.sqrt(5), 2 / math.sqrt(5), 0.0], abs=1e-6
     )

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.answer.evaluation.added import of_parts
 from vcmm.answer.evaluation.belts import (
     Reading,
     UnitedInverse,
@@ -22,21 +23,15 @@ from vcmm.answer.evaluation.belts import (
     sorted_by_roughness,
 )
 from vcmm.answer.evaluation.ends import ends_u, inverses_without
-from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.form_family import KNOWN, OTHER
-from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.pairs import (
     MOST,
     Drawing,
     Largest,
     Pairs,
     families,
-    machine_part,
-    of_input,
     prepare_drawing,
-    surfaces,
     together,
-    values,
 )
 from vcmm.answer.evaluation.truth import Limits, Statement
 from vcmm.core.run import Array
@@ -56,7 +51,6 @@ EXCLUDED = 0.005  # a tenth of what an interval may miss: sizes of form that lea
 LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
 FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is told
-ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is told
 BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
 MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
 HIDDEN_FORM = (
@@ -238,11 +232,11 @@ class Inversion:
 
     @cached_property
     def _far(self) -> tuple[Array, Array, Array, Array]:
-        return _of_parts(self.drawing, self.settings, 0.0, FAR)
+        return of_parts(self.drawing, self.settings, 0.0, FAR, in_contact(self.drawing.task))
 
     @cached_property
     def _draw_rough_parts(self) -> tuple[Array, Array, Array, Array]:
-        return _of_parts(self.drawing, self.settings, FORMED, 0.0)
+        return of_parts(self.drawing, self.settings, FORMED, 0.0, in_contact(self.drawing.task))
 
 
 @dataclass(frozen=True, eq=False)
@@ -381,28 +375,3 @@ def _count_coverage(
         held += [coverage(inverse, column, one, p, not blind) for one in parts]
     least, other = min(held), min(coverage(inverse, k, one, p, not blind) for one in drawn.other_families)
     return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))
-
-
-def _of_parts(
-    drawing: Drawing, settings: Settings, form: float, off: float
-) -> tuple[Array, Array, Array, Array]:
-    """u (C,), half (C,), by Input (m, C), by the form (C,)."""
-    count = ADDED_BY_CONTACT if in_contact(drawing.task) else ADDED
-    model, place = drawing.measured, (settings.seed + 4, 0)
-    touched, surface = surfaces(drawing, count, place, (KNOWN[0], Largest(), form), off)
-    true, still = values(drawing.surface, surface), values(model, touched)
-    error = values(model, touched + machine_part(model, *place, count)) - true
-    low, high = np.nanquantile(error, [(1 - settings.p) / 2, (1 + settings.p) / 2], axis=0)
-    alone = [
-        _alone(model, touched, still, moved)
-        for moved in (of_input(model, d) for d in draw_inputs(model, *place, count))
-    ]
-    by_form = np.nanstd(still - true, axis=0)
-    return np.nanstd(error, axis=0), (high - low) / 2, np.array(alone).reshape(-1, len(low)), by_form
-
-
-def _alone(model: LinearModel, touched: Array, still: Array, moved: Array) -> Array:
-    """Standard deviation (C,) of what one Input adds."""
-    if not moved.any():
-        return np.zeros(still.shape[1])
-    return np.asarray(np.nanstd(values(model, touched + moved) - still, axis=0))
