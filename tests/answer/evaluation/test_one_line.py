@@ -18,7 +18,8 @@ def test_every_object_is_one_line():
         assert "\n" not in repr(one)
         assert len(repr(one)) < 400
     # 16 touches of 1 um: u = 0.5 um, U = 1.96 x 0.5 = 0.98 um
-    assert repr(found["diameter"]) == "<diameter: 30.00000 mm ± 0.98 µm (k = 1.96, p = 95 %), conforms, > 99.9 %>"
+    said = repr(found["diameter"]).replace("\u00a0", " ")
+    assert said == "<diameter: 30.00000 mm ± 0.98 µm (k = 1.96, p = 95 %), conforms, > 99.9 %>"
     assert measured["diameter"].value == pytest.approx(30.0)
     assert "0.98 µm" in found._repr_html_()
     with pytest.raises(KeyError, match="diameter"):

@@ -132,7 +132,10 @@ def test_product_of_two_inputs_where_the_estimate_is_zero():
     found = by_name(evaluate(job.task(), replace(QUICK, trials=200_000)))["length"]
     assert found.tier == "Monte Carlo (linear model)"
     assert found.u == pytest.approx(np.hypot(1.15e-3, 0.3e-3), rel=0.01)
-    assert found.interaction_share == pytest.approx(0.3**2 / (1.15**2 + 0.3**2), abs=0.02)
+    product = next(b for b in found.budget if b.distribution == "product of both")  # a line of its own
+    assert product.u == pytest.approx(0.3e-3, rel=1e-3)
+    assert product.share == pytest.approx(0.3**2 / (1.15**2 + 0.3**2), rel=1e-3)
+    assert found.interaction_share == pytest.approx(0.0, abs=1e-9)  # nothing is left that no line tells
 
 
 def test_gum_h1_shape_of_the_temperature_terms():

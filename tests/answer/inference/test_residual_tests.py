@@ -141,4 +141,5 @@ def test_long_scans_with_form_are_not_taken_for_memory(tmp_path: Path) -> None:
 def test_the_p_value_counts_the_part_itself(score: float, size: float, p: float) -> None:
     """Of 4 drawn parts, as many as score and size leave above, and the part: (1 + 2) / 5, (1 + 3) / 5, 1 / 5, 5 / 5."""
     nulls = np.array([[1.0, 2.0, 3.0, 4.0], [0.5, 0.6, 0.7, 0.8]]), np.array([0.1, 0.2, 0.3, 0.4])
-    assert ResidualTests._p(SimpleNamespace(nulls=nulls, draws=4), score, size) == pytest.approx(p)  # type: ignore[arg-type]
+    known = SimpleNamespace(nulls=nulls, draws=4, model=SimpleNamespace(influences=()))
+    assert ResidualTests._p(known, score, size) == pytest.approx(p)  # type: ignore[arg-type]

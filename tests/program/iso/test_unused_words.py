@@ -54,13 +54,17 @@ def test_h_and_d_stay_in_force():
     assert at[-1] == pytest.approx(-2.0)  # to the left of Y+ by the radius of tool 2, 2 mm
 
 
-def test_the_command_says_them_before_the_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_the_command_says_them_with_the_answer_and_before_the_tables(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
     program = tmp_path / "p.nc"
     program.write_text("O1\nG0 X1. Q5.\nX2. Q5.\nM30\n", encoding="utf-8")
     assert run(["nc", str(program), "--dialect", "fanuc"]) == 0
     said = capsys.readouterr().out
     assert "Q5." in said
-    assert said.index("words that nothing uses") < said.index("2 moves")
+    # the answer comes first and counts them; the list of them stands above the tables
+    assert "Words that nothing uses: 2 times: passed over" in said
+    assert said.index("words that nothing uses, ") < said.index("p.nc: 2 moves")
     assert said.count("p.nc:2:8") == 1
     assert run(["nc", str(program), "--dialect", "fanuc", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["unused"]

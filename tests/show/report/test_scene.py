@@ -67,7 +67,7 @@ def test_every_item_becomes_its_trace() -> None:
     assert [head["u"][0], head["v"][0], head["w"][0]] == pytest.approx(
         [1 / math.sqrt(5), 2 / math.sqrt(5), 0.0], abs=1e-6
     )
-    assert figure["data"][8]["hovertext"] == ["semi-axes 30, 20, 10 um (k = 1)"]
+    assert figure["data"][8]["hovertext"] == ["semi-axes 30, 20, 10 µm (k = 1)"]
     assert figure["data"][8]["meta"]["centres"] == [[0.0, 0.0, 90.0]]
     assert figure["data"][9]["hoverinfo"] == "skip"
     assert figure["data"][5]["hovertext"] == ["bore, point 1<br>u = 0.4 um"]

@@ -64,9 +64,36 @@ def track(
 ) -> Track:
     """What is known of a machine on a day from all recordings of a folder.
 
-    at: the day, ISO 8601; default: that of the last recording. state: folder where the state is kept and taken up again; None keeps nothing. replay: work
-    everything out anew. alpha: chance of any false alarm, over all recordings. explain: run `diagnose` where there is an alarm.
-    Raises UsageError for recordings without a date, older than the state, or changed since; DataError for files that cannot be read.
+    Parameters
+    ----------
+    machine
+        Path of the machine file.
+    folder
+        Path of the folder of its recordings.
+    at
+        The day, ISO 8601; None: that of the last recording.
+    state
+        Folder where the state is kept and taken up again; None keeps nothing.
+    replay
+        Work everything out anew.
+    alpha
+        Chance of any false alarm, over all recordings.
+    explain
+        Run `diagnose` where there is an alarm.
+    seed
+        Of the draws of `diagnose`.
+    progress
+        Called with the name of each recording and the share that is done.
+
+    Returns
+    -------
+    Track
+        The machine as known on that day, with its alarms.
+
+    Raises
+    ------
+    UsageError, DataError
+        Recordings without a date, older than the state, or changed since; files that cannot be read.
     """
     request = TrackRequest(
         Path(machine), Path(folder), None if state is None else Path(state), replay, alpha, explain, seed

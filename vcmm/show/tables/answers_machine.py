@@ -202,6 +202,20 @@ def program_answers(
                 labels=("", "", "state it in"),
             )
         )
+    if program.unused:
+        words = list(dict.fromkeys(u.word for u in program.unused))
+        lines.append(
+            AnswerLine(
+                "Words that nothing uses",
+                f"{len(program.unused)} times",
+                verdict="passed over",
+                kind="warning",
+                because=", ".join(words[:3]) + (" …" if len(words) > 3 else ""),
+                change="--strict",
+                labels=("", "", "refused by"),
+                numbers={"unused": len(program.unused)},
+            )
+        )
     return lines
 
 
