@@ -52,7 +52,7 @@ def test_every_sign_is_said():
 
 
 def test_values_have_the_digits_of_their_uncertainty():
-    assert with_interval(Estimate(1.5, 0.19, (1.12, 1.871), "um")) == "1.50 um (95 %: 1.12 to 1.87)"
+    assert with_interval(Estimate(1.5, 0.19, (1.12, 1.871), "um")) == "1.50 µm (95 %: 1.12 to 1.87)"
     assert (
         with_interval(Estimate(0.2, 0.0021, (0.1959, 0.2041), "ms")) == "0.2000 ms (95 %: 0.1959 to 0.2041)"
     )
