@@ -10,7 +10,7 @@ which leaves the corner by 3/16 d |u2 - u1| (at most, at t = 1/2), with q'' at m
 deviation is the largest distance at the same s, which is never below the distance between the two curves.
 A quarter turn with 10 um tolerance is left 38 um before the corner: 0.010 x 16 / (3 sqrt 2) = 0.0377 mm.
 
-Rows of short lines are taken as one curve (`chained`): their roundings meet in the middle of each line.
+Rows of short lines are taken as one curve (`chain_joints`): their roundings meet in the middle of each line.
 """
 
 from __future__ import annotations
