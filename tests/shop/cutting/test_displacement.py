@@ -35,7 +35,7 @@ def test_what_tilts_is_refused_or_cut_into_indexed_pieces() -> None:
     from dataclasses import replace
 
     tilting = replace(line, axis_end=np.array([[0.0, math.sin(0.01), math.cos(0.01)]]))
-    with pytest.raises(ModelLimit, match="indexed"):
+    with pytest.raises(ModelLimit, match="split_by_direction"):
         surface_left(np.zeros((1, 3)), UP, tilting)
     parts = split_by_direction(tilting, 0.005)  # 0.01 rad x hypot(5, 10) / (2 x 0.005) = 11.18: 12 pieces
     assert len(parts) == 12
