@@ -25,23 +25,29 @@ ENDS = 41  # places looked at along a stretch for a floor
 
 
 @dataclass
-class Path:
-    """Stretches of a program, a row each. start, end (n, 3) mm, tool tip in the workpiece system; times in s.
+class Cutting:
+    """What the tool does, a row each.
 
-    tool: number; feed mm/min, 0 for rapids; block: number of the NC block; cutting: number of the pass, -1 for rapids;
+    tool: number; feed mm/min, 0 for rapids; speed 1/min; block: number of the NC block; cutting: number of the pass, -1 for rapids;
     pull (n, 3): acceleration towards the centre of a circle, mm/s^2.
     """
 
-    start: Array
-    end: Array
-    began: Array
-    ended: Array
     tool: NDArray[np.int_]
     feed: Array
     speed: Array
     block: NDArray[np.int_]
     cutting: NDArray[np.int_]
     pull: Array
+
+
+@dataclass
+class Path(Cutting):
+    """Stretches of a program. start, end (n, 3) mm, tool tip in the workpiece system; began, ended: times in s."""
+
+    start: Array
+    end: Array
+    began: Array
+    ended: Array
 
 
 def read_program(text: str) -> Path:
@@ -97,16 +103,16 @@ def read_program(text: str) -> Path:
         for a, b, length in zip(corners[:-1], corners[1:], lengths, strict=True):
             rows.append(
                 (
-                    a,
-                    b,
-                    time,
-                    time + length * scale,
                     tool,
                     0.0 if rapid else feed,
                     speed,
                     number,
                     -1 if rapid else cutting,
                     _pull((a + b) / 2, centre, pace),
+                    a,
+                    b,
+                    time,
+                    time + length * scale,
                 )
             )
             time += length * scale
@@ -147,21 +153,17 @@ def _circle(here: Array, goal: Array, i: float, j: float, left: bool) -> list[Ar
 
 
 @dataclass
-class Moment:
-    """Where and when a contact is made: position (n, 3), time, sense of X and Y, velocity (n, 3) mm/s, way cut so far mm, and
-    as in Path."""
+class Moment(Cutting):
+    """Where and when a contact is made.
+
+    q (n, 3) mm: position of the tip; time s; sense (n, 3): the way each axis went last; velocity (n, 3) mm/s; way: cut so far, mm.
+    """
 
     q: Array
     time: Array
     sense: Array
     velocity: Array
     way: Array
-    tool: NDArray[np.int_]
-    feed: Array
-    speed: Array
-    block: NDArray[np.int_]
-    cutting: NDArray[np.int_]
-    pull: Array
 
     def take(self, rows: NDArray[np.int_]) -> "Moment":
         """Some of them."""

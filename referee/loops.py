@@ -251,7 +251,8 @@ def case(folder: Path, kind: str, strength: float, scatter: str, seed: int) -> d
     names = [name_of(f) for f in document["found"]]
     row = {
         "kind": kind, "delta": strength if one else 0.0, "scatter": scatter, "seed": seed, "verdict": document["verdict"],
-        "found": names, "probability": [f["probability"] for f in document["found"]], "refused": document["refused"],
+        "found": names, "probability": [f["probability"] for f in document["found"]],
+        "written": [bool(f["written"]) for f in document["found"]], "refused": document["refused"],
     }  # fmt: skip
     if one and one.names:
         row["right_first"] = bool(names) and names[0].startswith(one.names)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.hostile.corpus import BARE, SETUP
 from tests.hostile.judge import ask, inside
+from vcmm.program import repeating
 from vcmm.program.faults import ProgramFault
 from vcmm.program.interpret import interpret
 from vcmm.program.repeating import FIRST, RepeatedStates, frozen
@@ -121,3 +124,11 @@ def test_a_wait_is_refused_where_nothing_is_assumed():
 def test_what_was_asked_outside_a_loop_does_not_make_it_a_wait():
     with pytest.raises(ProgramFault, match=r"10:1.*endless"):
         interpret(ISO.format("#101=#510\nN10 G1 X1. F100\nGOTO 10\nX7."), "fanuc")
+
+
+def test_what_is_left_out_of_the_state_exists():
+    """A name that no reader has would leave nothing out, without a word."""
+    sources = "\n".join(p.read_text(encoding="utf-8") for p in Path(repeating.__file__).parent.rglob("*.py"))
+    for name in repeating.OUTSIDE_STATE:
+        made = rf"self\.{name}\b[^=\n]*=(?!=)|^    {name}: |cached_property\n    def {name}\("
+        assert re.search(made, sources, re.MULTILINE), name

@@ -112,7 +112,7 @@ class KlartextWriter(Writer):
         return off < STILL
 
     def _turn(self, trace: Trace, frame: BlockFrame, index: int) -> None:
-        """LP -> L, CT and CTP -> C; arcs get their name in `_named`, once it is known whether they climb."""
+        """LP -> L, CT and CTP -> C; arcs get their name in `_set_function`, once it is known whether they climb."""
         if self.path in ("CT", "CTP"):
             self.path = "C"
         if self.path == "LP":

@@ -1,7 +1,7 @@
 """What an effect says of itself beside its formula: how large it usually is, its words, its prior, what it belongs to.
 
 Everything here has a default, so an effect says only what is special about it, as class attributes and, where behaviour
-differs, by one of the methods of `Declared`; what diagnosis alone asks is one value, `ForDiagnosis`. Diagnosis, files, reports and jobs ask for these and never for a name.
+differs, by one of the methods of `EffectDeclarations`; what diagnosis alone asks is one value, `ForDiagnosis`. Diagnosis, files, reports and jobs ask for these and never for a name.
 """
 
 from __future__ import annotations
@@ -216,7 +216,8 @@ class EffectDeclarations:
     def __init_subclass__(cls) -> None:
         """Raises UsageError for a declaration that nothing would read: one that belongs into `diagnosis`, or of an unknown name.
 
-        A constant that the effect uses itself starts with an underscore or is annotated ClassVar.
+        A constant that the effect uses itself starts with an underscore or is annotated ClassVar. Methods are not looked at: an effect
+        may have some of its own.
         """
         mine = vars(cls)
         beside = [f.name for f in fields(ForDiagnosis) if f.name in mine]

@@ -288,7 +288,7 @@ def turn_sensitivity(
 ) -> Array:
     """How far the tip turns about `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
 
-    Arguments as in `sensed`. A direction of travel that turns, and a moved command, do not turn the tip.
+    Arguments as in `sensitivity`. A direction of travel that turns, and a moved command, do not turn the tip.
     """
     (name, place), (frames, tool, work) = link, frames_of
     out = np.zeros((run.n, 6))

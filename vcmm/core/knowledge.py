@@ -1,7 +1,7 @@
 """The one door by which effects and Inputs come to a machine, whoever names them.
 
 The error tables and lists of a machine file, the part, the environment and the lists of a scenario, the setting up of a
-cut, and styli that were qualified: all go through `informed`, which adds up effects of one name and place and refuses a
+cut, and styli that were qualified: all go through `add_knowledge`, which adds up effects of one name and place and refuses a
 quantity that would be drawn twice. That an effect acts on an axis of the machine is checked by Machine itself, that a run
 has the columns it needs by `Machine.check_columns`.
 """

@@ -70,7 +70,7 @@ RUN_BY_SPREADSHEETS = ("=", "+", "-", "@", "\t", "\r")  # first in a cell: a for
 
 
 def csv_of(rows: Iterable[Iterable[object]]) -> str:
-    """Rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`restored` undoes it)."""
+    """Rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`unescape_cell` undoes it)."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows([escape_cell(cell) for cell in row] for row in rows)
     return out.getvalue()
@@ -88,7 +88,7 @@ def escape_cell(cell: object) -> object:
 
 
 def unescape_cell(cell: str) -> str:
-    """The text of a cell that `defused` wrote."""
+    """The text of a cell that `escape_cell` wrote."""
     return cell[1:] if cell[:1] == "'" and cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS) else cell
 
 

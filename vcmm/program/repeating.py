@@ -22,7 +22,7 @@ FIRST = 1024  # passes backwards before states are looked at: hardly a program h
 OUTSIDE_STATE = frozenset({  # what is read or written only, never asked by a block: text, results, counts of blocks
     "setup", "language", "text", "main", "others", "lines", "labels", "sections", "folders", "work", "short", "current", "missing",
     "moves", "sides", "finishes", "remarks", "remarked", "assumed", "unused", "misfits", "selected", "called", "markers", "tracer", "flow", "source", "column",
-    "executed", "moved", "moves_seen", "idle", "repeated", "written", "states",
+    "executed", "moved", "moves_seen", "idle", "repeated", "block_count", "states",
 })  # fmt: skip
 ENDLESS = (
     "this loop is endless: position, variables and modes are exactly those of an earlier pass, and clocks and signals of the "

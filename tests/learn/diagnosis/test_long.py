@@ -117,7 +117,7 @@ def three_ways() -> list:
     out = []
     with pytest.MonkeyPatch.context() as patch:
         for screen, largest in ((10**6, 10**6), (200, 10**6), (10**6, 250)):
-            patch.setattr(engine, "SCREENED", screen)
+            patch.setattr(engine, "MOST_SCREENED", screen)
             patch.setattr(engine, "LARGEST", largest)
             out.append(diagnose_recording(case.recording, make.machine(), 1, 100))
     return out

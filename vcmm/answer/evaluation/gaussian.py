@@ -76,7 +76,7 @@ def innovations(x: Array, before: Ints, rho: float) -> Array:
 
 
 def unchained_adjoint(x: Array, before: Ints, rho: float) -> Array:
-    """The transpose of `unchained`."""
+    """The transpose of `innovations`."""
     if rho == 0.0:
         return x
     inner = before >= 0

@@ -64,7 +64,7 @@ def pack(accumulator: Accumulator) -> PackedAccumulator:
 
 
 def unpack(found: PackedAccumulator) -> Accumulator:
-    """The accumulator that `packed` wrote."""
+    """The accumulator that `pack` wrote."""
     centre, scale = (float.fromhex(text) for text in found["place"])
     low, high = (float.fromhex(text) for text in found["range"])
     out = Accumulator(centre, scale, trials=int(found["trials"]), minimum=low, maximum=high)

@@ -63,7 +63,7 @@ def _with_dynamics(planned: Any, truth: Any) -> Any:
 
 
 def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
-    """As `_written`, in a folder beside, whose files are moved once all of them stand."""
+    """As `_write_recordings`, in a folder beside, whose files are moved once all of them stand."""
     from tempfile import TemporaryDirectory
 
     above = next(p for p in out.absolute().parents if p.is_dir())

@@ -192,7 +192,7 @@ class _LinearStep:
         return np.asarray(np.einsum("pij,pj->pi", self.inverse, own))
 
     def covariances(self, points: Array) -> tuple[Array, Array, Array]:
-        """See `Multilaterated`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the
+        """See `MultilaterationResult`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the
         nominal points; largest variance (J,) of a station.
         """
         matrix, _, coupling = self.eliminate_points()

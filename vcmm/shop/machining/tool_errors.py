@@ -145,7 +145,7 @@ class ToolSide:
         return self.zero.off_errors(self._to_frame(total)) + self.known
 
     def in_workpiece(self, vectors: Array, row: Ints) -> Array:
-        """Vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_framed` undone."""
+        """Vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_to_frame` undone."""
         if self.phi is None:
             return vectors
         c, s = np.cos(self.phi[row]), np.sin(self.phi[row])

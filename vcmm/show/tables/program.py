@@ -92,7 +92,7 @@ def extents(program: Program, total: ProgramSummary) -> ResultTable[Any]:
 
 
 def remarks(name: str, program: Program) -> ResultTable[Any]:
-    """What `unused` does not say."""
+    """What `unused_table` does not say."""
     said = {u.text for u in program.unused}
     rows = [[f"{name}:{w.line}:{w.column}", w.text] for w in program.warnings if w.text not in said]
     return listing("remarks", ["where", "what"], rows, words=(0, 1))

@@ -10,7 +10,7 @@ direction). Everything is periodic, so that every order k of undulations per tur
     face         two probes, on the axis and at the arm; artefact and outer probe turned by 180 deg
     multi-step   the artefact turned by the angle that the set-up names (one step: two set-ups), the probe stays
 
-What no set-up tells apart is not made up: `separated` says of every error and order whether it is identified.
+What no set-up tells apart is not made up: `separate_errors` says of every error and order whether it is identified.
 Sources: Donaldson, CIRP Annals 21 (1972) 125; Estler, Evans, Shao, Precision Engineering 20 (1997) 187; Marsh, Precision Spindle
 Metrology, 2nd ed. (2010), ch. 5; Gao et al. and eq. 9, 10 of the X-C-Z paper for the face.
 """

@@ -3,7 +3,7 @@
     tracker       absolute lengths, stations anywhere                     nuisance station
     LaserTracer   changes of length: stations and dead paths anywhere     nuisance station and zero
 
-Stations need only be known roughly: `settled` finds them from the lengths themselves (multilateration), and what is left
+Stations need only be known roughly: `settle_stations` finds them from the lengths themselves (multilateration), and what is left
 is linear. Own error: scale.
 """
 
