@@ -203,20 +203,23 @@ def program_answers(
             )
         )
     if program.unused:
-        words = list(dict.fromkeys(u.word for u in program.unused))
-        lines.append(
-            AnswerLine(
-                "Words that nothing uses",
-                f"{len(program.unused)} times",
-                verdict="passed over",
-                kind="warning",
-                because=", ".join(words[:3]) + (" …" if len(words) > 3 else ""),
-                change="--strict",
-                labels=("", "", "refused by"),
-                numbers={"unused": len(program.unused)},
-            )
-        )
+        lines.append(_unused_words(program))
     return lines
+
+
+def _unused_words(program: Program) -> AnswerLine:
+    """How many words of a program move nothing and state nothing, with the first of them."""
+    words = list(dict.fromkeys(u.word for u in program.unused))
+    return AnswerLine(
+        "Words that nothing uses",
+        f"{len(program.unused)} times",
+        verdict="passed over",
+        kind="warning",
+        because=", ".join(words[:3]) + (" …" if len(words) > 3 else ""),
+        change="--strict",
+        labels=("", "", "refused by"),
+        numbers={"unused": len(program.unused)},
+    )
 
 
 def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
