@@ -133,6 +133,8 @@ def test_positions_are_within_reach_and_the_part_stays_the_same() -> None:
         ("repeats", "characteristic,value_mm,temp_part_C\nbore diameter,30,-400\nbore diameter,30,20\n", "below absolute zero"),
         ("positions", "characteristic,value_mm\nbore diameter,30\n", "the column position is missing"),
         ("positions", "position,characteristic,value_mm\na,bore diameter,30\n", "measured in one position"),
+        ("positions", "position,characteristic,value_mm\nnan,bore diameter,30\n", '"nan" does not name a position'),
+        ("positions", "position,characteristic,value_mm\n１,bore diameter,30\n", '"１" does not name a position'),
         ("standards", "standard,calibrated_mm,U_um,k,reading_mm\nrod,100,0.2,2,100\n", 'standards.csv:2: standard "rod"'),
         ("standards", "standard,calibrated_mm,U_um,k,reading_mm\nring,100,0.2,2,25.4\n", "more than a hundredth off"),
     ],

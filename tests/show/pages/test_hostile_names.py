@@ -125,7 +125,7 @@ def test_a_browser_runs_nothing_of_it(pages):
     ).stdout
     title = re.search("<title>(.*?)</title>", dom, re.DOTALL)
     assert title is not None
-    assert title[1].startswith("Measurement uncertainty: &lt;img")
+    assert title[1].startswith("Virtual measurement report: &lt;img")
 
 
 def test_tables_in_files_cannot_run_in_a_spreadsheet(pages, tmp_path):

@@ -309,7 +309,7 @@ class Evaluation:
             mean=(law.centre if isinstance(law, Linear) else law.mean) - shift, bias=float(self.bias[i]), corrected=shift != 0,
             u=u, k=float("nan"), p=self.settings.p, interval=(nominal, nominal), interval_kind=self.settings.kind,
             coverage_shown=not why, extreme=not outcome.tangent, tolerance=gps.tolerance(c, nominal), decision=None,
-            budget=PlottedBudget(outcome.lines),
+            budget=PlottedBudget(sorted(outcome.lines, key=lambda line: -line.u)),
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.is_one_sided(c), why_not_shown=why,

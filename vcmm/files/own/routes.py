@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from unicodedata import normalize
 
 import numpy as np
 
@@ -36,6 +37,9 @@ from vcmm.files.own.measured_data import (
 from vcmm.task.measuring.scenario import Scenario
 
 TEMPERATURE = "temp_part_C"
+MISSING_WORDS = frozenset(
+    {"nan", "na", "n/a", "null", "none", "inf", "-inf"}
+)  # what spreadsheets and pandas write for no value
 LEAST_K, MOST_K = 1.0, 5.0
 LEAST_U = 1e-9  # mm or rad: 1 pm, a hundredth of an atom
 
@@ -185,10 +189,24 @@ def _standard_u(sheet: Sheet, column: str) -> np.ndarray:
     return np.asarray(expanded / k)
 
 
+def is_unclear_label(label: str) -> bool:
+    """Whether a label is how programs write a missing value, or changes where lookalike characters become plain ones (NFKC)."""
+    return label.casefold() in MISSING_WORDS or normalize("NFKC", label) != label
+
+
 def _positions(scenario: Scenario, path: Path) -> dict[str, dict[str, np.ndarray]]:
     sheet, given = _rows(path, ("position",), ())
     rows = _collect_values(scenario, given)
     places = [row[sheet.header.index("position")] for row in sheet.rows]
+    unclear = [i for i, p in enumerate(places) if is_unclear_label(p)]
+    if unclear:
+        raise DataError(
+            [
+                f'{sheet.at(i)}: "{places[i]}" does not name a position: a missing value, or characters that only look like others; '
+                "write its number or name"
+                for i in unclear
+            ]
+        )
     out: dict[str, dict[str, np.ndarray]] = {}
     for name in dict.fromkeys(n for n, _ in rows):
         at = [i for i, (n, _) in enumerate(rows) if n == name]
