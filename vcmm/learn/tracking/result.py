@@ -204,7 +204,7 @@ def _numbers_of(q: TrackedQuantity) -> list[_Picked]:
         unit = ROUND.get(unit, "um")
     if is_single(q):
         return [_Picked(q, q.id, unit, "", np.ones(1))]
-    if q.effect.stored == q.parameter:
+    if q.effect.about.table_parameter == q.parameter:
         weights = np.zeros(q.size)
         weights[0], weights[-1] = -1.0, 1.0
         return [_Picked(q, q.id, unit, "end less start", weights)]

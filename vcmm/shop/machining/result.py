@@ -134,7 +134,7 @@ def group_of(line: BudgetLine) -> str:
     effect = line.input.split("[")[0].split(".")[0]
     if line.input == "channel.temp_part_C":
         return "part"
-    return BY_NAME[effect].belongs_to if effect in BY_NAME else "machine"
+    return BY_NAME[effect].about.belongs_to if effect in BY_NAME else "machine"
 
 
 def shares_by_group(c: CharacteristicResult) -> dict[str, float]:

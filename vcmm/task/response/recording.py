@@ -151,7 +151,7 @@ class Recording:
 
     @property
     def of_cut_part(self) -> bool:
-        """Whether a part that was cut is measured: readings that act on it (Effect.on_cut_part) count as on the finished part."""
+        """Whether a part that was cut is measured: readings that act on it (Effect.about.on_cut_part) count as on the finished part."""
         return self.kind == "path" and not self.measuring and {"feature", "clamp"} <= self.run.labels.keys()
 
     def groups(self, label: str) -> tuple[tuple[str, ...], Ints]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm.core.axes import LINEAR
+from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.readable import Readable, Reading
@@ -117,9 +118,7 @@ def grid(machine: Machine, nodes: int, box: Mapping[str, tuple[float, float]] | 
 
 def with_defaults(machine: Machine, run: Run) -> Run:
     """Fill columns that effects need and a bare grid lacks: no motion sense, 20 degC, unit normal up."""
-    missing = {
-        c for e in machine.effects if e.link != "reading" for c in e.required() if c not in run.columns
-    }
+    missing = {c for e in machine.effects if e.link != "reading" for c in required(e) if c not in run.columns}
     filled = {
         c: np.full(run.n, T0_DEG_C if c.startswith("temp_") and c != "temp_gradient_C" else 0.0)
         for c in missing
@@ -134,12 +133,12 @@ def missing_columns(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, .
     """
     out: list[tuple[str, tuple[str, ...]]] = []
     for e in machine.effects:
-        if e.is_random:
+        if e.about.is_random:
             continue
         if e.link == "reading":
             out.append((e.id, ("a touch",)))
             continue
-        lacking = tuple(c for c in e.required() if c not in run.columns)
+        lacking = tuple(c for c in required(e) if c not in run.columns)
         if lacking:
             out.append((e.id, lacking))
     return tuple(out)
