@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.core.axes import LINEAR
 from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import T0_DEG_C, Array, Run
+from vcmm.core.views import draw
 from vcmm.task.response.known_volume import known_box, known_rows, tip_uncertainty, without_unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.show import charts
 
 MOST_NODES = 10_000_000  # of a grid: 2 GB with their columns
 
@@ -59,13 +58,10 @@ class ErrorField(Readable):
     def size(self) -> Array:
         return np.linalg.norm(self.tip_error, axis=1)
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """Tip errors (actual - nominal) as arrows in the volume."""
-        from vcmm.show import charts
-
-        most = 1e3 * float(self.size.max(initial=0.0))
-        at = [self.run.position.get(a, np.zeros(self.run.n)) for a in LINEAR]
-        return charts.motions(np.stack(at, axis=1), self.tip_error, f"tip error, at most {most:.3g} µm", ax)
+        drawn: Axes = draw(self, ax)
+        return drawn
 
 
 def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:
