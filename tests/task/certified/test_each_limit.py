@@ -10,7 +10,8 @@ import pytest
 
 from tests.task.certified.task import CHARACTERISTICS, scenario_with
 from vcmm.answer.evaluation.indication import at_indication
-from vcmm.answer.evaluation.inversion import ADDED, Inversion, inversion_of
+from vcmm.answer.evaluation.added import ADDED
+from vcmm.answer.evaluation.inversion import Inversion, inversion_of
 from vcmm.answer.evaluation.pairs import Largest, surfaces
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.uncertainty import evaluate
