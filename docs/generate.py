@@ -66,7 +66,7 @@ def section(effect: type[Effect]) -> str:
         *table(effect),
         "",
     ]
-    parts += [f"States the {sign(effect)}. Needs: {needs}. Source: {effect.cites}.", ""]
+    parts += [f"States the {sign(effect)}. Needs: {needs}. Source: {effect.about.cites}.", ""]
     parts += (
         [f"No `[[effects]]` table states it; it is made by `{CalibrationModes.made_by}`.", ""]
         if issubclass(effect, CalibrationModes)
@@ -81,7 +81,7 @@ def sign(effect: type[Effect]) -> str:
 
 def names(effect: type[Effect]) -> list[str]:
     """Parameters as files write them."""
-    written = {inner: outer for outer, inner in effect.aliases.items()}
+    written = {inner: outer for outer, inner in effect.about.aliases.items()}
     return [f"`{written.get(f.name, f.name)}`" for f in parameter_fields(effect)]
 
 

@@ -52,7 +52,7 @@ for name, text in machine_texts(found, cmm, ["traced_cmm.toml"], home).items():
     Path(name).write_text(text)
 machine = vcmm.load_machine(cmm)
 nodes, value, u = found.band("EXX")
-stored = next(e for e in machine.effects if e.calibrated and e.where == "EXX")
+stored = next(e for e in machine.effects if e.about.is_calibrated and e.where == "EXX")
 assert np.allclose(stored.values, value, atol=1e-9)
 
 # %% [markdown]

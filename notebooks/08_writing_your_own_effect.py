@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import vcmm
+from vcmm.core.declaration import About
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array, Run
@@ -32,7 +33,7 @@ class RamDroop(Effect):
 
     name = "ram_droop"
     per = "axis"
-    cites = "Euler-Bernoulli cantilever under its own weight, leading term"
+    about = About(cites="Euler-Bernoulli cantilever under its own weight, leading term")
     axis: str = at("Y", "axis along which the ram moves")
     c: float = param(0.0, "um/m^2", "sag per square of the reach")
 

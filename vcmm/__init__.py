@@ -14,6 +14,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from vcmm.core import views
+
 if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm import physics as effects
     from vcmm.answer.placing.planning import optimise_plan
@@ -58,6 +60,8 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.task.response.recording import Recording
 
 __version__ = "0.1.0"
+
+views.fill_from(lambda: importlib.import_module("vcmm.show.views"))
 
 _HOME = {
     "example": "vcmm.files.own.library",

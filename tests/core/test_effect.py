@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from tests.core.test_machine import run_at
-from vcmm.core.effect import along, basis, motion, parameter, projected_basis, stepped_basis, with_parameter
+from vcmm.core.effect import (
+    along,
+    basis,
+    motion,
+    parameter,
+    projected_basis,
+    required,
+    stepped_basis,
+    with_parameter,
+)
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.backlash import Backlash
@@ -15,7 +24,7 @@ from vcmm.physics.catalogue.scale import ScaleFactor
 
 def test_names_and_places():
     one = Backlash("Y", 1e-3)
-    assert (one.where, one.id, one.required()) == ("Y", "backlash[Y]", ("sense_Y",))
+    assert (one.where, one.id, required(one)) == ("Y", "backlash[Y]", ("sense_Y",))
 
 
 def test_a_parameter_by_its_name():

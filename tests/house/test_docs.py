@@ -183,7 +183,7 @@ def test_the_page_of_effects_holds_every_effect_and_parameter(tmp_path: Path):
     page = target.read_text(encoding="utf-8")
     for effect in ALL:
         section = page.split(f"\n## {effect.name}\n")[1].split("\n## ")[0]
-        assert effect.cites in section, effect.name
+        assert effect.about.cites in section, effect.name
         assert "indicated - true" in section or "actual - nominal" in section
         for f in parameter_fields(effect):
             assert str(f.metadata["doc"]) in section, f"{effect.name}.{f.name}"

@@ -136,21 +136,21 @@ def test_what_a_child_raises_is_told():
 @pytest.mark.parametrize("kind", ALL, ids=lambda k: k.name)
 def test_declarations_mean_something(kind: type[Effect]):
     """Words of a declaration that nobody reads would be a fact that is lost."""
-    assert kind.belongs_to in OWNERS
-    assert kind.on_cut_part in ("", "turned", "stated")
+    assert kind.about.belongs_to in OWNERS
+    assert kind.about.on_cut_part in ("", "turned", "stated")
     parameters = {f.name for f in parameter_fields(kind)}
     assert kind.diagnosis.size_name in ("rms", "sd", "amplitude", "arm") or (
         kind.diagnosis.moves_together and kind.diagnosis.size_name in parameters
     )
     first = BY_NAME.get(kind.diagnosis.family)
-    assert not kind.words or first is None or places(kind) != places(first), (
+    assert not kind.about.words or first is None or places(kind) != places(first), (
         "it is reported in the words of its family"
     )
-    assert {kind.stored, kind.taken_up} <= {"", *parameters}
-    if kind.words:
-        shown = {*parameters, *kind.aliases, "amplitude", kind.diagnosis.size_name}
-        opposite = () if kind.words.opposite is None else (kind.words.opposite.parameter,)
-        assert {*kind.words.signed, *opposite} <= shown
+    assert {kind.about.table_parameter, kind.about.gap_parameter} <= {"", *parameters}
+    if kind.about.words:
+        shown = {*parameters, *kind.about.aliases, "amplitude", kind.diagnosis.size_name}
+        opposite = () if kind.about.words.opposite is None else (kind.about.words.opposite.parameter,)
+        assert {*kind.about.words.signed, *opposite} <= shown
 
 
 def places(kind: type[Effect]) -> set[str]:
@@ -164,3 +164,10 @@ def places(kind: type[Effect]) -> set[str]:
 def test_special_cases_are_of_effects_that_there_are(small: str, large: str):
     assert large in BY_NAME
     assert small != large
+
+
+def test_the_interface_of_an_effect_is_small():
+    """Nine things to declare, and two that follow from them; what more is known stands in `about` and `diagnosis`."""
+    public = {name for name in dir(Effect) if not name.startswith("_")}
+    declared = {"name", "per", "needs", "place", "own", "about", "diagnosis", "link", "error_motion"}
+    assert public == declared | {"where", "id"}

@@ -57,10 +57,6 @@ WHITEBOARD: dict[str, tuple[str, ...]] = {
 }
 # Arrows that are not on the whiteboard and are to go, with the reason why they are still there.
 TO_GO: dict[tuple[str, str], str] = {
-    ("task", "show"): "the plot() of a scenario, a recording and a field",
-    ("answer", "show"): "the plot() of results",
-    ("shop", "show"): "the plot() of results",
-    ("learn", "show"): "the plot() of results",
     ("learn", "files"): "writes machine files itself",
     ("compensation", "files"): "reads machines and set-ups, writes tables itself",
 }
@@ -73,8 +69,6 @@ FOLDERS = (
     "part.fit",
     "part",
     "part.gps",
-    "show.report",
-    "show.charts",
     "program",
     "program.iso",
     "program.sinumerik",
@@ -102,6 +96,8 @@ FOLDERS = (
     "learn.diagnosis",
     "learn.calibration",
     "learn.tracking",
+    "show.report",
+    "show.charts",
     "show.tables",
     "show.console",
     "show.pages",

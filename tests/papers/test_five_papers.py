@@ -16,7 +16,7 @@ from vcmm.physics.catalogue.lag import ServoLag
 
 def test_the_shop_knows_no_error_and_the_truth_has_one_that_no_table_holds():
     scenario = vcmm.load_cut(example("five_papers"))
-    assert not any(e.calibrated for e in scenario.machine.effects)
+    assert not any(e.about.is_calibrated for e in scenario.machine.effects)
     truth = load_machine(folder() / "five_papers" / "truth.toml")
     (lag,) = (e for e in truth.effects if isinstance(e, ServoLag))
     assert (lag.axis, lag.lag) == ("X", pytest.approx(0.5e-3))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.build import machine
+from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.cutting import ToolRunout, ToolWear
@@ -44,7 +45,7 @@ def test_tool_runout_takes_material():
     assert machine(ToolRunout(5e-3)).tip_error(_run())[0] == pytest.approx([0, -3e-3, -4e-3], abs=1e-15)
     # once per turn, 4 um cosine and 2 um sine at 60 deg: 4 x 0.5 + 2 x 0.866025 = 3.732051 um inward
     once = ToolRunout(4e-3, 2e-3, 1)
-    assert once.required()[-1] == "spindle_angle_rad"
+    assert required(once)[-1] == "spindle_angle_rad"
     error = once.error_motion(_run(spindle_angle_rad=np.pi / 3))[0, 2]
     assert error == pytest.approx(-0.8 * 3.732051e-3, abs=1e-9)
     with pytest.raises(UsageError, match="harmonic must be 0"):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.build import machine
+from vcmm.core.effect import required
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -64,7 +65,7 @@ def test_reversal_spike_has_two_shapes():
 def test_reversal_of_a_rotary_axis_counts_in_rad():
     columns = {"sense_C": np.array([1.0]), "since_reversal_C_rad": np.array([0.3])}
     run = Run({"C": np.zeros(1)}, np.zeros((1, 3)), columns)
-    assert ReversalSpike("C", 5e-6, 0.3).required() == ("sense_C", "since_reversal_C_rad")
+    assert required(ReversalSpike("C", 5e-6, 0.3)) == ("sense_C", "since_reversal_C_rad")
     assert ReversalSpike("C", 5e-6, 0.3).error_motion(run)[0, 5] == pytest.approx(-5e-6, abs=1e-15)
 
 
@@ -136,7 +137,7 @@ def test_ringing_after_every_change_of_the_acceleration():
     run = replace(_run([0.0] * 3, time_s=[-1.0, 0.0125, 0.0375]), series={"accel_X_mm_s2": log})
     error = machine(effect).tip_error(run)[:, 0]
     assert error == pytest.approx([0.0, 0.4622325e-3, -0.857273e-3], abs=1e-9)
-    assert effect.required() == ("time_s", "accel_X_mm_s2")
+    assert required(effect) == ("time_s", "accel_X_mm_s2")
     with pytest.raises(ModelLimit, match="log of accel_X_mm_s2"):
         effect.error_motion(_run([0.0], time_s=[0.0]))
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.build import machine
+from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.clamping import Clamping
@@ -102,7 +103,7 @@ def test_air_index_counts_from_the_zero_of_the_counter():
     air = {"temp_air_C": 22.0, "pressure_hPa": 1003.25, "humidity_pct": 60.0}
     run = _laser(500.0, **air, counted_x_mm=400.0, counted_y_mm=0.0, counted_z_mm=0.0)
     assert AirIndex(1.0, zero=1).error_motion(run)[0, 0] == pytest.approx(-1.864e-3, abs=1e-15)
-    assert "counted_x_mm" in AirIndex(1.0, zero=1).required()
+    assert "counted_x_mm" in required(AirIndex(1.0, zero=1))
 
 
 def test_the_beam_of_a_tracer_begins_at_its_station():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.physics.ask import ask
+from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -76,7 +77,7 @@ def test_play_along_a_ramp():
     for since, expected in ((0.0, -10e-3), (0.2, -7e-3), (0.4, -4e-3), (5.0, -4e-3)):
         run = one_row(sense_X=1.0, since_reversal_X_mm=since)
         assert effect.error_motion(run)[0, 0] == pytest.approx(expected, abs=1e-15)
-    assert BacklashRamp("C").required() == ("sense_C", "since_reversal_C_rad")
+    assert required(BacklashRamp("C")) == ("sense_C", "since_reversal_C_rad")
     with pytest.raises(UsageError, match="distance must be positive"):
         BacklashRamp("X", 1e-3, distance=0.0)
 

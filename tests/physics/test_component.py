@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.effect import required
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -103,6 +104,6 @@ def test_a_component_that_goes_with_a_temperature():
     step = Series(np.array([-1e-6, 0.0, 100.0]), np.array([20.0, 25.0, 25.0]))
     after = Run(place, np.zeros((1, 3)), {"time_s": np.array([60.0])}, {}, {"spindle": step})
     assert late.error_motion(after)[0, 3] == pytest.approx(7.5e-6 * (1 - np.exp(-1.0)), rel=1e-6)
-    assert late.required() == ("temp_spindle_C",)
+    assert required(late) == ("temp_spindle_C",)
     with pytest.raises(UsageError, match="negative"):
         ComponentWarming("EAZ", tau=-1.0)

@@ -15,6 +15,7 @@ from vcmm.core.effect import (
     basis,
     parameter_fields,
     place_fields,
+    required,
     stepped_basis,
     with_parameter,
 )
@@ -42,7 +43,7 @@ def test_says_what_it_is(effect: Effect):
     kind = type(effect)
     assert kind.name
     assert (kind.__doc__ or "").strip()
-    assert kind.cites
+    assert kind.about.cites
     assert kind.per
     assert effect.link in LINKS
     assert effect.place in ("motion", "travel", "location")
@@ -142,7 +143,7 @@ def test_a_missing_column_is_named(effect: Effect):
         {**{a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}, "C": Axis("C", (-4.0, 4.0))}, (effect,),
     )  # fmt: skip
     assert machine.checked_motion(effect, RUN).shape == (RUN.n, 6)
-    for column in effect.required():
+    for column in required(effect):
         without = {k: v for k, v in RUN.columns.items() if k != column}
         bare = Run(RUN.position, RUN.offset, without, RUN.labels)
         with pytest.raises(ModelLimit, match=f"needs the column {column}, which this run lacks"):
@@ -178,7 +179,7 @@ def test_file_takes_the_contract_name_and_unit(name: str):
     table = {"effect": name, parameter: text}
     table |= {f.name: getattr(instance, f.name) for f in place_fields(instance)}
     built = build_effect(table)
-    inside = type(built).aliases.get(parameter, parameter)
+    inside = type(built).about.aliases.get(parameter, parameter)
     assert getattr(built, inside) == quantity(text, dimension_of(text.split(" ", 1)[1]))
     assert built.id == instance.id
 
@@ -202,7 +203,7 @@ def test_round_trip_through_a_toml_table(effect: Effect):
             build_effect({"effect": effect.name, "component": "EXX"})
         return
     component = str(getattr(effect, "component", ""))
-    back = {v: k for k, v in type(effect).aliases.items()}
+    back = {v: k for k, v in type(effect).about.aliases.items()}
     table: dict[str, object] = {"effect": effect.name}
     table |= {f.name: getattr(effect, f.name) for f in place_fields(effect)}
     for f in parameter_fields(effect):

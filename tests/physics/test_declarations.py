@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.physics.ask import ask
-from vcmm.core.declaration import KnownRange, Site, reported_name
-from vcmm.core.effect import Effect, key_fields, motion, param
+from vcmm.core.declaration import About, KnownRange, SeenByQualification, Site, reported_name
+from vcmm.core.effect import Effect, key_fields, known_range, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 from vcmm.files.own.effects import build_effect
@@ -135,7 +135,7 @@ def test_tables_and_fields_are_known_within_their_nodes():
     assert spline.own_nodes().tolist() == [0.0, 10.0, 30.0]
     field = CorrelatedField(CUBE, np.full((8, 3), 1e-3))
     assert field.known_range()[2] == KnownRange("range of correlated_field", 2, -200.0, 0.0, "tip")
-    assert ScaleFactor("X").known_range() == ()
+    assert known_range(ScaleFactor("X")) == ()
     assert ComponentTable("ECC", ("C",), (np.array([0.0, 1.0]),), np.zeros(2)).known_range() == ()
 
 
@@ -179,12 +179,13 @@ def test_qualification_is_seen_by_what_it_touches_with():
     spheres = {"down": object(), "side": object()}
     assert set(ProbeLobing("").qualified(spheres).spheres) == {"down", "side"}
     assert set(ProbeLobing("down").qualified(spheres).spheres) == {"down"}
-    radius = TipRadius("down")
-    assert radius.qualified(spheres) is radius
+    assert not isinstance(TipRadius("down"), SeenByQualification)  # a radius is what qualification finds
 
 
 def test_who_answers_for_what():
-    owners = {name: BY_NAME[name].belongs_to for name in ("backlash", "tool_wear", "work_offset", "clamping")}
+    owners = {
+        name: BY_NAME[name].about.belongs_to for name in ("backlash", "tool_wear", "work_offset", "clamping")
+    }
     assert owners == {
         "backlash": "machine",
         "tool_wear": "tool",
@@ -233,6 +234,11 @@ def test_a_declaration_that_nothing_reads_is_refused():
     own = type(
         "Own",
         (ScaleFactor,),
-        {"belongs_to": "tool", "_letters": "XY", "__annotations__": {"LEAST": "ClassVar[int]"}, "LEAST": 3},
+        {
+            "about": About(belongs_to="tool"),
+            "_letters": "XY",
+            "__annotations__": {"LEAST": "ClassVar[int]"},
+            "LEAST": 3,
+        },
     )
-    assert own.belongs_to == "tool"
+    assert own.about.belongs_to == "tool"

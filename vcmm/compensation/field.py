@@ -18,7 +18,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter_fields, required
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
@@ -70,7 +70,7 @@ class KnownErrors:
 
     @property
     def needs_states(self) -> bool:
-        return any(e.required() for e in self.machine.effects)
+        return any(required(e) for e in self.machine.effects)
 
     def whole(self) -> KnownErrors:
         """The same with every known effect on the path, to see what is left in all."""
@@ -92,15 +92,15 @@ def known_errors_of(machine: Machine) -> KnownErrors:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.is_random or absent(effect):
+        if effect.about.is_random or absent(effect):
             continue
-        if set(effect.required()) & set(SHAPE_OF_CONTACT):
+        if set(required(effect)) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
         elif "clamp" in effect.per.split(", "):
             left.append(
                 f"{effect.id} bends the part where it is cut, which is not where the tool stands: not corrected by the path, --surface does"
             )
-        elif any(column.startswith(DYNAMIC) for column in effect.required()):
+        elif any(column.startswith(DYNAMIC) for column in required(effect)):
             rest.append(effect)
             left.append(
                 f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected"

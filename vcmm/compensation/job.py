@@ -47,6 +47,7 @@ from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_o
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
 from vcmm.compensation.writer import Writer
+from vcmm.core.effect import required
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.program.dialects import Dialect
@@ -218,8 +219,8 @@ def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
     """Where the tip is led over the workpiece, the errors that follow from the position of the axes alone are corrected."""
     if not leads(read.moves):
         return known
-    kept = tuple(e for e in known.machine.effects if not e.required())
-    rest = [e for e in known.machine.effects if e.required()]
+    kept = tuple(e for e in known.machine.effects if not required(e))
+    rest = [e for e in known.machine.effects if required(e)]
     said = tuple(
         f"{e.id} needs more than the position of the axes: not corrected where the tip is led" for e in rest
     )

@@ -116,7 +116,7 @@ def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     """The machine with the effects only that the path is not corrected for, and their ids."""
     kept = set(map(id, known_errors_of(machine).machine.effects))
     rest: tuple[Effect, ...] = tuple(
-        e for e in machine.effects if id(e) not in kept and not e.is_random and not absent(e)
+        e for e in machine.effects if id(e) not in kept and not e.about.is_random and not absent(e)
     )
     return replace(machine, effects=rest, inputs=()), tuple(e.id for e in rest)
 

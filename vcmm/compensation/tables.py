@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.compensation.table_signs import of_the_axes, of_the_tool
-from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter_fields, required
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.kinematics import Axis
 from vcmm.core.machine import Machine
@@ -70,7 +70,7 @@ def component_errors(machine: Machine, letter: str, q: Array) -> tuple[Array, li
 
 def _alone(machine: Machine, effect: Effect, letter: str, q: Array) -> Array | None:
     """Motion of an effect over one axis; None where it depends on anything else."""
-    if effect.required():
+    if required(effect):
         return None
     seen = []
     for other in (0.25, 0.75):
@@ -124,8 +124,8 @@ def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, s
     held = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
     half = np.zeros(len(q))
     for e in machine.effects:
-        if e.where == letter and [p.name for p in parameter_fields(e)] == [e.taken_up]:
-            half += 0.5 * float(getattr(e, e.taken_up))
+        if e.where == letter and [p.name for p in parameter_fields(e)] == [e.about.gap_parameter]:
+            half += 0.5 * float(getattr(e, e.about.gap_parameter))
             held.add(e.id)
     return forward - half, forward + half, held
 
@@ -188,4 +188,4 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
 
 def without_scatter(machine: Machine) -> Machine:
     """The machine without effects that have no known value."""
-    return replace(machine, effects=tuple(e for e in machine.effects if not e.is_random))
+    return replace(machine, effects=tuple(e for e in machine.effects if not e.about.is_random))

@@ -1,19 +1,19 @@
 """What an effect says of itself beside its formula: how large it usually is, its words, its prior, what it belongs to.
 
-Everything here has a default, so an effect says only what is special about it, as class attributes and, where behaviour
-differs, by one of the methods of `EffectDeclarations`; what diagnosis alone asks is one value, `ForDiagnosis`. Diagnosis, files, reports and jobs ask for these and never for a name.
+Two values, all of whose fields have a default, so an effect says only what is special about it: `About` for reports, files and jobs,
+`ForDiagnosis` for what diagnosis alone asks. What a few effects can do besides is a base class that those take: `WithResponse`,
+`Tabulated`, `ChoosesColumns`, `SeenByQualification`. Jobs ask for these and never for the name of an effect.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
@@ -180,78 +180,80 @@ def reported_name(kind: Any) -> str:
     return str(kind.diagnosis.family or kind.name)
 
 
-def _is_code(value: Any) -> bool:
-    """A method, a property, a class: anything with behaviour."""
-    return callable(value) or hasattr(value, "__get__")
+@dataclass(frozen=True)
+class About:
+    """What files, reports and jobs know of an effect beside its formula, all optional.
 
-
-class EffectDeclarations:
-    """Declarations of an effect, all with defaults.
-
-    words          what an answer means at the machine, see Words
-    trade          what an operator calls it, and what makes its share of U smaller, see Trade
-    diagnosis      what diagnosis alone asks, see ForDiagnosis
-    belongs_to     one of OWNERS: who answers for it in a budget
-    needs_cut      it shows in recordings of cut parts only
-    taken_up       parameter that is a way lost at a reversal: nearer to it rows may stand on either side
-    stored         parameter that holds the numbers of a stored error table
-    calibrated     one of the errors that a calibration finds and states anew: its only parameter
-    is_random      drawn anew again and again: its value is never known
-    along_axis     its lengths lie along its `axis`, and are angles where that turns
-    on_cut_part    a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
+    cites            source of the formula
+    words            what an answer means at the machine, see Words
+    trade            what an operator calls it, and what makes its share of U smaller, see Trade
+    aliases          name in files -> parameter that is kept in another, linear form
+    belongs_to       one of OWNERS: who answers for it in a budget
+    needs_cut        it shows in recordings of cut parts only
+    gap_parameter    parameter that is a way lost at a reversal: nearer to it rows may stand on either side
+    table_parameter  parameter that holds the numbers of a stored error table
+    is_calibrated    one of the errors that a calibration finds and states anew: its only parameter
+    is_random        drawn anew again and again: its value is never known
+    along_axis       its lengths lie along its `axis`, and are angles where that turns
+    on_cut_part      a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
     """
 
-    words: ClassVar[Words | None] = None
-    trade: ClassVar[Trade | None] = None
-    diagnosis: ClassVar[ForDiagnosis] = ForDiagnosis()
-    belongs_to: ClassVar[str] = "machine"
-    needs_cut: ClassVar[bool] = False
-    taken_up: ClassVar[str] = ""
-    stored: ClassVar[str] = ""
-    calibrated: ClassVar[bool] = False
-    is_random: ClassVar[bool] = False
-    along_axis: ClassVar[bool] = False
-    on_cut_part: ClassVar[str] = ""
+    cites: str = ""
+    words: Words | None = None
+    trade: Trade | None = None
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    belongs_to: str = "machine"
+    needs_cut: bool = False
+    gap_parameter: str = ""
+    table_parameter: str = ""
+    is_calibrated: bool = False
+    is_random: bool = False
+    along_axis: bool = False
+    on_cut_part: str = ""
 
-    def __init_subclass__(cls) -> None:
-        """Raises UsageError for a declaration that nothing would read: one that belongs into `diagnosis`, or of an unknown name.
 
-        A constant that the effect uses itself starts with an underscore or is annotated ClassVar. Methods are not looked at: an effect
-        may have some of its own.
+class WithResponse:
+    """An effect with an array parameter of many elements, whose unit response is quicker by formula than by unit steps."""
+
+    def response(self, name: str, run: Run) -> Array | None:
+        """The unit response (n, 6, k) of an array parameter; None = found by unit steps. A test compares the two."""
+        return None
+
+    def projected(self, name: str, run: Run, weights: Array) -> Array | None:
+        """Sum over the six numbers of weights (n, 6) times the unit response, (n, k); None = by `response`.
+
+        Only worth writing where that is large and nearly empty (fields of many nodes).
         """
-        mine = vars(cls)
-        beside = [f.name for f in fields(ForDiagnosis) if f.name in mine]
-        if beside:
-            raise UsageError(
-                f"{cls.__name__}: {', '.join(beside)} belongs into diagnosis; write diagnosis = ForDiagnosis({beside[0]}=...)"
-            )
-        declared = {
-            name for base in cls.__mro__[1:] for name in (*vars(base), *getattr(base, "__annotations__", ()))
-        }
-        own = mine.get("__annotations__", {})
-        for name, value in mine.items():
-            if not (name.startswith("_") or name in declared or name in own or _is_code(value)):
-                known = [n for n in declared if not n.startswith("_")]
-                raise UsageError(
-                    f"{cls.__name__}: nothing reads {name!r}.{choose_from(name, known)} A constant of its own is _{name}, or is annotated ClassVar"
-                )
+        return None
+
+
+class Tabulated:
+    """An effect of stored numbers, known at some places only."""
 
     def known_range(self) -> tuple[KnownRange, ...]:
-        """Where a tabulated effect is known; outside it refuses."""
+        """Where it is known; outside it refuses."""
         return ()
 
     def own_nodes(self) -> Array | None:
         """Positions (k,) of the stored numbers over its own axis; None where it is no table over one axis."""
         return None
 
-    def own_law(self, name: str) -> Any:
-        """The law of one of its parameters where the effect fixes it itself; None where an Input says it."""
+    def covers(self, tip: Array) -> npt.NDArray[np.bool_] | None:
+        """Whether it is known at tips (n, 3), (n,); None where `known_range` says it all."""
         return None
 
-    def covers(self, tip: Array) -> npt.NDArray[np.bool_] | None:
-        """Whether it is known at tips (n, 3), (n,); None where it is known everywhere."""
-        return None
+
+class ChoosesColumns:
+    """An effect that needs other columns of a run than `needs` says, as its place or its parameters are."""
+
+    def required(self) -> tuple[str, ...]:
+        """Columns that this instance needs."""
+        raise NotImplementedError
+
+
+class SeenByQualification:
+    """A reading that the qualification of a stylus sees too, and takes off in part."""
 
     def qualified(self, spheres: Mapping[str, Any]) -> Any:
-        """The effect as seen through a qualification on these spheres (stylus -> sphere); itself where it is not seen."""
-        return self
+        """The effect as it is left after a qualification on these spheres (stylus -> sphere)."""
+        raise NotImplementedError

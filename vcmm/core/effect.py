@@ -14,7 +14,11 @@ its parameters and one method, and then serves simulation, Monte Carlo, budget, 
     per           how candidates multiply: machine, axis, pair, component, direction, sensor, stylus, part ...
     needs         columns of the run that must be present; "{axis}" and other place fields are filled in
 
-What else an effect may say of itself (words, prior, what it belongs to ...) stands in `vcmm.core.declaration`.
+    about         what files, reports and jobs know of it: source, words, what it belongs to ... (`About`)
+    diagnosis     what diagnosis alone asks (`ForDiagnosis`)
+
+`name` and these are all that is to be declared; `where` and `id` follow. Both values, and the base classes for what a few effects can do besides, stand in
+`vcmm.core.declaration`.
 
 Parameters are linear unless `scan` is given. The basis of a parameter is its unit response, so an effect writes
 no derivative.
@@ -32,7 +36,17 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import UM, URAD, EffectDeclarations, Typical
+from vcmm.core.declaration import (
+    UM,
+    URAD,
+    About,
+    ChoosesColumns,
+    ForDiagnosis,
+    KnownRange,
+    Tabulated,
+    Typical,
+    WithResponse,
+)
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 from vcmm.core.units import parse_unit
@@ -88,19 +102,52 @@ def param(
     return field(default=default, metadata=meta)
 
 
+def _is_code(value: Any) -> bool:
+    """A method, a property, a class: anything with behaviour."""
+    return callable(value) or hasattr(value, "__get__")
+
+
+def _names(kind: type) -> list[str]:
+    return [f.name for f in fields(kind)]
+
+
 @dataclass(frozen=True, eq=False)
-class Effect(EffectDeclarations, ABC):
+class Effect(ABC):
     """Base of all effects; see the head of this file."""
 
     name: ClassVar[str] = ""
     per: ClassVar[str] = "machine"
     needs: ClassVar[tuple[str, ...]] = ()
-    cites: ClassVar[str] = ""
     place: ClassVar[str] = "motion"
     own: ClassVar[bool] = False
-    aliases: ClassVar[
-        dict[str, str]
-    ] = {}  # names of the contract for a parameter that is kept in linear form
+    about: ClassVar[About] = About()
+    diagnosis: ClassVar[ForDiagnosis] = ForDiagnosis()
+
+    def __init_subclass__(cls) -> None:
+        """Raises UsageError for a declaration that nothing would read: one that belongs into a value, or of an unknown name.
+
+        A constant that the effect uses itself starts with an underscore or is annotated ClassVar. Methods are not looked at: an effect
+        may have some of its own.
+        """
+        mine = vars(cls)
+        for value, kind in (("about", About), ("diagnosis", ForDiagnosis)):
+            beside = [name for name in _names(kind) if name in mine]
+            if beside:
+                raise UsageError(
+                    f"{cls.__name__}: {', '.join(beside)} belongs into {value}; write {value} = {kind.__name__}({beside[0]}=...)"
+                )
+        declared = {
+            name for base in cls.__mro__[1:] for name in (*vars(base), *getattr(base, "__annotations__", ()))
+        }
+        own = mine.get("__annotations__", {})
+        for name, value in mine.items():
+            if not (name.startswith("_") or name in declared or name in own or _is_code(value)):
+                known = [
+                    n for n in (*declared, *_names(About), *_names(ForDiagnosis)) if not n.startswith("_")
+                ]
+                raise UsageError(
+                    f"{cls.__name__}: nothing reads {name!r}.{choose_from(name, known)} A constant of its own is _{name}, or is annotated ClassVar"
+                )
 
     @property
     @abstractmethod
@@ -110,20 +157,6 @@ class Effect(EffectDeclarations, ABC):
     @abstractmethod
     def error_motion(self, run: Run) -> Array:
         """(n, 6): x y z mm, a b c rad, tip sense, in the frame of `link`; for "reading" columns 0-2 in workpiece axes."""
-
-    def response(self, name: str, run: Run) -> Array | None:
-        """Optional shortcut: the unit response (n, 6, k) of an array parameter; None = found by unit steps.
-
-        Only worth writing for parameters with many elements; the contract test compares it with the unit steps.
-        """
-        return None
-
-    def projected(self, name: str, run: Run, weights: Array) -> Array | None:
-        """Optional shortcut: sum over the six numbers of weights (n, 6) times the unit response, (n, k).
-
-        Only worth writing where `response` is large and nearly empty (fields of many nodes).
-        """
-        return None
 
     @property
     def where(self) -> str:
@@ -135,10 +168,26 @@ class Effect(EffectDeclarations, ABC):
     def id(self) -> str:
         return f"{self.name}[{self.where}]" if self.where else self.name
 
-    def required(self) -> tuple[str, ...]:
-        """Columns this instance needs, place fields filled in."""
-        filled = {f.name: getattr(self, f.name) for f in place_fields(type(self))}
-        return tuple(text.format(**filled) for text in self.needs)
+
+def required(effect: Effect) -> tuple[str, ...]:
+    """Columns of the run that this instance needs."""
+    return effect.required() if isinstance(effect, ChoosesColumns) else declared_columns(effect)
+
+
+def declared_columns(effect: Effect) -> tuple[str, ...]:
+    """Columns as declared in `needs`, place fields filled in."""
+    filled = {f.name: getattr(effect, f.name) for f in place_fields(type(effect))}
+    return tuple(text.format(**filled) for text in effect.needs)
+
+
+def known_range(effect: Effect) -> tuple[KnownRange, ...]:
+    """Where a tabulated effect is known; () for one that is known everywhere."""
+    return effect.known_range() if isinstance(effect, Tabulated) else ()
+
+
+def own_nodes(effect: Effect) -> Array | None:
+    """Positions (k,) of the stored numbers over its own axis; None where it is no table over one axis."""
+    return effect.own_nodes() if isinstance(effect, Tabulated) else None
 
 
 @lru_cache(maxsize=1024)
@@ -222,7 +271,7 @@ def kind_of_key(spec: Field[Any]) -> str:
 def parameter(effect: Effect, name: str) -> Field[Any]:
     """The field of one parameter. Raises UsageError with the closest name."""
     known = _parameters(type(effect))
-    name = effect.aliases.get(name, name)
+    name = effect.about.aliases.get(name, name)
     if name not in known:
         raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, known)}")
     return known[name]
@@ -234,7 +283,7 @@ def unit_at(kind: type[Effect] | Effect, unit: str, component: str = "", axis: s
     """
     if unit == "mm or rad":
         return "rad" if component[1:2] in tuple("ABC") else "mm"
-    return OF_AN_ANGLE.get(unit, unit) if kind.along_axis and is_rotary(axis) else unit
+    return OF_AN_ANGLE.get(unit, unit) if kind.about.along_axis and is_rotary(axis) else unit
 
 
 def unit_of(effect: Effect, name: str) -> str:
@@ -249,7 +298,7 @@ def typical(effect: Effect, name: str) -> float:
     For "mm or rad" that is 1 um, or 1 urad for the rotations EA., EB., EC.; what lies along an axis that turns is an angle. Raises UsageError for an unknown parameter.
     """
     spec = parameter(effect, name)
-    along = effect.along_axis and is_rotary(str(getattr(effect, "axis", "")))
+    along = effect.about.along_axis and is_rotary(str(getattr(effect, "axis", "")))
     turns = along or str(getattr(effect, "component", ""))[1:2] in tuple("ABC")
     known: Typical | None = spec.metadata["typical"]
     if known is not None:
@@ -270,7 +319,7 @@ def basis(effect: Effect, name: str, run: Run) -> Array:
     Linear parameters: response to a unit step, exact. Parameters with `scan`: central difference.
     """
     spec = parameter(effect, name)
-    known = effect.response(spec.name, run)
+    known = effect.response(spec.name, run) if isinstance(effect, WithResponse) else None
     if known is not None:
         return known
     return stepped_basis(effect, name, run)
@@ -278,9 +327,10 @@ def basis(effect: Effect, name: str, run: Run) -> Array:
 
 def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Array:
     """weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
-    known = effect.projected(parameter(effect, name).name, run, weights)
-    if known is not None:
-        return known
+    if isinstance(effect, WithResponse):
+        known = effect.projected(parameter(effect, name).name, run, weights)
+        if known is not None:
+            return known
     return np.asarray(np.einsum("ni,nik->nk", weights, basis(effect, name, run)))
 
 

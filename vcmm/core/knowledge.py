@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter_fields, required
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Law
@@ -92,6 +92,6 @@ def targets(machine: Machine, one: Input) -> list[Effect]:
 def acted_on(machine: Machine, one: Input) -> tuple[Effect, ...]:
     """The effects through which a single quantity shows: those that ask for a column, those that have a parameter; or none."""
     if one.is_channel:
-        return tuple(e for e in machine.effects if one.parameter in e.required())
+        return tuple(e for e in machine.effects if one.parameter in required(e))
     known = any(e.name == one.effect and one.where in (EVERY, e.where) for e in machine.effects)
     return tuple(targets(machine, one)) if known else ()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.effect import FREE_LINKS, Effect
+from vcmm.core.effect import FREE_LINKS, Effect, required
 from vcmm.core.errors import BeyondFirstOrder, ModelLimit, UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import (
@@ -106,7 +106,7 @@ class Machine:
 
     def check_columns(self, effect: Effect, run: Run) -> None:
         """Raises ModelLimit naming a column that an effect needs and the run has neither as a column nor as a log."""
-        for column in effect.required():
+        for column in required(effect):
             if (
                 column not in run.columns
                 and column.removeprefix("temp_").removesuffix("_C") not in run.series

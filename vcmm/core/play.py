@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, required
 from vcmm.core.history import STILL, Width, axis_unit, play_name
 from vcmm.core.run import Array, Run
 
@@ -39,9 +39,9 @@ def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str
 
 
 def _is_play(effect: Effect, axis: str) -> bool:
-    asked = effect.required()
+    asked = required(effect)
     return (
-        not effect.is_random and f"sense_{axis}" in asked and all(c.startswith(PLAY_COLUMNS) for c in asked)
+        not effect.about.is_random and f"sense_{axis}" in asked and all(c.startswith(PLAY_COLUMNS) for c in asked)
     )
 
 

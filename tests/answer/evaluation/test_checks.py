@@ -64,6 +64,21 @@ def test_a_short_stylus_in_a_bore_whose_axis_points_down_or_that_is_entered_from
         assert text.startswith("bore: touches 15 mm deep with stylus down, which is 5 mm long")
 
 
+def test_the_mouth_is_the_end_where_the_head_stands():
+    """Only the level 15 mm below the upper mouth of the bore, 5 mm above the lower one; a stylus of 6 mm reaches it from below alone."""
+    job = replace(scenario(), qualifications=QUALIFIED)
+    step = job.plan.steps[0]
+    deep = np.isclose(step.points[:, 2], 5.0)  # of a bore from z = 0 to 20
+    step = replace(step, points=step.points[deep], normals=step.normals[deep])
+    texts = {}
+    for offset in (-6.0, 6.0):
+        short = replace(job.plan.styli["down"], offset=np.array([0.0, 0.0, offset]), length=6.0)
+        plan = replace(job.plan, steps=(step,), styli={"down": short})
+        texts[offset] = [t for t in remarks(replace(job, plan=plan)) if "deep with stylus" in t]
+    assert [t[:26] for t in texts[-6.0]] == ["bore: touches 15 mm deep w"]
+    assert texts[6.0] == []
+
+
 def test_a_normal_into_the_material():
     job = replace(scenario(), qualifications=QUALIFIED)
     step = job.plan.steps[1]

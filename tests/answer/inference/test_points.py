@@ -125,6 +125,16 @@ def test_points_of_something_else(scenario: Scenario, how, message: str) -> None
     assert message in str(caught.value)
 
 
+def test_normals_that_point_out_of_the_material_are_taken(scenario: Scenario) -> None:
+    """The nominal normals of the touches themselves: of length 1, none turned."""
+    given, expected = handed_in(scenario)
+    normals = scenario.task().touches.normals
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)))
+    assert values(measured_task(scenario, replace(given, normals=normals))) == pytest.approx(
+        expected, abs=1e-7
+    )
+
+
 def test_a_larger_bore_is_a_larger_bore(scenario: Scenario, tmp_path: Path) -> None:
     """Every bore point 5 um further out: the diameter grows by 10 um and nothing else changes."""
     given, expected = handed_in(scenario)

@@ -10,6 +10,7 @@ from tests.build import scenario
 from vcmm.answer.placing.rows import Rows
 from vcmm.answer.placing.travels import Travels
 from vcmm.core.declaration import KnownRange
+from vcmm.core.effect import known_range
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Pose
 from vcmm.physics.structure.component import ComponentSpline
@@ -54,4 +55,4 @@ def test_known_ranges_by_hand():
         KnownRange(name, 1, -10, 20, "tip"),
         KnownRange(name, 2, 5, 30, "tip"),
     ]
-    assert list(Scatter().known_range()) == []
+    assert list(known_range(Scatter())) == []

@@ -80,7 +80,7 @@ def test_every_interpolation_finds_the_curve_and_the_file_is_what_was_fitted(lin
     left = one.value - Observer(one, again).baseline()
     left -= left.mean()
     assert np.sqrt((left**2).mean()) * 1e3 == pytest.approx(document["residual_um"], rel=2e-3)
-    (stored,) = (e for e in again.effects if e.calibrated)
+    (stored,) = (e for e in again.effects if e.about.is_calibrated)
     assert ("linear" if name == "table" else "cubic") in out.read_text()
     nodes, value = stored.own_nodes(), np.asarray(stored.values)
     at = one.run.q("X")[one.row]

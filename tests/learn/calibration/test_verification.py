@@ -63,7 +63,7 @@ def test_the_compensated_machine_has_no_table_and_the_same_covariance(done):
     machine, left = load_machine(folder / "machine.toml"), load_machine(folder / "left.toml")
     assert (left.state, left.compensation) == ("residual", ("machine_errors.csv",))
     for effect in left.effects:
-        if effect.stored and effect.calibrated:
+        if effect.about.table_parameter and effect.about.is_calibrated:
             assert np.asarray(effect.values) == pytest.approx(0.0)
     (one,), (other,) = machine.inputs, left.inputs
     assert one.law.u == pytest.approx(other.law.u)

@@ -11,7 +11,7 @@ from vcmm.show.tables.diagnosis import with_interval
 
 def test_every_family_has_words():
     due = {reported_name(kind) for kind in ALL if kind.diagnosis.is_named} & set(BY_NAME)
-    assert [name for name in due if BY_NAME[name].words is None] == []
+    assert [name for name in due if BY_NAME[name].about.words is None] == []
     assert plain_words("map_mistake", {"component": "EXX"}, {}).startswith("The stored table of EXX is not")
 
 

@@ -107,7 +107,7 @@ def test_the_machine_anew_has_the_tables_and_reads_back_from_its_files(tmp_path)
     original = tmp_path / "machine.toml"
     machine = load_machine(original)
     in_memory = with_tables(machine, new)
-    (table,) = [e for e in in_memory.effects if e.stored]
+    (table,) = [e for e in in_memory.effects if e.about.table_parameter]
     assert table.values * 1e3 == pytest.approx([5.0, -2.0, 6.0, 1.0], rel=0.01)  # 1 um was stored
 
     texts = renewed_files(original, machine, new, "recording.toml")
@@ -117,7 +117,7 @@ def test_the_machine_anew_has_the_tables_and_reads_back_from_its_files(tmp_path)
     for name, text in texts.items():
         (out / name).write_text(text)
     read = load_machine(out / "machine.toml")
-    (again,) = [e for e in read.effects if e.stored]
+    (again,) = [e for e in read.effects if e.about.table_parameter]
     assert again.values == pytest.approx(table.values, abs=1e-12)
     modes = [e for e in read.effects if e.name == "calibration_modes"]
     assert modes[0].loadings @ modes[0].loadings.T == pytest.approx(new.covariance, rel=1e-5, abs=1e-13)

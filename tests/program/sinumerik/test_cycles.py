@@ -18,6 +18,12 @@ def test_drilling_cycles():
     assert [m.feed for m in deep if m.kind == "line"] == [50, 100, 100, 100, 100]
 
 
+def test_planes_of_a_cycle_are_inches_after_G70():
+    """RFP + SDIS = (0.1 + 0.05) in = 3.81 mm, depth -0.5 in = -12.7 mm, RTP 1 in = 25.4 mm; by DPR from RFP: 2.54 - 12.7 = -10.16."""
+    ends = [m.end[2] for m in moves("G70\nG0 Z2\nF10\nCYCLE81(1,0.1,0.05,-0.5)\nCYCLE81(1,0.1,0.05,,0.5)")]
+    assert ends == pytest.approx([50.8, 3.81, -12.7, 25.4, 3.81, -10.16, 25.4], abs=1e-9)
+
+
 def strokes(text: str) -> list[tuple[str, float, float | None]]:
     made = moves(f"G0 X5 Y6 Z50\nM3 S1000 F100\n{text}", SURVEY)[1:]
     return [(m.kind[0], m.end[2], m.seconds if m.kind == "dwell" else m.feed) for m in made]

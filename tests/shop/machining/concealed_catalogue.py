@@ -35,7 +35,7 @@ PER = ("point", "move", "pass")
 def concealed() -> Iterator[Effect]:
     """One effect of every class of which a diagnosis may speak, its linear numbers of their usual size."""
     for kind in ALL:
-        if not kind.diagnosis.is_named or kind.is_random:
+        if not kind.diagnosis.is_named or kind.about.is_random:
             continue
         try:
             place = {

@@ -34,7 +34,7 @@ def with_effects(tmp_path, *effects):
         shutil.copy(folder() / "cone_frustum.toml", tmp_path)
         shutil.copytree(folder() / "cone_frustum", tmp_path / "cone_frustum")
     scenario = vcmm.load_cut(tmp_path / "cone_frustum.toml")
-    kept = tuple(e for e in scenario.machine.effects if e.belongs_to in ("tool", "setup"))
+    kept = tuple(e for e in scenario.machine.effects if e.about.belongs_to in ("tool", "setup"))
     machine = replace(scenario.machine, effects=(*kept, *effects), inputs=())
     inputs = tuple(i for i in scenario.inputs if any(e.name == i.effect for e in machine.effects))
     task, world, _ = finished_part(set_up(replace(scenario, machine=machine, inputs=inputs)))

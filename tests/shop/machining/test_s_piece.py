@@ -36,7 +36,7 @@ def scenario():
 
 def departures(*effects):
     """(3, 24) mm along the normals, by height and ruling, of the piece on its machine with these effects alone."""
-    kept = tuple(e for e in scenario().machine.effects if e.belongs_to in ("tool", "setup"))
+    kept = tuple(e for e in scenario().machine.effects if e.about.belongs_to in ("tool", "setup"))
     machine = replace(scenario().machine, effects=(*kept, *effects), inputs=())
     inputs = tuple(i for i in scenario().inputs if any(e.name == i.effect for e in machine.effects))
     task, world, _ = finished_part(set_up(replace(scenario(), machine=machine, inputs=inputs)))

@@ -12,8 +12,7 @@ import pytest
 import vcmm
 from tests.plate import edited
 from vcmm.files.own.recording import load_recording
-from vcmm.learn.calibration.result import Calibration
-from vcmm.show import charts
+from vcmm.show import charts, views
 from vcmm.show.charts.space import round_down
 
 
@@ -109,11 +108,11 @@ def test_a_band_holds_95_percent():
         along=lambda name: (nodes, value, u),
         kept=SimpleNamespace(curves=()),
     )
-    ax = Calibration.plot(found, "EXX")
+    ax = views.error_curve(found, "EXX")
     assert ax.get_lines()[0].get_ydata() == pytest.approx([0.0, 2.0, -1.0])
     edge = ax.collections[0].get_paths()[0].vertices[:, 1]
     assert (edge.min(), edge.max()) == pytest.approx((-2.96, 2.98))  # -1 - 1.96, 2 + 1.96 / 2
-    turned = Calibration.plot(found, "EBX")
+    turned = views.error_curve(found, "EBX")
     assert (ax.get_ylabel(), turned.get_ylabel()) == ("µm", "µrad")
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vcmm.core.effect import required
 from vcmm.core.expansions import unusual_expansion
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Law
@@ -167,7 +168,7 @@ def _unusual_warmth(scenario: Scenario) -> list[str]:
 
 def _unused_temperatures(scenario: Scenario) -> list[str]:
     """Temperatures that no effect of the machine or part reads."""
-    read = {column for effect in scenario.machine.effects for column in effect.required()}
+    read = {column for effect in scenario.machine.effects for column in required(effect)}
     cures = {"temp_part_C": "[part] expansion", "temp_gradient_C": "an effect that bends with it"}
     out = []
     matter = {
@@ -193,7 +194,7 @@ def _exact_temperatures(scenario: Scenario) -> list[str]:
     known = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
     out = []
     for effect in scenario.machine.effects:
-        for column in effect.required():
+        for column in required(effect):
             readings = {column, column.replace("temp_", "reading_", 1)}
             if column.startswith("temp_") and not readings & known and bool(getattr(effect, "alpha", 0.0)):
                 name = column.removeprefix("temp_").removesuffix("_C")

@@ -42,7 +42,7 @@ def declared_influences(task: Task) -> tuple[DeclaredInfluence, ...]:
 def _of_effects(task: Task, single: Sequence[Input]) -> list[DeclaredInfluence]:
     files: dict[str, list[type]] = {}
     for kind in ALL:
-        if kind.belongs_to not in OF_CUTTING and not kind.needs_cut:
+        if kind.about.belongs_to not in OF_CUTTING and not kind.about.needs_cut:
             files.setdefault(_family(kind), []).append(kind)
     held = {e.name for e in task.machine.effects}
     out = []

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any, Protocol, TypeVar
 
 from vcmm.core.errors import choose_from
+from vcmm.core.views import say
 
 SHOWN = 4  # characteristics of a line; of more the number of the rest is said
 
@@ -18,9 +19,7 @@ def value_text(value: float, unit: str) -> str:
 
 def answer(c: Any) -> str:
     """Of a CharacteristicResult: value ± U (k, p), or the interval where U has no end; the decision with its probability."""
-    from vcmm.show.report.answers import answer_of, in_one_line
-
-    return in_one_line(answer_of(c))
+    return say(c)
 
 
 def listed(texts: Iterable[str]) -> str:

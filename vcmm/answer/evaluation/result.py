@@ -16,12 +16,12 @@ from vcmm.answer.evaluation.summary import Summary
 from vcmm.answer.evaluation.truth import Additive, Truth
 from vcmm.core.readable import Readable, Reading, frame_of
 from vcmm.core.run import Array
+from vcmm.core.views import draw
 from vcmm.part.gps.decision import Decision
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.show import charts
 
 BIAS_IN_REACH = (
     "its known bias is not corrected, and with U + |bias| a limit is in reach"  # why nothing is decided
@@ -54,11 +54,10 @@ class BudgetLine:
 class PlottedBudget(tuple[BudgetLine, ...]):
     """The lines of a budget, with a picture."""
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None, title: str = "budget") -> Axes:
+    def plot(self, ax: Any = None, title: str = "budget") -> Axes:
         """Shares of u^2, the largest first."""
-        from vcmm.show import charts
-
-        return charts.contributions(self, title, ax)
+        drawn: Axes = draw(self, ax, title)
+        return drawn
 
     def to_dataframe(self, library: str | None = None) -> Any:
         """The lines as a data frame of pandas or polars; u in mm or rad, share of u^2."""
@@ -181,37 +180,19 @@ class CharacteristicResult:
             return math.nan, math.nan
         return self.expanded, self.k
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
-        from vcmm.show import charts
-        from vcmm.show.charts.distribution import coarsen
+        drawn: Axes = draw(self, ax)
+        return drawn
 
-        unit, scale = SHOWN_IN[self.unit]
-        from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731
-        edges, counts = coarsen(*self.summary.histogram) if self.summary else self._closed_form()
-        return charts.distribution(
-            (edges - self.nominal) * scale,
-            counts,
-            interval=from_nominal(self.interval),
-            limits=from_nominal(self.tolerance) if self.tolerance else None,
-            marks={"result": (self.value - self.nominal) * scale},
-            unit=unit,
-            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}"
-            + (" as indicated; interval of the true value" if self.true_value else ""),
-            ax=ax,
-        )
 
-    def _closed_form(self) -> tuple[Array, Array]:
-        """Edges and what lies between them by the law of the true value (or of the part to come), where no trials were run."""
-        law = (
-            self.truth.of(self.indicated)
-            if isinstance(self.truth, Additive)
-            else getattr(self.truth, "law", None)
-        )
-        if not isinstance(law, Linear) or not (0.0 < self.u < math.inf):
-            return np.zeros(1), np.zeros(0)
-        edges = law.mean + self.u * np.linspace(-4.0, 4.0, CLOSED_BARS + 1)
-        return edges, np.diff(law.cdf(edges)).clip(0.0)
+def closed_form(c: CharacteristicResult) -> tuple[Array, Array]:
+    """Edges and what lies between them by the law of the true value (or of the part to come), where no trials were run."""
+    law = c.truth.of(c.indicated) if isinstance(c.truth, Additive) else getattr(c.truth, "law", None)
+    if not isinstance(law, Linear) or not (0.0 < c.u < math.inf):
+        return np.zeros(1), np.zeros(0)
+    edges = law.mean + c.u * np.linspace(-4.0, 4.0, CLOSED_BARS + 1)
+    return edges, np.diff(law.cdf(edges)).clip(0.0)
 
 
 class Budgets(dict[str, PlottedBudget]):
@@ -219,11 +200,8 @@ class Budgets(dict[str, PlottedBudget]):
 
     def plot(self) -> list[Axes]:
         """One picture below the other."""
-        from vcmm.show import charts
-        from vcmm.show.charts.bars import MOST_BARS
-
-        rows = [min(sum(line.share >= ROUNDING for line in b), MOST_BARS) for b in self.values()]
-        return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self), rows=rows), self.items())]
+        drawn: list[Axes] = draw(self)
+        return drawn
 
     def to_dataframe(self, library: str | None = None) -> Any:
         """All lines as one data frame of pandas or polars, with the characteristic that each belongs to."""
@@ -257,7 +235,5 @@ class UncertaintyResult(Readable):
 
     def plot(self) -> list[Axes]:
         """Distribution, coverage interval and limits of every characteristic, one below the other."""
-        from vcmm.show import charts
-
-        drawn = zip(self.characteristics, charts.panels(len(self.characteristics)))
-        return [c.plot(ax) for c, ax in drawn]
+        drawn: list[Axes] = draw(self)
+        return drawn

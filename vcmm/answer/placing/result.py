@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.result import SHOWN_IN, UncertaintyResult
+from vcmm.answer.evaluation.result import UncertaintyResult
 from vcmm.answer.placing.certificate import Certificate
 from vcmm.answer.placing.confirmation import Confirmation
 from vcmm.answer.placing.hindrances import Hindrance
@@ -15,7 +15,7 @@ from vcmm.answer.placing.near_best import Map, Region
 from vcmm.answer.placing.objective import Uncertain
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
-from vcmm.show import charts
+from vcmm.core.views import draw
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,19 +64,10 @@ class PlacementResult(Readable):
         gain = "" if self.gain is None else f", {self.gain:.1%} below the present pose"
         return f"<Placed: shift ({shift}) mm, objective {self.best.value:.4g}{gain}>"
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """The objective over the two degrees of freedom that matter most, the others at the best pose."""
-        (across, x), (up, y) = self.map.axis_values(0), self.map.axis_values(1)
-        unit, scale = SHOWN_IN.get(self.objective.unit, ("objective", 1.0))
-        values = self.map.values * scale
-        if len(y) < 2:
-            line = [charts.PlotSeries(x, values[0], self.objective.unit)]
-            return charts.curve(
-                line, x_label=across, y_label=unit, title="where to put the part", zero_line=False, ax=ax
-            )
-        return charts.heat_map(
-            values, x, y, x_label=across, y_label=up, unit=unit, title="where to put the part", ax=ax
-        )
+        drawn: Axes = draw(self, ax)
+        return drawn
 
     @property
     def gain(self) -> float | None:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vcmm.core.axes import is_rotary
+from vcmm.core.effect import required
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
@@ -80,7 +81,7 @@ class Rows:
     @cached_property
     def needed_columns(self) -> frozenset[str]:
         """Columns that some effect of the machine asks for."""
-        return frozenset(c for e in self.machine.effects for c in e.required())
+        return frozenset(c for e in self.machine.effects for c in required(e))
 
     def axis_positions(self, six: Array) -> Array:
         """(m, n, 3): axis positions along x y z that the touches need at poses (m, 6), reachable or not."""

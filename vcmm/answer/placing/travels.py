@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vcmm.answer.placing.hindrances import Hindrance
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.declaration import KnownRange
+from vcmm.core.effect import known_range
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.task.measuring.fixture import six_of
@@ -39,7 +40,7 @@ class Travels:
             if letter not in machine.chain.letters:
                 out.append(KnownRange(f"no axis {letter}", i, 0.0, 0.0))
         for effect in machine.effects:
-            out += effect.known_range()
+            out += known_range(effect)
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:

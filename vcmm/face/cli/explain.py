@@ -101,7 +101,7 @@ def _effect(effect: str, json: bool) -> int:
     from vcmm.show.tables.table import listing
 
     kind = find(effect)
-    back = {v: k for k, v in kind.aliases.items()}
+    back = {v: k for k, v in kind.about.aliases.items()}
     parameters = [
         [
             back.get(f.name, f.name),
@@ -117,14 +117,14 @@ def _effect(effect: str, json: bool) -> int:
     text = cleandoc(kind.__doc__ or "")
     link = "reading: indicated - true" if kind().link == "reading" else "tip error: actual - nominal"
     if json:
-        body = {"effect": kind.name, "text": text, "sign": link, "per": kind.per, "needs": list(kind.needs), "cites": kind.cites,
+        body = {"effect": kind.name, "text": text, "sign": link, "per": kind.per, "needs": list(kind.needs), "cites": kind.about.cites,
                 "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in parameters], "places": [dict(zip(("key", "doc"), p)) for p in places],
                 "keys": [dict(zip(("key", "doc"), k)) for k in keys]}  # fmt: skip
         print_json(document("vcmm.explain/1", body))
         return 0
     print(f"{kind.name}\n\n{text}\n")
     print(
-        f"sign      {link}\nsource    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
+        f"sign      {link}\nsource    {kind.about.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
     )
     turned = {u: unit_at(kind, u, axis="C") for _, u, _ in parameters}
     units = {u: u if other == u else f"{u} ({other} of a rotary axis)" for u, other in turned.items()}

@@ -59,7 +59,7 @@ def _effects() -> Rows:
     from vcmm.physics import ALL
 
     def parameters(kind: Any) -> str:
-        back = {v: k for k, v in kind.aliases.items()}
+        back = {v: k for k, v in kind.about.aliases.items()}
         return ", ".join(f"{back.get(f.name, f.name)} ({f.metadata['show']})" for f in parameter_fields(kind))
 
     rows = [[e.name, e.per, parameters(e), (e.__doc__ or "").strip().split("\n")[0]] for e in ALL]

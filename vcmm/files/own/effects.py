@@ -55,7 +55,7 @@ def build_effect(table: dict[str, Any]) -> Effect:
     for key, value in table.items():
         if key != "effect":
             with noting(found, key):
-                values[kind.aliases.get(key, key)] = _value(kind, key, value, table)
+                values[kind.about.aliases.get(key, key)] = _value(kind, key, value, table)
     for place in place_fields(kind):
         if place.name not in table and not may_be_left_out(place):
             found.append(
@@ -93,11 +93,11 @@ def _place_key(kind: type[Effect], table: dict[str, Any]) -> str:
 def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> Any:
     parameters = {f.name: f for f in parameter_fields(kind)}
     other = {f.name: f for f in fields(kind) if f.name not in parameters and not f.metadata.get("internal")}
-    name = kind.aliases.get(key, key)
+    name = kind.about.aliases.get(key, key)
     if name in parameters:
         return _parameter_value(kind, parameters[name], key, value, table)
     if key not in other:
-        allowed = [*(n for n in other if n not in parameters), *kind.aliases, *parameters]
+        allowed = [*(n for n in other if n not in parameters), *kind.about.aliases, *parameters]
         raise UsageError(f'unknown key "{key}" of effect {kind.name}.{choose_from(key, allowed)}')
     default = other[key].default
     if other[key].metadata.get("place") and isinstance(default, int):

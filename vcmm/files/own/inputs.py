@@ -28,7 +28,7 @@ from vcmm.core.units import channel_unit, dimension_of, parse_unit, shorten, vec
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.own.effects import KeyProblems, check_matters, kind_of, may_be_left_out, noting
 from vcmm.files.problems import TableProblems, misspelt
-from vcmm.physics.structure.residual import CorrelatedField
+from vcmm.physics.structure.residual import CorrelatedField, ResidualField
 
 BOUNDED_LAWS = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given
@@ -98,7 +98,7 @@ def _effect_input(
     law, scale = None, None
     with noting(found, "law"):
         covariance = target.covariance() if isinstance(target, CorrelatedField) else None
-        own = target.own_law(spec.name)
+        own = target.own_law(spec.name) if isinstance(target, ResidualField) else None
         if own is not None:
             law = _refusing_others(kind, table, own)
         elif covariance is not None:
@@ -202,10 +202,10 @@ def _target(
 def input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -> Field[Any]:
     known = {f.name: f for f in parameter_fields(kind)}
     word = str(table.get("parameter", ""))
-    allowed = list(dict.fromkeys([*kind.aliases, *known]))
+    allowed = list(dict.fromkeys([*kind.about.aliases, *known]))
     if not word:
         raise UsageError(f'the key "parameter" is missing; write for example parameter = "{allowed[0]}"')
-    name = kind.aliases.get(word, word)
+    name = kind.about.aliases.get(word, word)
     if name not in known:
         raise UsageError(f'{kind.name} has no parameter "{word}".{choose_from(word, allowed)}')
     check_matters(known[name], component, name)

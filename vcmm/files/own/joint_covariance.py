@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, own_nodes
 from vcmm.core.errors import DataError
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Normal
@@ -138,7 +138,7 @@ def _check_nodes(name: str, position: Array, by_name: dict[str, Effect]) -> None
     if name not in by_name:
         raise DataError(f"covariance: {name} is not in the error table, which has {', '.join(by_name)}")
     effect = by_name[name]
-    nodes = effect.own_nodes()
+    nodes = own_nodes(effect)
     if nodes is None and isinstance(effect, ComponentTable):
         raise DataError(
             f"covariance: {name} is tabulated over several axes; state an uncertainty for it instead"

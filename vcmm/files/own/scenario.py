@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, required
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import add_knowledge
@@ -310,7 +310,7 @@ def _check_temperatures(
     """A temperature that an effect needs is one of the environment's, or of the machine's own sensors."""
     known = [*columns_of(Temperatures()), *(f"temp_{name}_C" for name in sensors)]
     for effect in effects:
-        for column in effect.required():
+        for column in required(effect):
             if column.startswith("temp_") and column not in known:
                 sensor = column.removeprefix("temp_").removesuffix("_C")
                 names = [*Temperatures.model_fields, *sensors]

@@ -88,7 +88,7 @@ def _feature(name: str, table: type[Table], definitions: Schema) -> Schema:
 
 
 def _effect(kind: type[Effect]) -> Schema:
-    back = {v: k for k, v in kind.aliases.items()}
+    back = {v: k for k, v in kind.about.aliases.items()}
     properties: Schema = {f.name: {} for f in fields(kind) if not f.metadata.get("internal")}
     for f in place_fields(kind):
         form = "integer" if isinstance(f.default, int) else "string"

@@ -62,7 +62,7 @@ def _member(path: Path, name: str, element: Array, effects: Sequence[Effect]) ->
     place, _, parameter = name.rpartition(".")
     hit = next((e for e in effects if e.id == place), None)
     if hit is None or not hasattr(hit, parameter):
-        known = [f"{e.id}.{e.stored}" if e.stored else e.id for e in effects]
+        known = [f"{e.id}.{e.about.table_parameter}" if e.about.table_parameter else e.id for e in effects]
         raise UsageError(
             f'{path}: "{name}" is no parameter of an effect of the machine.{choose_from(name, known)}'
         )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import required
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import EVERY
 from vcmm.core.laws import MultivariateSamples
@@ -121,7 +122,7 @@ def _run_with_tip(machine: Machine, run: Run) -> Run:
     size = np.linalg.norm(run.offset, axis=1)
     direction = np.where(size[:, None] > 0, run.offset / np.maximum(size, 1e-12)[:, None], [[0.0, 0.0, -1.0]])
     columns = probe_angles(direction, size, run.normal) if reading and "nx" in run.columns else {}
-    for name in {c for e in reading for c in e.required()} - set(columns) - set(run.columns):
+    for name in {c for e in reading for c in required(e)} - set(columns) - set(run.columns):
         columns[name] = np.full(run.n, T0_DEG_C if name.startswith("temp_") else 0.0)
     run = run.with_columns(columns)
     return (

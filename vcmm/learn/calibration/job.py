@@ -159,7 +159,7 @@ def _looked_at(
     before = known_ranges(machine) | {a: (float(q[0]), float(q[-1])) for a, q in turned.items()}
     _check_reach(before, ranges)
     _check_anew(kind, before)
-    if growth and not any(e.calibrated for e in machine.effects):
+    if growth and not any(e.about.is_calibrated for e in machine.effects):
         raise UsageError(
             "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
         )
@@ -245,7 +245,7 @@ class _Job:
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
         turns = known_turns(self.machine)
         stated = bool(known_ranges(self.machine) or turns)
-        names = [name_of(e) for e in self.machine.effects if e.calibrated]
+        names = [name_of(e) for e in self.machine.effects if e.about.is_calibrated]
         model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
         if stated and self.only:
             known_too = [n for n in model.names if n in names]

@@ -200,7 +200,7 @@ def _check_locations(document: Any, prior: Path, names: Sequence[str]) -> None:
 def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:
     """Whether an [[effects]] or [[inputs]] table states one of the errors of these names (EXX, C0Y, BX)."""
     kind = BY_NAME.get(str(table.get("effect")))
-    if kind is None or not kind.calibrated:
+    if kind is None or not kind.about.is_calibrated:
         return False
     where = [str(table[f.name]) for f in place_fields(kind) if f.name in table]
     return not where or (f"B{where[0]}" if issubclass(kind, LostMotionTable) else where[0]) in names

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import LETTERS, is_rotary
-from vcmm.core.effect import COLUMN, Effect, basis
+from vcmm.core.effect import COLUMN, Effect, basis, known_range, own_nodes
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
 from vcmm.core.machine import Machine
@@ -34,7 +34,7 @@ class PriorKnowledge:
 
 def known_errors_of(machine: Machine, model: ErrorModel) -> PriorKnowledge:
     """Errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
-    own = [e for e in machine.effects if e.calibrated]
+    own = [e for e in machine.effects if e.about.is_calibrated]
     told = tuple(n for n in model.names if any(name_of(e) == n for e in own))
     theta = np.zeros(model.size)
     for effect in own:
@@ -58,7 +58,7 @@ def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
     """Linear axis -> (low, high) mm over which the machine file tabulates errors: where all its tables reach."""
     out: dict[str, tuple[float, float]] = {}
     for effect in machine.effects:
-        for known in effect.known_range() if effect.calibrated else ():
+        for known in known_range(effect) if effect.about.is_calibrated else ():
             if "XYZ"[known.direction] == effect.link:
                 low, high = out.get(effect.link, (-np.inf, np.inf))
                 out[effect.link] = (max(low, known.low), min(high, known.high))
@@ -70,8 +70,8 @@ def known_turns(machine: Machine) -> dict[str, Array]:
     out: dict[str, Array] = {}
     for effect in machine.effects:
         nodes = (
-            effect.own_nodes()
-            if effect.calibrated and is_rotary(effect.link) and isinstance(effect, TABLES)
+            own_nodes(effect)
+            if effect.about.is_calibrated and is_rotary(effect.link) and isinstance(effect, TABLES)
             else None
         )
         if nodes is not None and len(nodes) > len(out.get(effect.link, ())):
@@ -81,7 +81,7 @@ def known_turns(machine: Machine) -> dict[str, Array]:
 
 def known_nodes(machine: Machine) -> int:
     """Most nodes of an error over its linear axis in the machine file; 0 where it tabulates none."""
-    own = [e.own_nodes() for e in machine.effects if e.calibrated and e.link in "XYZ"]
+    own = [own_nodes(e) for e in machine.effects if e.about.is_calibrated and e.link in "XYZ"]
     return max((len(nodes) for nodes in own if nodes is not None), default=0)
 
 
@@ -136,7 +136,11 @@ def _parameter_shift(machine: Machine, model: ErrorModel, one: Input) -> Array |
     for effect in machine.effects:
         if effect.name != one.effect or one.where not in (EVERY, effect.where):
             continue
-        place = _place(model, effect) if effect.calibrated or isinstance(effect, CalibrationModes) else None
+        place = (
+            _place(model, effect)
+            if effect.about.is_calibrated or isinstance(effect, CalibrationModes)
+            else None
+        )
         if place is None or lacking(effect, place[1]):
             continue
         part, run, column = place

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
+from vcmm.core.views import draw
 from vcmm.learn.calibration.identifiability import Identifiability, is_angle
 from vcmm.learn.calibration.model import ErrorModel
 from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.rotary import harmonics
 from vcmm.learn.calibration.solve import ErrorPosterior
-from vcmm.show import charts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,13 +69,10 @@ class Calibration(Readable):
         u = np.sqrt(np.einsum("ij,jk,ik->i", weights, self.covariance[part, part], weights))
         return q, weights @ self.theta[part], u
 
-    def plot(self, name: str, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, name: str, ax: Any = None) -> Axes:
         """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
-        nodes, value, u = self.along(name) if len(self.band(name)[0]) > 1 else self.band(name)
-        unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)
-        turns = any(c.component == name and c.rotary for c in self.kept.curves)
-        place, label = (np.degrees(nodes), "angle / deg") if turns else (nodes, "position / mm")
-        return charts.band(place, value * scale, u * scale, unit=unit, title=name, label=label, ax=ax)
+        drawn: Axes = draw(self, name, ax)
+        return drawn
 
     def figures(self) -> list[Mapping[str, object]]:
         """One row per identified error: size and uncertainty, um or urad."""

@@ -25,7 +25,7 @@ def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machin
         return ""
     if effect.diagnosis.is_never_negative and _negative(effect):
         return f"{effect.name} cannot be below zero"
-    back = {name: shown for shown, name in effect.aliases.items()}
+    back = {name: shown for shown, name in effect.about.aliases.items()}
     for spec in parameter_fields(effect):
         usual, estimate = spec.metadata["typical"], found.get(back.get(spec.name, spec.name))
         if usual is None or usual.bounds is None or estimate is None:

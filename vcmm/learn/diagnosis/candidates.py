@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vcmm.answer.evaluation.gaussian import thin_svd
 from vcmm.core.declaration import reported_name
-from vcmm.core.effect import Effect, parameter, parameter_fields, typical
+from vcmm.core.effect import Effect, parameter, parameter_fields, required, typical
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.constants import EXACT, RARER, UNSEEN
@@ -177,7 +177,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
     name = reported_name(kind)
     known = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
-        lacking = (*lacking_columns(effect, problem.run), *(c for c in effect.required() if c in dead))
+        lacking = (*lacking_columns(effect, problem.run), *(c for c in required(effect) if c in dead))
         if lacking:
             missing |= set(lacking)
             continue
@@ -226,9 +226,9 @@ def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
 def _near_reversal(effect: Effect, problem: Problem) -> Mask:
     """Observations (m,) nearer to a reversal of the effect's axis than a typical gap; none for effects without one."""
     since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
-    if not effect.taken_up or since is None:
+    if not effect.about.gap_parameter or since is None:
         return np.zeros(problem.m, dtype=bool)
-    return np.asarray(problem.of_rows(since) < typical(effect, effect.taken_up))
+    return np.asarray(problem.of_rows(since) < typical(effect, effect.about.gap_parameter))
 
 
 def _reverse_option(option: Option, near: Mask) -> Option:
@@ -290,7 +290,7 @@ def redraw_label(effect: Effect, run: Run) -> str:
 def _one_cut_part(effect: Effect, problem: Problem, label: str) -> bool:
     """What acts on one part that has been cut, clamped once, is a number, which the next part has too if it is clamped alike."""
     values, _ = problem.run.copies(label)
-    return bool(effect.on_cut_part) and not problem.recording.measuring and len(values) == 1
+    return bool(effect.about.on_cut_part) and not problem.recording.measuring and len(values) == 1
 
 
 def applies(kind: type[Effect], problem: Problem) -> bool:
@@ -298,7 +298,7 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
     recording = problem.recording
     if "instrument" in kind.per:
         return recording.kind in ("displacement", "length", "angle")
-    if "tool" in kind.per.split(", ") or kind.needs_cut:
+    if "tool" in kind.per.split(", ") or kind.about.needs_cut:
         return not recording.measuring
     if "stylus" in kind.per:
         return recording.kind == "probe"

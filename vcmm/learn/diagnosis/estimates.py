@@ -64,7 +64,7 @@ def estimates(
 def unit_of(effect: Effect, name: str) -> str:
     """The unit in which a parameter is shown; what is a length along a linear axis is an angle about one that turns."""
     shown = str(parameter(effect, name).metadata["show"])
-    return OF_AN_ANGLE.get(shown, shown) if effect.along_axis and turns_round(effect) else shown
+    return OF_AN_ANGLE.get(shown, shown) if effect.about.along_axis and turns_round(effect) else shown
 
 
 def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
@@ -139,7 +139,7 @@ def _shown_name(selection: Selection, i: int, name: str) -> str:
     assert effect is not None
     if name in ("sine", "cosine"):
         return name
-    return next((alias for alias, own in effect.aliases.items() if own == name), name)
+    return next((alias for alias, own in effect.about.aliases.items() if own == name), name)
 
 
 def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vcmm.core.axes import LETTERS, in_order, is_rotary
 from vcmm.core.declaration import Site
-from vcmm.core.effect import FREE_LINKS, Effect, place_fields
+from vcmm.core.effect import FREE_LINKS, Effect, place_fields, required
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Run
 from vcmm.learn.diagnosis.problem import Problem
@@ -30,7 +30,7 @@ def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
     logged = {f"temp_{sensor}_C" for sensor in run.series}
     have = logged | set(run.series) | set(run.columns) | set(run.labels)
     label = ("event",) if effect.per == "event" else ()  # random per event: without events it is a constant
-    return tuple(c for c in (*effect.required(), *label) if c not in have)
+    return tuple(c for c in (*required(effect), *label) if c not in have)
 
 
 def instances(kind: type[Effect], problem: Problem) -> list[Effect]:

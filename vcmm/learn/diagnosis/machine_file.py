@@ -75,7 +75,7 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
         new = repaired_effects(own, mistake, arm)
     except (UsageError, KeyError):
         return {}
-    numbers = {e.where: getattr(e, e.stored) for e in new if e.stored}
+    numbers = {e.where: getattr(e, e.about.table_parameter) for e in new if e.about.table_parameter}
     said = f"corrected after {source}: {mistake.component}, {mistake.what}"
     return {TABLE: isg_text(with_values(file, numbers), said)}
 
@@ -111,7 +111,7 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
         f"[[effects]]{f'                                # {comment}' if comment else ''}",
         f'effect = "{effect.name}"',
     ]
-    back = {name: word for word, name in effect.aliases.items() if re.fullmatch(r"[\w-]+", word)}
+    back = {name: word for word, name in effect.about.aliases.items() if re.fullmatch(r"[\w-]+", word)}
     for place in place_fields(effect):
         value = getattr(effect, place.name)
         if value != "" and not (place.metadata["quiet"] and value == place.default):

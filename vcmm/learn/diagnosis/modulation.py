@@ -15,6 +15,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.gaussian import Whitener, blocks, log_evidence, without_span
 from vcmm.core.axes import axis_of, is_axis
+from vcmm.core.effect import required
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import first_place
 from vcmm.learn.diagnosis.constants import UNSEEN
@@ -48,7 +49,7 @@ def knows(term: Term, condition: str) -> bool:
     effect = term.option.effect
     if effect is None or effect.per in ("event", "clamp") or any(hasattr(effect, f) for f in OF_TIME):
         return True
-    needed = {short(c) for c in effect.required()}
+    needed = {short(c) for c in required(effect)}
     if condition == "speed":
         return any(n.startswith(("speed_", "accel_")) for n in needed)
     clock = condition == "time" or condition.startswith("temp_")

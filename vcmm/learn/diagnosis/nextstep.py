@@ -92,11 +92,11 @@ def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[
 def _confirming(selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
     """What the catalogue says to do, where no repetition of these rows tells the two apart."""
     effect = selection.terms[i].option.effect
-    if effect is None or effect.words is None:
+    if effect is None or effect.about.words is None:
         return []
     known = defaultdict(str, {k: str(v) for k, v in selection.terms[i].family.where.items()})
     known["where"] = " ".join(selection.terms[i].family.where.values())
-    return [NextStep(pair, effect.words.confirm.format_map(known), CONFIRMED, 0.0)]
+    return [NextStep(pair, effect.about.words.confirm.format_map(known), CONFIRMED, 0.0)]
 
 
 def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:

@@ -34,7 +34,7 @@ def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str
             f" readings have the opposite sign): `observed` may be the wrong way round; {LOOK}",
         )
     for kind in ALL:
-        opposite = kind.words.opposite if kind.words else None
+        opposite = kind.about.words.opposite if kind.about.words else None
         if opposite is None or not opposite.rare:
             continue
         own = [a for a in d.answer if a.effect == kind.name]

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import SCALES
-from vcmm.core.effect import Effect, parameter_fields, typical
+from vcmm.core.effect import Effect, parameter_fields, required, typical
 from vcmm.learn.diagnosis.result import Answer
 
 INSTRUMENT, SENSOR = "instrument", "sensor"  # rivals that are no effects
@@ -35,7 +35,7 @@ def shared_with_instrument(a: Answer) -> Answer:
         return a
     rival = (
         SENSOR
-        if a.fitted is not None and any(c.startswith("temp_") for c in a.fitted.required())
+        if a.fitted is not None and any(c.startswith("temp_") for c in required(a.fitted))
         else INSTRUMENT
     )
     said = (

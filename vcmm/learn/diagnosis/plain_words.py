@@ -63,9 +63,9 @@ def _words_of(effect: str, places: set[str]) -> Words | None:
         return OF_MISTAKE
     if effect == LOG:
         return OF_LOG
-    shapes = [k for k in ALL if reported_name(k) == effect and k.words is not None]
+    shapes = [k for k in ALL if reported_name(k) == effect and k.about.words is not None]
     same = [k for k in shapes if {f.name for f in place_fields(k) if not f.metadata["quiet"]} == places]
-    return next((k.words for k in (*same, *shapes)), None)
+    return next((k.about.words for k in (*same, *shapes)), None)
 
 
 def _in_its_sense(words: Words, parameters: Mapping[str, Estimate]) -> tuple[str, str, str]:

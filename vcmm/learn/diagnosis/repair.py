@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect, with_parameter
+from vcmm.core.effect import Effect, own_nodes, with_parameter
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -40,20 +40,21 @@ def repaired_effects(
         pairs = {mistake.component: mistake.source}
         if mistake.both:
             pairs[mistake.source] = mistake.component
-        held = {e.where: e for e in effects if e.stored}
+        held = {e.where: e for e in effects if e.about.table_parameter}
         return tuple(
-            _holding(e, held[pairs[e.where]]) if e.stored and e.where in pairs else e for e in effects
+            _holding(e, held[pairs[e.where]]) if e.about.table_parameter and e.where in pairs else e
+            for e in effects
         )
     return tuple(_times(e, mistake.factor) if _is_affected(e, mistake) else e for e in effects)
 
 
 def _is_affected(effect: Effect, mistake: Mistake) -> bool:
-    return bool(effect.stored) and mistake.component in ("all", effect.where)
+    return bool(effect.about.table_parameter) and mistake.component in ("all", effect.where)
 
 
 def _times(effect: Effect, factor: float) -> Effect:
-    value = np.asarray(getattr(effect, effect.stored), dtype=float) * factor
-    return with_parameter(effect, effect.stored, float(value) if value.ndim == 0 else value)
+    value = np.asarray(getattr(effect, effect.about.table_parameter), dtype=float) * factor
+    return with_parameter(effect, effect.about.table_parameter, float(value) if value.ndim == 0 else value)
 
 
 def _holding(effect: Effect, source: Effect) -> Effect:
@@ -66,7 +67,7 @@ def _holding(effect: Effect, source: Effect) -> Effect:
 
 
 def _grid(effect: Effect) -> Array:
-    nodes = effect.own_nodes()
+    nodes = own_nodes(effect)
     if nodes is None:
         raise UsageError(f"{effect.id} is no table over one axis; it cannot be exchanged")
     return nodes
@@ -81,7 +82,7 @@ def _without_abbe(effects: Sequence[Effect], mistake: Mistake, arm: Array | None
     out = []
     for e in effects:
         component = str(getattr(e, "component", ""))
-        if e.stored and component[1:] in {f"{d}{mistake.component}" for d in "XYZ"}:
+        if e.about.table_parameter and component[1:] in {f"{d}{mistake.component}" for d in "XYZ"}:
             if len(abbe.grids) != 1:
                 raise UsageError(
                     "the rotation tables have several arguments; the corrected table must be made by hand"

@@ -12,6 +12,7 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
 from vcmm.core.readable import Readable, Reading
+from vcmm.core.views import draw
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
 from vcmm.learn.diagnosis.discrepancy import Shape
 from vcmm.learn.diagnosis.estimates import Estimate, as_json
@@ -24,7 +25,6 @@ from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.power import Detectable
 from vcmm.learn.diagnosis.statement_tests import Pull
 from vcmm.learn.diagnosis.thinning import loss
-from vcmm.show import charts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -190,10 +190,10 @@ class Diagnosis(Readable):
         of = "".join(f", {n} (p = {a.probability:.2f})" for n, a in zip(names[:4], self.found))
         return f"<Diagnosis: {self.verdict}{of}>"
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """Names found and candidates, with their probability."""
-        names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.answer]
-        return charts.probabilities(names, [a.probability for a in self.answer], self.verdict, ax)
+        drawn: Axes = draw(self, ax)
+        return drawn
 
     @property
     def found(self) -> tuple[Answer, ...]:

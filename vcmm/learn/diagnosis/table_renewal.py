@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import SCALES, Ints, Posterior, posterior
-from vcmm.core.effect import Effect, with_parameter
+from vcmm.core.effect import Effect, own_nodes, with_parameter
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
@@ -139,10 +139,10 @@ def _block(problem: Problem, one: Input) -> _TableInput | None:
         factor = np.concatenate([np.asarray(getattr(e, "loadings"), dtype=float) for e in effects])  # noqa: B009
     else:
         (effect,) = effects
-        if not effect.stored or one.parameter != effect.stored:
+        if not effect.about.table_parameter or one.parameter != effect.about.table_parameter:
             return None
         numbers = [_numbers_of(effect, effect.where)]
-        _, factor = one.spread(np.size(getattr(effect, effect.stored)))
+        _, factor = one.spread(np.size(getattr(effect, effect.about.table_parameter)))
         law = one.law
         factor = factor * (law.u if not isinstance(law, MultivariateNormal) else 1.0)
     if any(n is None for n in numbers):
@@ -154,7 +154,7 @@ def _block(problem: Problem, one: Input) -> _TableInput | None:
 
 def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | None:
     """Names and nodes of the numbers of one error; None for a table over several axes."""
-    nodes = effect.nodes if isinstance(effect, CalibrationModes) else effect.own_nodes()
+    nodes = effect.nodes if isinstance(effect, CalibrationModes) else own_nodes(effect)
     if error[:1] != "E":
         return (error,), np.full(1, np.nan)
     return None if nodes is None else ((error,) * len(nodes), np.asarray(nodes, dtype=float))
@@ -185,14 +185,16 @@ def with_tables(machine: Machine, new: RenewedTables) -> Machine:
     """The machine with its tables anew, each error with an Input of its own covariance in place of what was stated."""
     effects, inputs, gone = [], [], set()
     for e in machine.effects:
-        rows = new.of(e.where) if e.stored else np.zeros(0, dtype=np.intp)
+        rows = new.of(e.where) if e.about.table_parameter else np.zeros(0, dtype=np.intp)
         if len(rows):
-            stored = np.asarray(getattr(e, e.stored), dtype=float)
+            stored = np.asarray(getattr(e, e.about.table_parameter), dtype=float)
             value = stored + np.reshape(new.change[rows], stored.shape)
-            e = with_parameter(e, e.stored, float(value) if value.ndim == 0 else value)
+            e = with_parameter(e, e.about.table_parameter, float(value) if value.ndim == 0 else value)
             block = new.covariance[np.ix_(rows, rows)]
             law = Normal(float(np.sqrt(block[0, 0]))) if value.ndim == 0 else MultivariateNormal(block)
-            inputs.append(Input(e.name, e.where, e.stored, law, "machine", "diagnosis of a recording"))
+            inputs.append(
+                Input(e.name, e.where, e.about.table_parameter, law, "machine", "diagnosis of a recording")
+            )
             gone.add(inputs[-1].id)
         if not isinstance(e, CalibrationModes):
             effects.append(e)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.effect import own_nodes
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable
@@ -32,12 +33,12 @@ def renewed_files(original: Path, machine: Machine, new: RenewedTables, source: 
 
 def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorFile:
     """The tables at the nodes that their covariance has: those of the file, or finer ones where the machine was refined."""
-    effects = {e.where: e for e in with_tables(machine, new).effects if e.stored}
+    effects = {e.where: e for e in with_tables(machine, new).effects if e.about.table_parameter}
     tables = []
     for table in old.tables:
         same: dict[bytes, tuple[Any, dict[str, Any]]] = {}
         for name, values in table.values.items():
-            nodes = effects[name].own_nodes() if name in effects else None
+            nodes = own_nodes(effects[name]) if name in effects else None
             if nodes is None or not len(new.of(name)):
                 same.setdefault(b"", (table.grids, {}))[1][name] = values
                 continue
@@ -45,7 +46,9 @@ def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorF
             same.setdefault(np.asarray(nodes).tobytes(), ((nodes,), {}))[1][name] = held
         tables += [ErrorTable(table.arguments, grids, values, table.line) for grids, values in same.values()]
     constants = {
-        n: float(getattr(effects[n], effects[n].stored)) if len(new.of(n)) and n in effects else v
+        n: float(getattr(effects[n], effects[n].about.table_parameter))
+        if len(new.of(n)) and n in effects
+        else v
         for n, v in old.constants.items()
     }
     return ErrorFile(tuple(tables), constants)

@@ -160,4 +160,4 @@ def _names_of(table: Mapping[str, Any]) -> set[str]:
     where = ",".join(p for p in places if p)
     name = str(table.get("parameter"))
     head = f"{kind.name}[{where}]" if where else kind.name
-    return {f"{head}.{kind.aliases.get(name, name)}"}
+    return {f"{head}.{kind.about.aliases.get(name, name)}"}

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.effect import Effect, parameter_fields, typical
+from vcmm.core.effect import Effect, own_nodes, parameter_fields, typical
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
@@ -119,7 +119,7 @@ def tracked_machine(machine: Machine) -> TrackedMachine:
     for_all = {i.parameter + i.effect for i in machine.inputs if i.where == EVERY and not i.is_channel}
     found = []
     for effect in machine.effects:
-        if effect.is_random or isinstance(effect, CalibrationModes | Scatter):
+        if effect.about.is_random or isinstance(effect, CalibrationModes | Scatter):
             continue
         alone = sum(e.id == effect.id for e in machine.effects) == 1
         for name in _numbers_of(effect) if alone else ():
@@ -157,7 +157,7 @@ def _numbers_of(effect: Effect) -> list[str]:
 def _quantity(effect: Effect, name: str) -> TrackedQuantity:
     size, count = typical(effect, name), int(np.size(getattr(effect, name)))
     letters = str(getattr(effect, "component", ""))
-    if effect.stored == name and letters[:1] == "E":
+    if effect.about.table_parameter == name and letters[:1] == "E":
         kind = "rotations" if letters[1] in "ABC" else "translations"
         return TrackedQuantity(effect, name, size * _smooth(effect, letters), f"{kind} over a travel")
     group = f"{effect.name.replace('_', ' ')}: {name}"
@@ -166,7 +166,7 @@ def _quantity(effect: Effect, name: str) -> TrackedQuantity:
 
 def _smooth(effect: Effect, letters: str) -> Array:
     """(k, modes) of unit root mean square over the nodes of a table or spline."""
-    grids = getattr(effect, "grids", None) or (np.asarray(effect.own_nodes(), dtype=float),)
+    grids = getattr(effect, "grids", None) or (np.asarray(own_nodes(effect), dtype=float),)
     arguments = getattr(effect, "arguments", None) or (letters[2],)
     mesh = np.stack([m.ravel() for m in np.meshgrid(*grids, indexing="ij")], axis=1)
     square = np.zeros((len(mesh), len(mesh)))
@@ -219,7 +219,7 @@ def _place_of(tracked: TrackedMachine, one: Input) -> slice | None:
     effect = next((q.effect for q in tracked.quantities if q.effect.id == f"{one.effect}{where}"), None)
     if effect is None:
         return None
-    return tracked.rows.get(f"{effect.id}.{effect.aliases.get(one.parameter, one.parameter)}")
+    return tracked.rows.get(f"{effect.id}.{effect.about.aliases.get(one.parameter, one.parameter)}")
 
 
 def _of_modes(tracked: TrackedMachine) -> Array | None:
@@ -229,7 +229,11 @@ def _of_modes(tracked: TrackedMachine) -> Array | None:
         if not isinstance(effect, CalibrationModes):
             continue
         target = next(
-            (q for q in tracked.quantities if q.effect.calibrated and q.effect.where == effect.component),
+            (
+                q
+                for q in tracked.quantities
+                if q.effect.about.is_calibrated and q.effect.where == effect.component
+            ),
             None,
         )
         if target is None or target.parameter != number_of(target.effect):

@@ -15,13 +15,13 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
+from vcmm.core.views import draw
 from vcmm.core.whole_files import write_files
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
 from vcmm.learn.tracking.machine_text import machine_files
 from vcmm.learn.tracking.quantities import TrackedQuantity
-from vcmm.show import charts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -142,13 +142,10 @@ class Track:
                 return one
         raise KeyError(f'no "{name}" is followed.{choose_from(name, [c.name for c in self.courses])}')
 
-    def plot(self, name: str | None = None, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, name: str | None = None, ax: Any = None) -> Axes:
         """One number over the days with its 95 % band, checks, alarms and forecast; default: the one that moved most."""
-        one = self.course(name) if name else max(self.courses, key=lambda c: c.moved)
-        return charts.over_time(
-            one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=self.checks[0].date,
-            alarms=[c.when - one.when[0] for c in self.alarms], ahead=np.array(one.ahead), what=one.what, ax=ax,
-        )  # fmt: skip
+        drawn: Axes = draw(self, name, ax)
+        return drawn
 
     def to_dict(self) -> dict[str, Any]:
         """As in vcmm.track/1."""
@@ -204,7 +201,7 @@ def _numbers_of(q: TrackedQuantity) -> list[_Picked]:
         unit = ROUND.get(unit, "um")
     if is_single(q):
         return [_Picked(q, q.id, unit, "", np.ones(1))]
-    if q.effect.stored == q.parameter:
+    if q.effect.about.table_parameter == q.parameter:
         weights = np.zeros(q.size)
         weights[0], weights[-1] = -1.0, 1.0
         return [_Picked(q, q.id, unit, "end less start", weights)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Trade, Typical, Words
+from vcmm.core.declaration import PLAY, UM, About, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
@@ -15,29 +15,31 @@ class Backlash(Effect):
     """-1/2 gap d_a e_a with d_a = +1 or -1 the direction in which the axis last moved (ISO 230-2: B = -gap)."""
 
     name = "backlash"
-    trade = Trade("backlash of {where}", "approach from one side, or compensate the reversal")
+    about = About(
+        cites="ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)",
+        trade=Trade("backlash of {where}", "approach from one side, or compensate the reversal"),
+        words=Words(
+            seen="{where} stops {gap} short after reversing",
+            causes="wear of the {where} nut or belt, or a low preload",
+            confirm="approach one place from both sides, at equal speed",
+            opposite=Opposite(
+                "gap",
+                "{where} stops {gap} too far after reversing",
+                causes="a reversal compensation that is set too large, or a sign",
+                confirm="approach one place from both sides with the compensation switched off",
+                rare="goes too far after reversing",
+            ),
+        ),
+        along_axis=True,
+        gap_parameter="gap",
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("lost_motion", "hysteresis"),
         shared_physics="play",
         is_uniform=True,
     )
     per = "axis"
-    along_axis = True
     needs = ("sense_{axis}",)
-    cites = "ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)"
-    taken_up = "gap"
-    words = Words(
-        seen="{where} stops {gap} short after reversing",
-        causes="wear of the {where} nut or belt, or a low preload",
-        confirm="approach one place from both sides, at equal speed",
-        opposite=Opposite(
-            "gap",
-            "{where} stops {gap} too far after reversing",
-            causes="a reversal compensation that is set too large, or a sign",
-            confirm="approach one place from both sides with the compensation switched off",
-            rare="goes too far after reversing",
-        ),
-    )
     axis: str = at("X", "linear or rotary axis")
     gap: float = param(
         0.0,

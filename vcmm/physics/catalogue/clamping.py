@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legval
 
-from vcmm.core.declaration import UM, ForDiagnosis, Prior, Site, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Prior, Site, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -32,19 +32,21 @@ class Clamping(Effect):
     """
 
     name = "clamping"
-    trade = Trade("clamping of the part", "clamp with less force, nearer to the supports")
+    about = About(
+        cites="Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959): bending of a plate",
+        trade=Trade("clamping of the part", "clamp with less force, nearer to the supports"),
+        words=Words(
+            seen="the part is bent by its clamping ({rms})",
+            causes="clamps or supports force it",
+            confirm="measure the part free and clamped",
+        ),
+        belongs_to="part",
+        on_cut_part="turned",
+    )
     per = "direction, clamp"
-    cites = "Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959): bending of a plate"
-    belongs_to = "part"
     diagnosis = ForDiagnosis(
         prior=Prior(rare_without="clamp"),
         make_at=_clamping_make_at,
-    )
-    on_cut_part = "turned"
-    words = Words(
-        seen="the part is bent by its clamping ({rms})",
-        causes="clamps or supports force it",
-        confirm="measure the part free and clamped",
     )
     direction: str = at("z", "x, y or z: where the part is bent")
     coefficients: Any = param(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ChoosesColumns, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -30,15 +30,17 @@ class ToolWear(_Cutting):
     """
 
     name = "tool_wear"
-    trade = Trade("wear of the tool {where}", "change the tool earlier")
-    needs = ("cut_length_mm", "nx", "ny", "nz")
-    cites = "ISO 8688-2:1989: tool life testing in milling, end milling"
-    belongs_to = "tool"
-    words = Words(
-        seen="the tool loses radius while it cuts ({rate})",
-        causes="wear",
-        confirm="the same program with a new tool",
+    about = About(
+        cites="ISO 8688-2:1989: tool life testing in milling, end milling",
+        trade=Trade("wear of the tool {where}", "change the tool earlier"),
+        words=Words(
+            seen="the tool loses radius while it cuts ({rate})",
+            causes="wear",
+            confirm="the same program with a new tool",
+        ),
+        belongs_to="tool",
     )
+    needs = ("cut_length_mm", "nx", "ny", "nz")
     rate: float = param(
         0.0,
         "um/m",
@@ -52,7 +54,7 @@ class ToolWear(_Cutting):
 
 
 @dataclass(frozen=True, eq=False)
-class ToolRunout(_Cutting):
+class ToolRunout(_Cutting, ChoosesColumns):
     """-(cosine cos(h phi) + sine sin(h phi)) along n, phi = spindle angle: a larger cutting radius takes more away.
 
     harmonic h = 0 (default): the constant part, an edge that runs on a larger circle; 1: once per turn, which needs the
@@ -60,16 +62,18 @@ class ToolRunout(_Cutting):
     """
 
     name = "tool_runout"
-    trade = Trade("run-out of the tool {where}", "a better holder, or turn the tool in it by 180 degrees")
-    needs = ("nx", "ny", "nz")
-    aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
-    cites = "Kline & DeVor, Int. J. Mach. Tool Des. Res. 23 (1983) 123: effect of runout in end milling"
-    belongs_to = "tool"
-    words = Words(
-        seen="the tool runs out ({amplitude})",
-        causes="collet or holder",
-        confirm="turn the tool in its holder by 180 degrees",
+    about = About(
+        cites="Kline & DeVor, Int. J. Mach. Tool Des. Res. 23 (1983) 123: effect of runout in end milling",
+        trade=Trade("run-out of the tool {where}", "a better holder, or turn the tool in it by 180 degrees"),
+        words=Words(
+            seen="the tool runs out ({amplitude})",
+            causes="collet or holder",
+            confirm="turn the tool in its holder by 180 degrees",
+        ),
+        aliases={"amplitude": "cosine"},
+        belongs_to="tool",
     )
+    needs = ("nx", "ny", "nz")
     cosine: float = param(
         0.0,
         "um",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, UM, ForDiagnosis, Opposite, Prior, Typical, Words
+from vcmm.core.declaration import HOUR, UM, About, ForDiagnosis, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -43,16 +43,18 @@ class LinearDrift(_Drift):
 
     name = "linear_drift"
     per = "direction"
-    cites = "ISO 230-3:2020: drift under constant environment"
+    about = About(
+        cites="ISO 230-3:2020: drift under constant environment",
+        words=Words(
+            seen="the tip drifts towards +{direction} by {c}",
+            causes="warming up, settling or a foundation",
+            confirm="touch a reference point every ten minutes",
+            opposite=Opposite("c", "the tip drifts towards -{direction} by {c}"),
+        ),
+    )
     diagnosis = ForDiagnosis(
         prior=CUT,
         file_note=_linear_drift_file_note,
-    )
-    words = Words(
-        seen="the tip drifts towards +{direction} by {c}",
-        causes="warming up, settling or a foundation",
-        confirm="touch a reference point every ten minutes",
-        opposite=Opposite("c", "the tip drifts towards -{direction} by {c}"),
     )
     c: float = param(
         0.0,
@@ -83,7 +85,9 @@ class SettlingDrift(_Drift):
         file_note=_settling_drift_file_note,
     )
     per = "direction"
-    cites = "ISO 230-3:2020: warm-up towards a steady state; first-order response to switching on"
+    about = About(
+        cites="ISO 230-3:2020: warm-up towards a steady state; first-order response to switching on",
+    )
     c: float = param(
         0.0,
         "um/h",
@@ -112,12 +116,14 @@ class StepChange(_Drift):
 
     name = "step_change"
     per = "direction"
-    cites = "Page, Biometrika 41 (1954) 100: change at an unknown time"
-    words = Words(
-        seen="something moved towards +{direction} by {a} at {t1}",
-        causes="a slipped clamp, a bump or a changed probe",
-        confirm="look what happened at that time; touch the datum again",
-        opposite=Opposite("a", "something moved towards -{direction} by {a} at {t1}"),
+    about = About(
+        cites="Page, Biometrika 41 (1954) 100: change at an unknown time",
+        words=Words(
+            seen="something moved towards +{direction} by {a} at {t1}",
+            causes="a slipped clamp, a bump or a changed probe",
+            confirm="look what happened at that time; touch the datum again",
+            opposite=Opposite("a", "something moved towards -{direction} by {a} at {t1}"),
+        ),
     )
     diagnosis = ForDiagnosis(
         file_note=_step_change_file_note,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, UM, ForDiagnosis, Prior, Typical, Words
+from vcmm.core.declaration import HOUR, UM, About, ChoosesColumns, ForDiagnosis, Prior, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -77,11 +77,13 @@ class StepVector(_Vector):
     )
     per = "machine"
     needs = ("time_s",)
-    cites = "Page, Biometrika 41 (1954) 100: change at an unknown time"
-    words = Words(
-        seen="something moved by {a} at {t1}, in several directions at once",
-        causes="a slipped clamp, a bump or a changed probe",
-        confirm="look what happened at that time; touch the datum again",
+    about = About(
+        cites="Page, Biometrika 41 (1954) 100: change at an unknown time",
+        words=Words(
+            seen="something moved by {a} at {t1}, in several directions at once",
+            causes="a slipped clamp, a bump or a changed probe",
+            confirm="look what happened at that time; touch the datum again",
+        ),
     )
     a: Any = param(
         lambda: np.zeros(3),
@@ -117,11 +119,13 @@ class DriftVector(_Vector):
     )
     per = "machine"
     needs = ("time_s",)
-    cites = "ISO 230-3:2020: drift under constant environment"
-    words = Words(
-        seen="the tip drifts by {c}, askew to the axes",
-        causes="warming up, settling or a foundation",
-        confirm="touch a reference point every ten minutes",
+    about = About(
+        cites="ISO 230-3:2020: drift under constant environment",
+        words=Words(
+            seen="the tip drifts by {c}, askew to the axes",
+            causes="warming up, settling or a foundation",
+            confirm="touch a reference point every ten minutes",
+        ),
     )
     c: Any = param(
         lambda: np.zeros(3),
@@ -136,7 +140,7 @@ class DriftVector(_Vector):
 
 
 @dataclass(frozen=True, eq=False)
-class ThermalVector(_Vector):
+class ThermalVector(_Vector, ChoosesColumns):
     """k (T lagged by tau - 20 degC), a vector: one part of the frame warms and moves the tip askew."""
 
     name = "thermal_drift_vector"
@@ -148,11 +152,13 @@ class ThermalVector(_Vector):
         elements=_vector_elements,
     )
     per = "sensor"
-    cites = "ISO 230-3:2020 (environmental temperature variation error); first-order lag"
-    words = Words(
-        seen="the tip moves askew as the temperature {sensor} rises ({k}, after {tau})",
-        causes="a part of the frame warms with it",
-        confirm="log a reference point for three time constants over a temperature step",
+    about = About(
+        cites="ISO 230-3:2020 (environmental temperature variation error); first-order lag",
+        words=Words(
+            seen="the tip moves askew as the temperature {sensor} rises ({k}, after {tau})",
+            causes="a part of the frame warms with it",
+            confirm="log a reference point for three time constants over a temperature step",
+        ),
     )
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
     k: Any = param(

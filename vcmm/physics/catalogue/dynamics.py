@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Typical, Words
-from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.declaration import UM, URAD, About, ChoosesColumns, ForDiagnosis, Typical, Words
+from vcmm.core.effect import Effect, at, declared_columns, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 
@@ -30,11 +30,13 @@ class DynamicPitch(Effect):
     name = "dynamic_pitch"
     per = "axis"
     needs = ("accel_{axis}_mm_s2",)
-    cites = "Weekers & Schellekens, CIRP Annals 44 (1995) 469: dynamic errors of CMMs for fast probing"
-    words = Words(
-        seen="acceleration tilts {where} ({k})",
-        causes="the slide is driven off its centre of mass",
-        confirm="the same path with half the acceleration",
+    about = About(
+        cites="Weekers & Schellekens, CIRP Annals 44 (1995) 469: dynamic errors of CMMs for fast probing",
+        words=Words(
+            seen="acceleration tilts {where} ({k})",
+            causes="the slide is driven off its centre of mass",
+            confirm="the same path with half the acceleration",
+        ),
     )
     axis: str = at("X", "linear axis")
     k: float = param(
@@ -70,7 +72,7 @@ def _structural_vibration_shows_in(effect: StructuralVibration, run: Run) -> boo
 
 
 @dataclass(frozen=True, eq=False)
-class StructuralVibration(Effect):
+class StructuralVibration(Effect, ChoosesColumns):
     """d_a exp(-damping w t) (sine sin(w t) + cosine cos(w t)) e_a, w = 2 pi frequency, t since the acceleration ended.
 
     The ringing turns over with the direction d_a from which the axis came to rest. With follows = 1 it is that of one
@@ -81,12 +83,14 @@ class StructuralVibration(Effect):
     name = "structural_vibration"
     per = "axis"
     needs = ("time_since_accel_s", "sense_{axis}")
-    aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
-    cites = "free vibration of a damped oscillator; Weekers & Schellekens, CIRP Annals 44 (1995) 469"
-    words = Words(
-        seen="{where} rings after accelerating ({amplitude}, {frequency})",
-        causes="a resonance of the structure",
-        confirm="wait before touching; vary the waiting time",
+    about = About(
+        cites="free vibration of a damped oscillator; Weekers & Schellekens, CIRP Annals 44 (1995) 469",
+        words=Words(
+            seen="{where} rings after accelerating ({amplitude}, {frequency})",
+            causes="a resonance of the structure",
+            confirm="wait before touching; vary the waiting time",
+        ),
+        aliases={"amplitude": "sine"},
     )
     diagnosis = ForDiagnosis(
         shows_in=_structural_vibration_shows_in,
@@ -111,7 +115,7 @@ class StructuralVibration(Effect):
         return self.axis
 
     def required(self) -> tuple[str, ...]:
-        return ("time_s", self._log) if self.follows else super().required()
+        return ("time_s", self._log) if self.follows else declared_columns(self)
 
     @property
     def _log(self) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -33,18 +33,20 @@ class EncoderInterpolation(Effect):
 
     name = "encoder_interpolation"
     per = "axis"
-    along_axis = True
-    aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
-    cites = "Heydemann, Applied Optics 20 (1981) 3382: quadrature signals with offsets and unequal gains"
+    about = About(
+        cites="Heydemann, Applied Optics 20 (1981) 3382: quadrature signals with offsets and unequal gains",
+        words=Words(
+            seen="the scale of {where} errs within its signal period of {period} ({amplitude})",
+            causes="offset or unequal gain of the encoder signals; dirt",
+            confirm="a slow scan over 0.1 mm, raw counts logged",
+        ),
+        along_axis=True,
+        aliases={"amplitude": "sine"},
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("map_interpolation",),
         follows_raw_scale=True,
         remark=_encoder_interpolation_remark,
-    )
-    words = Words(
-        seen="the scale of {where} errs within its signal period of {period} ({amplitude})",
-        causes="offset or unequal gain of the encoder signals; dirt",
-        confirm="a slow scan over 0.1 mm, raw counts logged",
     )
     axis: str = at("X", "axis with a scale")
     sine: float = param(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical
+from vcmm.core.declaration import UM, About, ForDiagnosis, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -28,9 +28,11 @@ class EncoderHarmonics(Effect):
         follows_raw_scale=True,
     )
     per = "axis"
-    along_axis = True
-    aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
-    cites = "Heydemann, Applied Optics 20 (1981) 3382; harmonics of the signals themselves add orders 3 and 4"
+    about = About(
+        cites="Heydemann, Applied Optics 20 (1981) 3382; harmonics of the signals themselves add orders 3 and 4",
+        along_axis=True,
+        aliases={"amplitude": "coefficients"},
+    )
     axis: str = at("X", "linear axis with a scale")
     coefficients: Any = param(
         lambda: np.zeros(4), "um", "cosine and sine of each harmonic, in turn; `amplitude` in files", shape="(powers,)",

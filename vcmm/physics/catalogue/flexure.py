@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import LINEAR
-from vcmm.core.declaration import UM, ForDiagnosis, Site, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -53,18 +53,18 @@ class CrossAxisFlexure(_Flexure):
 
     name = "cross_axis_flexure"
     per = "axis, other, direction"
-    cites = (
-        "Schwenke et al., CIRP Annals 57 (2008) 660: non-rigid behaviour; cantilever beam under a moving load"
+    about = About(
+        cites="Schwenke et al., CIRP Annals 57 (2008) 660: non-rigid behaviour; cantilever beam under a moving load",
+        words=Words(
+            seen="the structure bends with the position of the other axis ({where}, {c})",
+            causes="weight of a slide or ram on its guide",
+            confirm="measure one axis at three places of the other",
+            signed=("c",),
+        ),
     )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change",),
         trials=_cross_axis_flexure_trials,
-    )
-    words = Words(
-        seen="the structure bends with the position of the other axis ({where}, {c})",
-        causes="weight of a slide or ram on its guide",
-        confirm="measure one axis at three places of the other",
-        signed=("c",),
     )
     other: str = at("Z", "other axis: the one that reaches out")
     direction: str = at("z", "x, y or z: where it yields")
@@ -100,11 +100,13 @@ class PartLoad(_Flexure):
     name = "part_load"
     per = "axis, direction"
     needs = ("load_kg",)
-    cites = "ASME B89.4.1-1997: workpiece loading effects"
-    words = Words(
-        seen="a load bends {where} ({c})",
-        causes="weight of part or pallet",
-        confirm="the same artefact with and without ballast",
+    about = About(
+        cites="ASME B89.4.1-1997: workpiece loading effects",
+        words=Words(
+            seen="a load bends {where} ({c})",
+            causes="weight of part or pallet",
+            confirm="the same artefact with and without ballast",
+        ),
     )
     direction: str = at("z", "x, y or z: where it yields")
     c: float = param(
@@ -141,11 +143,13 @@ class GradientBending(_Flexure):
     name = "gradient_bending"
     per = "axis, direction"
     needs = ("temp_gradient_C",)
-    cites = "Boley & Weiner, Theory of Thermal Stresses (1960): curvature alpha dT / h of a beam heated on one side"
-    words = Words(
-        seen="a temperature difference bends {where} ({k})",
-        causes="top warmer than bottom: lights, sun, coolant",
-        confirm="repeat with lights or air conditioning off",
+    about = About(
+        cites="Boley & Weiner, Theory of Thermal Stresses (1960): curvature alpha dT / h of a beam heated on one side",
+        words=Words(
+            seen="a temperature difference bends {where} ({k})",
+            causes="top warmer than bottom: lights, sun, coolant",
+            confirm="repeat with lights or air conditioning off",
+        ),
     )
     diagnosis = ForDiagnosis(
         make_at=_gradient_bending_make_at,

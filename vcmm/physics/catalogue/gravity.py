@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import URAD, ForDiagnosis, Site, Typical, Words
+from vcmm.core.declaration import URAD, About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -36,14 +36,14 @@ class GravityFlexure(Effect):
     name = "gravity_flexure"
     per = "tool_head"
     needs = DOWN
-    cites = (
-        "Wallace, Proc. SPIE 4848 (2002) 125: tube flexure in proportion to the sine of the zenith distance; "
-        "a beam under the lateral share of its own weight"
-    )
-    words = Words(
-        seen="the head sags by {angle} when it lies level",
-        causes="weight of head, tool or tube on its bearing",
-        confirm="the same place or target with the head turned over",
+    about = About(
+        cites="Wallace, Proc. SPIE 4848 (2002) 125: tube flexure in proportion to the sine of the zenith distance; "
+        "a beam under the lateral share of its own weight",
+        words=Words(
+            seen="the head sags by {angle} when it lies level",
+            causes="weight of head, tool or tube on its bearing",
+            confirm="the same place or target with the head turned over",
+        ),
     )
     diagnosis = ForDiagnosis(
         make_at=_gravity_flexure_make_at,

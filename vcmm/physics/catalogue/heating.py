@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -29,12 +29,14 @@ class ScrewHeating(Effect):
     name = "screw_heating"
     per = "axis"
     needs = ("travel_{axis}_mm",)
-    cites = "ISO 230-3:2020: thermal distortion caused by moving linear axes"
-    words = Words(
-        seen="{where} stretches with the distance travelled ({k})",
-        causes="the ball screw warms with use",
-        confirm="move to and fro for half an hour and measure again",
-        opposite=Opposite("k", "{where} shrinks with the distance travelled ({k})"),
+    about = About(
+        cites="ISO 230-3:2020: thermal distortion caused by moving linear axes",
+        words=Words(
+            seen="{where} stretches with the distance travelled ({k})",
+            causes="the ball screw warms with use",
+            confirm="move to and fro for half an hour and measure again",
+            opposite=Opposite("k", "{where} shrinks with the distance travelled ({k})"),
+        ),
     )
     diagnosis = ForDiagnosis(
         file_note=_screw_heating_file_note,

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Trade, Typical, Words
-from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.declaration import About, ChoosesColumns, ForDiagnosis, Opposite, Prior, Trade, Typical, Words
+from vcmm.core.effect import Effect, at, motion, param, required
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)
-class ServoLag(Effect):
+class ServoLag(Effect, ChoosesColumns):
     """-v_a lag e_a, lag = the departure of 1/Kv from the nominal gain: positive is a slower axis, further behind.
 
     Compared at the same point of the path. What all axes share only delays the motion; what they do not share bends
@@ -20,20 +20,22 @@ class ServoLag(Effect):
     """
 
     name = "servo_lag"
-    trade = Trade("lag of the drive {where}", "a lower feed, or the gain of the drive measured")
+    about = About(
+        cites="ISO 230-4:2022 circular tests; Andolfatto, Lavernhe & Mayer, Int. J. Mach. Tools Manuf. 51 (2011) 787",
+        trade=Trade("lag of the drive {where}", "a lower feed, or the gain of the drive measured"),
+        words=Words(
+            seen="{where} runs further behind its command than its nominal gain says (1/Kv longer by {1/Kv})",
+            causes="position gain not matched to the other axes",
+            confirm="a circular test in both directions at two feeds",
+            opposite=Opposite(
+                "1/Kv",
+                "{where} runs less far behind its command than its nominal gain says (1/Kv shorter by {1/Kv})",
+            ),
+        ),
+        aliases={"1/Kv": "lag", "lag": "lag"},  # both are read, the last is written
+    )
     per = "axis"
     needs = ("speed_{axis}_mm_s",)
-    aliases = {"1/Kv": "lag", "lag": "lag"}  # noqa: RUF012 - read only; both are read, the last is written
-    cites = "ISO 230-4:2022 circular tests; Andolfatto, Lavernhe & Mayer, Int. J. Mach. Tools Manuf. 51 (2011) 787"
-    words = Words(
-        seen="{where} runs further behind its command than its nominal gain says (1/Kv longer by {1/Kv})",
-        causes="position gain not matched to the other axes",
-        confirm="a circular test in both directions at two feeds",
-        opposite=Opposite(
-            "1/Kv",
-            "{where} runs less far behind its command than its nominal gain says (1/Kv shorter by {1/Kv})",
-        ),
-    )
     axis: str = at("X", "linear or rotary axis")
     lag: float = param(
         0.0,
@@ -50,7 +52,7 @@ class ServoLag(Effect):
         return (f"speed_{self.axis}_{'mm' if self.axis in 'XYZ' else 'rad'}_s",)
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, **{self.axis: -self.lag * run.column(self.required()[0])})
+        return motion(run, **{self.axis: -self.lag * run.column(required(self)[0])})
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +65,20 @@ class ReadoutDelay(Effect):
     name = "readout_delay"
     per = "machine"
     needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s")
-    cites = "Weckenmann et al., CIRP Annals 53 (2004) 657: probing systems; distance = speed x delay"
+    about = About(
+        cites="Weckenmann et al., CIRP Annals 53 (2004) 657: probing systems; distance = speed x delay",
+        words=Words(
+            seen="position and probe are read at different times ({delay})",
+            causes="delay in the electronics or in a filter",
+            confirm="repeat at three speeds; at rest the error must vanish",
+            opposite=Opposite(
+                "delay", "the position is read before the probe, or corrected for too long a delay ({delay})"
+            ),
+        ),
+    )
     diagnosis = ForDiagnosis(
         # a touch is latched by its trigger: late axes are the rarer cause
         prior=Prior(rare_in=("probe",)),
-    )
-    words = Words(
-        seen="position and probe are read at different times ({delay})",
-        causes="delay in the electronics or in a filter",
-        confirm="repeat at three speeds; at rest the error must vanish",
-        opposite=Opposite(
-            "delay", "the position is read before the probe, or corrected for too long a delay ({delay})"
-        ),
     )
     delay: float = param(
         0.0,
@@ -107,7 +111,9 @@ class RotaryReadoutDelay(Effect):
     )
     per = "axis"
     needs = ("speed_{axis}_rad_s",)
-    cites = "angle = speed x delay; Weckenmann et al., CIRP Annals 53 (2004) 657 for the linear axes"
+    about = About(
+        cites="angle = speed x delay; Weckenmann et al., CIRP Annals 53 (2004) 657 for the linear axes",
+    )
     axis: str = at("C", "rotary axis")
     delay: float = param(
         0.0,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import ForDiagnosis, Typical, Words
+from vcmm.core.declaration import About, ChoosesColumns, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
@@ -79,11 +79,13 @@ class CosineError(_Laser):
         is_never_negative=True,
         report=_cosine_error_report,
     )
-    cites = "Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry"
-    words = Words(
-        seen="the instrument stands askew ({theta})",
-        causes="beam not parallel to the travel",
-        confirm="align the beam again over the whole travel",
+    about = About(
+        cites="Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry",
+        words=Words(
+            seen="the instrument stands askew ({theta})",
+            causes="beam not parallel to the travel",
+            confirm="align the beam again over the whole travel",
+        ),
     )
     theta: float = param(0.0, "mrad", "angle between beam and travel", scan=(1e-3,))
     share: float = param(
@@ -96,7 +98,7 @@ class CosineError(_Laser):
 
 
 @dataclass(frozen=True, eq=False)
-class AirIndex(_Laser):
+class AirIndex(_Laser, ChoosesColumns):
     """scale L (-0.93 ppm/K (T_air - 20 degC) + 0.27 ppm/hPa (P - 1013.25 hPa) - 0.01 ppm/% (H - 50 %)).
 
     scale = 1: the instrument does not correct for the air at all; 0: it does so rightly. Without a column
@@ -105,12 +107,14 @@ class AirIndex(_Laser):
 
     name = "air_index"
     needs = ("temp_air_C", "pressure_hPa")
-    cites = "Birch & Downs, Metrologia 30 (1993) 155: updated Edlen equation"
-    words = Words(
-        seen="the wavelength follows the air ({scale} times the full correction)",
-        causes="air temperature, pressure or humidity not compensated",
-        confirm="log the air and switch the compensation on",
-        signed=("scale",),
+    about = About(
+        cites="Birch & Downs, Metrologia 30 (1993) 155: updated Edlen equation",
+        words=Words(
+            seen="the wavelength follows the air ({scale} times the full correction)",
+            causes="air temperature, pressure or humidity not compensated",
+            confirm="log the air and switch the compensation on",
+            signed=("scale",),
+        ),
     )
     scale: float = param(
         0.0,
@@ -145,12 +149,14 @@ class DeadPath(_Laser):
 
     name = "dead_path"
     needs = ("temp_air_C", "pressure_hPa")
-    cites = "Steinmetz, Precision Engineering 12 (1990) 12: dead path error"
-    words = Words(
-        seen="the dead path of the laser is not compensated ({length})",
-        causes="optics set up far from the first point",
-        confirm="move the optics close to the first point",
-        signed=("length",),
+    about = About(
+        cites="Steinmetz, Precision Engineering 12 (1990) 12: dead path error",
+        words=Words(
+            seen="the dead path of the laser is not compensated ({length})",
+            causes="optics set up far from the first point",
+            confirm="move the optics close to the first point",
+            signed=("length",),
+        ),
     )
     length: float = param(
         0.0,

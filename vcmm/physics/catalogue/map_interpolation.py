@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from vcmm.core.axes import axis_of
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Site, Typical, Words
+from vcmm.core.declaration import UM, URAD, About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, choice, param, positions
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
@@ -24,7 +24,7 @@ def _map_interpolation_make_at(
     cls: type[MapInterpolation], place: Mapping[str, Any], site: Site
 ) -> MapInterpolation:
     component = place["component"]
-    tables = [e for e in site.effects if e.stored and getattr(e, "component", "") == component]
+    tables = [e for e in site.effects if e.about.table_parameter and getattr(e, "component", "") == component]
     table = next((e for e in tables if hasattr(e, "grids")), None)
     if table is None:
         raise UsageError(f"the machine has no table of {component}")
@@ -65,11 +65,13 @@ class MapInterpolation(Effect):
     )
     per = "map"
     own = True
-    cites = "de Boor, A Practical Guide to Splines (1978), ch. III: error of broken-line interpolation"
-    words = Words(
-        seen="between the nodes of its table {where} is off ({rms})",
-        causes="the nodes are too far apart",
-        confirm="measure between the nodes and refine the table",
+    about = About(
+        cites="de Boor, A Practical Guide to Splines (1978), ch. III: error of broken-line interpolation",
+        words=Words(
+            seen="between the nodes of its table {where} is off ({rms})",
+            causes="the nodes are too far apart",
+            confirm="measure between the nodes and refine the table",
+        ),
     )
     component: str = at("EXX", "component error whose table is interpolated")
     nodes: Any = positions((0.0, 1.0))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -18,16 +18,18 @@ class ScrewPitch(Effect):
 
     name = "screw_pitch"
     per = "axis"
-    along_axis = True
-    aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
-    cites = "ISO 230-2; cyclic error of a screw, period = lead"
+    about = About(
+        cites="ISO 230-2; cyclic error of a screw, period = lead",
+        words=Words(
+            seen="{where} errs with a period of {period} ({amplitude})",
+            causes="the screw, its bearing or a gear; compare with the lead",
+            confirm="measure in steps of an eighth of the period over two periods",
+        ),
+        along_axis=True,
+        aliases={"amplitude": "sine"},
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change", "map_interpolation"),
-    )
-    words = Words(
-        seen="{where} errs with a period of {period} ({amplitude})",
-        causes="the screw, its bearing or a gear; compare with the lead",
-        confirm="measure in steps of an eighth of the period over two periods",
     )
     axis: str = at("X", "linear axis")
     sine: float = param(

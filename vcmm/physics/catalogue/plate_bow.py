@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Typical, Words
+from vcmm.core.declaration import About, ForDiagnosis, Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -29,23 +29,25 @@ class PlateBow(Effect):
 
     name = "plate_bow"
     per = "part"
-    cites = "arc over a chord: s = R arcsin(r / R) = r + r^3 / (6 R^2); Siegmund et al., SDSS technical notes 19941206, 19950130"
-    belongs_to = "part"
-    needs_cut = True
+    about = About(
+        cites="arc over a chord: s = R arcsin(r / R) = r + r^3 / (6 R^2); Siegmund et al., SDSS technical notes 19941206, 19950130",
+        words=Words(
+            seen="holes lie further out with the third power of their distance from the middle ({c})",
+            causes="the plate was held convex while it was drilled, and lies flat now",
+            confirm="measure the height of the plate on its fixture; drill one flat",
+            signed=("c",),
+            opposite=Opposite(
+                "c", "holes lie further in with the third power of their distance from the middle ({c})"
+            ),
+        ),
+        belongs_to="part",
+        needs_cut=True,
+        on_cut_part="stated",
+    )
     diagnosis = ForDiagnosis(
         # few plates are held bent
         prior=Prior(share=0.1),
         shows_in=_plate_bow_shows_in,
-    )
-    on_cut_part = "stated"
-    words = Words(
-        seen="holes lie further out with the third power of their distance from the middle ({c})",
-        causes="the plate was held convex while it was drilled, and lies flat now",
-        confirm="measure the height of the plate on its fixture; drill one flat",
-        signed=("c",),
-        opposite=Opposite(
-            "c", "holes lie further in with the third power of their distance from the middle ({c})"
-        ),
     )
     normal: str = at(
         "z", "direction across the plate: x, y or z of the part", quiet=True, forms=("z", "x", "y")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Typical
-from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.declaration import PLAY, UM, About, ChoosesColumns, ForDiagnosis, Prior, Typical
+from vcmm.core.effect import Effect, at, declared_columns, motion, param, required
 from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
@@ -17,12 +17,12 @@ LONGEST = 3.0  # mm or rad: of the ways that are tried
 
 def _backlash_ramp_shows_in(effect: BacklashRamp, run: Run) -> bool:
     """Rows stand on the ways that are tried, and not at their ends only."""
-    since = run.columns.get(effect.required()[1])
+    since = run.columns.get(required(effect)[1])
     return since is not None and len(np.unique(since[since < LONGEST])) > 2
 
 
 @dataclass(frozen=True, eq=False)
-class BacklashRamp(Effect):
+class BacklashRamp(Effect, ChoosesColumns):
     """-1/2 (gap - ramp s / distance) d_a e_a up to s = distance, then -1/2 (gap - ramp) d_a: play partly made up on the way.
 
     The second shape of backlash, and reported as such. s is the distance since the last reversal. A slide that hangs back by
@@ -36,9 +36,11 @@ class BacklashRamp(Effect):
         shows_in=_backlash_ramp_shows_in,
     )
     per = "axis"
-    along_axis = True
+    about = About(
+        cites="ISO 230-2:2014, 2.16; friction that falls after a reversal: Armstrong et al., Automatica 30 (1994) 1083",
+        along_axis=True,
+    )
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
-    cites = "ISO 230-2:2014, 2.16; friction that falls after a reversal: Armstrong et al., Automatica 30 (1994) 1083"
     axis: str = at("X", "linear or rotary axis")
     gap: float = param(0.0, "um", "lost motion at the reversal", typical=Typical(1 * UM, "as backlash", PLAY))
     ramp: float = param(
@@ -58,11 +60,11 @@ class BacklashRamp(Effect):
 
     def required(self) -> tuple[str, ...]:
         """Rotary axes count the distance since reversal in rad."""
-        columns = super().required()
+        columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def error_motion(self, run: Run) -> Array:
-        sense, since = share_taken_up(run, self.axis), run.column(self.required()[1])
+        sense, since = share_taken_up(run, self.axis), run.column(required(self)[1])
         gap = self.gap - self.ramp * np.minimum(since / self.distance, 1.0)
         return motion(run, **{self.axis: -0.5 * gap * sense})
 
@@ -87,10 +89,12 @@ class LoadedPlay(Effect):
         shows_in=_loaded_play_shows_in,
     )
     per = "axis"
-    along_axis = True
+    about = About(
+        cites="lost motion = friction over stiffness of the drive, friction = coefficient x weight; ISO 230-2:2014, 2.16",
+        along_axis=True,
+        gap_parameter="g0",
+    )
     needs = ("sense_{axis}", "load_kg")
-    cites = "lost motion = friction over stiffness of the drive, friction = coefficient x weight; ISO 230-2:2014, 2.16"
-    taken_up = "g0"
     axis: str = at("X", "linear or rotary axis that carries the load")
     g0: float = param(0.0, "um", "lost motion without load", typical=Typical(1 * UM, "as backlash", PLAY))
     g_load: float = param(

@@ -12,7 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Trade, Typical, Words
+from vcmm.core.declaration import (
+    UM,
+    About,
+    ForDiagnosis,
+    Opposite,
+    SeenByQualification,
+    Trade,
+    Typical,
+    Words,
+)
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -28,7 +37,7 @@ class _Probe(Effect):
 
 
 @dataclass(frozen=True, eq=False)
-class PreTravel(_Probe):
+class PreTravel(_Probe, SeenByQualification):
     """A reading along n that qualification sees too: what looks like an offset or a radius there is taken off.
 
     `spheres` (stylus -> its `run` on the reference sphere and S (4, n), `matrix`, which makes offset and radius of the readings
@@ -62,23 +71,23 @@ class ProbeLobing(PreTravel):
     """
 
     name = "probe_lobing"
-    trade = Trade(
-        "pre-travel of the probe {where}",
-        "qualify the probe with 25 touches, or measure both sides in one probe direction",
+    about = About(
+        cites="Estler et al., Precision Engineering 19 (1996) 85: three-lobed pre-travel of kinematic touch probes",
+        trade=Trade(
+            "pre-travel of the probe {where}",
+            "qualify the probe with 25 touches, or measure both sides in one probe direction",
+        ),
+        words=Words(
+            seen="the probe errs with the direction of touch ({amplitude})",
+            causes="the three seats of a touch trigger probe",
+            confirm="25 touches around a sphere; then another probe orientation",
+        ),
+        aliases={"amplitude": "cosine"},
     )
     diagnosis = ForDiagnosis(
         shared_physics="lobes",
     )
     needs = ("probe_angle_rad", "probe_lateral", "nx", "ny", "nz")
-    aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
-    cites = (
-        "Estler et al., Precision Engineering 19 (1996) 85: three-lobed pre-travel of kinematic touch probes"
-    )
-    words = Words(
-        seen="the probe errs with the direction of touch ({amplitude})",
-        causes="the three seats of a touch trigger probe",
-        confirm="25 touches around a sphere; then another probe orientation",
-    )
     cosine: float = param(
         0.0,
         "um",
@@ -115,14 +124,16 @@ class StylusBending(PreTravel):
     """
 
     name = "stylus_bending"
-    trade = Trade("bending of stylus {where}", "a shorter or stiffer stylus")
-    needs = ("probe_lateral", "stylus_length_mm", "nx", "ny", "nz")
-    cites = "Euler-Bernoulli cantilever: w = F L^3 / (3 E I)"
-    words = Words(
-        seen="the stylus bends sideways ({c})",
-        causes="a long or thin stylus, or a high force",
-        confirm="repeat with half the stylus length or half the force",
+    about = About(
+        cites="Euler-Bernoulli cantilever: w = F L^3 / (3 E I)",
+        trade=Trade("bending of stylus {where}", "a shorter or stiffer stylus"),
+        words=Words(
+            seen="the stylus bends sideways ({c})",
+            causes="a long or thin stylus, or a high force",
+            confirm="repeat with half the stylus length or half the force",
+        ),
     )
+    needs = ("probe_lateral", "stylus_length_mm", "nx", "ny", "nz")
     c: float = param(
         0.0,
         "um",
@@ -142,15 +153,17 @@ class TriggerDelay(PreTravel):
     """(v · n) delay along n: the position is latched late; approaching, v · n < 0, so the material seems smaller."""
 
     name = "trigger_delay"
-    trade = Trade("delay of the trigger {where}", "touch more slowly, at the speed of the qualification")
-    needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s", "nx", "ny", "nz")
-    cites = "kinematics: distance = speed x delay"
-    words = Words(
-        seen="the probe answers late ({delay})",
-        causes="probe electronics; qualified at another speed",
-        confirm="touch a ring and a plug at three speeds",
-        opposite=Opposite("delay", "the probe answers earlier than its correction says ({delay})"),
+    about = About(
+        cites="kinematics: distance = speed x delay",
+        trade=Trade("delay of the trigger {where}", "touch more slowly, at the speed of the qualification"),
+        words=Words(
+            seen="the probe answers late ({delay})",
+            causes="probe electronics; qualified at another speed",
+            confirm="touch a ring and a plug at three speeds",
+            opposite=Opposite("delay", "the probe answers earlier than its correction says ({delay})"),
+        ),
     )
+    needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s", "nx", "ny", "nz")
     delay: float = param(
         0.0,
         "ms",

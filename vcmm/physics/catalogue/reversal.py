@@ -6,21 +6,33 @@ Friction holds an axis back, so all three are negative along the new direction, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Opposite, Trade, Typical, Words
-from vcmm.core.effect import Effect, at, choice, motion, param
+from vcmm.core.declaration import (
+    PLAY,
+    UM,
+    About,
+    ChoosesColumns,
+    ForDiagnosis,
+    Opposite,
+    Trade,
+    Typical,
+    Words,
+)
+from vcmm.core.effect import Effect, at, choice, declared_columns, motion, param, required
 from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)
-class _Reversal(Effect):
+class _Reversal(Effect, ChoosesColumns):
     per = "axis"
-    along_axis = True
+    about = About(
+        along_axis=True,
+    )
     axis: str = at("X", "linear or rotary axis")
 
     @property
@@ -29,11 +41,11 @@ class _Reversal(Effect):
 
     def required(self) -> tuple[str, ...]:
         """Rotary axes count the distance since reversal in rad."""
-        columns = super().required()
+        columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def _since(self, run: Run) -> Array:
-        return run.column(self.required()[1])
+        return run.column(required(self)[1])
 
 
 def _check_distance(effect: Effect, distance: float) -> None:
@@ -46,26 +58,29 @@ class LostMotion(_Reversal):
     """-1/2 (g0 + g1 q_a) d_a e_a: backlash that changes along the travel (wind-up of a screw, unequal wear)."""
 
     name = "lost_motion"
-    trade = Trade("lost motion of {where}", "approach from one side, or compensate the reversal")
+    about = replace(
+        _Reversal.about,
+        cites="ISO 230-2:2014, 2.16 reversal error at each position; wind-up of a screw held at one end",
+        trade=Trade("lost motion of {where}", "approach from one side, or compensate the reversal"),
+        words=Words(
+            seen="{where} stops short after reversing, by a gap that changes along the axis ({g0} at zero, {g1})",
+            causes="wind-up of the screw, or a nut worn unevenly",
+            confirm="approach five places of {where} from both sides",
+            signed=("g0", "g1"),
+            opposite=Opposite(
+                "g0",
+                "{where} stops too far after reversing, by an amount that changes along the axis ({g0} at zero, {g1})",
+                causes="a reversal compensation that is set too large, or a sign",
+                confirm="approach five places of {where} from both sides with the compensation switched off",
+            ),
+        ),
+        gap_parameter="g0",
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("hysteresis",),
         shared_physics="play",
     )
     needs = ("sense_{axis}",)
-    cites = "ISO 230-2:2014, 2.16 reversal error at each position; wind-up of a screw held at one end"
-    taken_up = "g0"
-    words = Words(
-        seen="{where} stops short after reversing, by a gap that changes along the axis ({g0} at zero, {g1})",
-        causes="wind-up of the screw, or a nut worn unevenly",
-        confirm="approach five places of {where} from both sides",
-        signed=("g0", "g1"),
-        opposite=Opposite(
-            "g0",
-            "{where} stops too far after reversing, by an amount that changes along the axis ({g0} at zero, {g1})",
-            causes="a reversal compensation that is set too large, or a sign",
-            confirm="approach five places of {where} from both sides with the compensation switched off",
-        ),
-    )
     axis: str = at("X", "linear axis")
     g0: float = param(0.0, "um", "lost motion at zero", typical=Typical(1 * UM, "as backlash", PLAY))
     g1: float = param(
@@ -95,11 +110,14 @@ class Hysteresis(_Reversal):
         shared_physics="play",
     )
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
-    cites = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)"
-    words = Words(
-        seen="{where} settles only after some way past a reversal ({amplitude})",
-        causes="friction of guides or seals, elastic drive",
-        confirm="reverse with several path lengths and compare",
+    about = replace(
+        _Reversal.about,
+        cites="Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
+        words=Words(
+            seen="{where} settles only after some way past a reversal ({amplitude})",
+            causes="friction of guides or seals, elastic drive",
+            confirm="reverse with several path lengths and compare",
+        ),
     )
     amplitude: float = param(
         0.0, "um", "half the width of the loop", typical=Typical(1 * UM, "usual: 0.2-3 um", PLAY)
@@ -126,11 +144,14 @@ class ReversalSpike(_Reversal):
 
     name = "reversal_spike"
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
-    cites = "ISO 230-4:2022 circular tests; Armstrong-Helouvry et al., Automatica 30 (1994) 1083 (friction at reversal)"
-    words = Words(
-        seen="{where} sticks and jumps at reversals ({height})",
-        causes="friction that the control does not compensate",
-        confirm="a circular test at two feeds and two radii",
+    about = replace(
+        _Reversal.about,
+        cites="ISO 230-4:2022 circular tests; Armstrong-Helouvry et al., Automatica 30 (1994) 1083 (friction at reversal)",
+        words=Words(
+            seen="{where} sticks and jumps at reversals ({height})",
+            causes="friction that the control does not compensate",
+            confirm="a circular test at two feeds and two radii",
+        ),
     )
     height: float = param(
         0.0, "um", "height of the pulse", typical=Typical(3 * UM, "ball bar: 1-15 um over 0.1-1 mm", PLAY)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Site, Typical
+from vcmm.core.declaration import PLAY, UM, About, ForDiagnosis, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
@@ -43,9 +43,11 @@ class LostMotionCurve(Effect):
         make_at=_lost_motion_curve_make_at,
     )
     per = "axis"
-    along_axis = True
+    about = About(
+        cites="ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates",
+        along_axis=True,
+    )
     needs = ("sense_{axis}",)
-    cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
     axis: str = at("X", "linear or rotary axis")
     nodes: Any = positions((0.0, 1.0))
     g0: float = param(

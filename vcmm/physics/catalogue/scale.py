@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.declaration import ForDiagnosis, Opposite, Trade, Typical, Words
+from vcmm.core.declaration import About, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
@@ -27,7 +27,17 @@ class ScaleFactor(Effect):
     """k q_a e_a: with k = +5 um/m an axis at 400 mm stands 2 um too far in + direction."""
 
     name = "scale_factor"
-    trade = Trade("scale of {where}", "measure a step gauge or laser along {where} and correct it")
+    about = About(
+        cites="ISO 230-2; linear positioning error",
+        trade=Trade("scale of {where}", "measure a step gauge or laser along {where} and correct it"),
+        words=Words(
+            seen="{where} travels too far in proportion to the distance ({k})",
+            causes="a scale, a gain or a temperature that is not compensated",
+            confirm="a step gauge or laser along {where}, at two temperatures",
+            signed=("k",),
+            opposite=Opposite("k", "{where} travels too short in proportion to the distance ({k})"),
+        ),
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change", "map_interpolation"),
         shared_physics="geometry",
@@ -35,14 +45,6 @@ class ScaleFactor(Effect):
         remark=_scale_factor_remark,
     )
     per = "axis"
-    cites = "ISO 230-2; linear positioning error"
-    words = Words(
-        seen="{where} travels too far in proportion to the distance ({k})",
-        causes="a scale, a gain or a temperature that is not compensated",
-        confirm="a step gauge or laser along {where}, at two temperatures",
-        signed=("k",),
-        opposite=Opposite("k", "{where} travels too short in proportion to the distance ({k})"),
-    )
     axis: str = at("X", "linear axis")
     k: float = param(
         0.0,

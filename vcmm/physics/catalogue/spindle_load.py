@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.declaration import UM, About, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series, first_order_lag
@@ -25,16 +25,19 @@ class SpindleLoadGrowth(Effect):
     name = "spindle_load_growth"
     per = "axis"
     needs = ("time_s", "spindle_load_W")
-    cites = "ISO 230-3:2020: thermal distortion caused by a rotating spindle; Bossmanns & Tu, Int. J. Mach. Tools Manuf. 39 (1999) 1345"
-    belongs_to = "tool"
-    needs_cut = True
-    words = Words(
-        seen="the spindle grows with its load by {amplitude} per kW with a time constant {tau}",
-        causes="heat of motor and bearings under load",
-        confirm="the same cut with half the feed, after a pause",
-        opposite=Opposite(
-            "amplitude", "the spindle draws back under load by {amplitude} per kW with a time constant {tau}"
+    about = About(
+        cites="ISO 230-3:2020: thermal distortion caused by a rotating spindle; Bossmanns & Tu, Int. J. Mach. Tools Manuf. 39 (1999) 1345",
+        words=Words(
+            seen="the spindle grows with its load by {amplitude} per kW with a time constant {tau}",
+            causes="heat of motor and bearings under load",
+            confirm="the same cut with half the feed, after a pause",
+            opposite=Opposite(
+                "amplitude",
+                "the spindle draws back under load by {amplitude} per kW with a time constant {tau}",
+            ),
         ),
+        belongs_to="tool",
+        needs_cut=True,
     )
     axis: str = at("Z", "direction of the tool axis, X, Y or Z of the tool frame")
     amplitude: float = param(

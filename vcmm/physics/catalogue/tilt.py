@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vcmm.core.axes import LINEAR, ROTARY, is_rotary
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Prior, Typical, Words
+from vcmm.core.declaration import UM, URAD, About, ForDiagnosis, Prior, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -67,11 +67,13 @@ class AxisLean(_TwoDirections):
         elements=_two_directions_elements,
     )
     place = "travel"
-    cites = "ISO 230-1:2012, 3.6: two squareness errors of one axis"
-    words = Words(
-        seen="{where} leans by {angle}, askew to both other axes",
-        causes="the column or ram was moved or levelled anew",
-        confirm="a square in both planes, turned by 180 degrees",
+    about = About(
+        cites="ISO 230-1:2012, 3.6: two squareness errors of one axis",
+        words=Words(
+            seen="{where} leans by {angle}, askew to both other axes",
+            causes="the column or ram was moved or levelled anew",
+            confirm="a square in both planes, turned by 180 degrees",
+        ),
     )
     axis: str = at("Z", "Z, the axis that stands on the other two")
     angle: Any = param(
@@ -101,11 +103,13 @@ class CentreLineTilt(_TwoDirections):
     )
     place = "location"
     own = True
-    cites = "ISO 230-1:2012, 3.7: two tilts of one centre line; AN and AW of a mount that is not level"
-    words = Words(
-        seen="the centre line of {where} is tilted by {tilt}",
-        causes="the base was set anew, is not level or was hit",
-        confirm="a level on the axis, turned through a full turn",
+    about = About(
+        cites="ISO 230-1:2012, 3.7: two tilts of one centre line; AN and AW of a mount that is not level",
+        words=Words(
+            seen="the centre line of {where} is tilted by {tilt}",
+            causes="the base was set anew, is not level or was hit",
+            confirm="a level on the axis, turned through a full turn",
+        ),
     )
     tilt: Any = param(
         lambda: np.zeros(2), "urad", "the two tilts, in the order of the alphabet", shape="(2,)",
@@ -132,11 +136,13 @@ class CentreLineOffset(_TwoDirections):
     place = "location"
     own = True
     letters: ClassVar[str] = LINEAR
-    cites = "ISO 230-1:2012, 3.7: two offsets of one centre line"
-    words = Words(
-        seen="the centre line of {where} is shifted by {offset}",
-        causes="the table was set anew or hit",
-        confirm="touch a sphere on the table at four angles",
+    about = About(
+        cites="ISO 230-1:2012, 3.7: two offsets of one centre line",
+        words=Words(
+            seen="the centre line of {where} is shifted by {offset}",
+            causes="the table was set anew or hit",
+            confirm="touch a sphere on the table at four angles",
+        ),
     )
     offset: Any = param(
         lambda: np.zeros(2), "um", "the two offsets, in the order of the alphabet", shape="(2,)",

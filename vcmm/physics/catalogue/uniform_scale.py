@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import LINEAR
-from vcmm.core.declaration import ForDiagnosis, Opposite, Prior, Trade, Typical, Words
+from vcmm.core.declaration import About, ForDiagnosis, Opposite, Prior, Trade, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.run import Array, Run
 
@@ -30,7 +30,17 @@ class UniformScale(Effect):
     """
 
     name = "uniform_scale"
-    trade = Trade("one scale of all axes", "log the temperatures of part and scales")
+    about = About(
+        cites="JCGM 100:2008, H.1: one temperature for all lengths; ISO 1 (20 degC)",
+        trade=Trade("one scale of all axes", "log the temperatures of part and scales"),
+        words=Words(
+            seen="all axes travel too far in proportion to the distance ({k})",
+            causes="machine or part was warmer or colder than taken, or a wrong coefficient of expansion",
+            confirm="log the temperatures of part and scales, and measure again 2 K apart",
+            signed=("k",),
+            opposite=Opposite("k", "all axes travel too short in proportion to the distance ({k})"),
+        ),
+    )
     diagnosis = ForDiagnosis(
         family="scale_factor",
         # beside the scale of one axis it is that of another in disguise: 3 nats, beyond what a swap must win
@@ -39,14 +49,6 @@ class UniformScale(Effect):
         shows_in=_uniform_scale_shows_in,
     )
     per = "machine"
-    cites = "JCGM 100:2008, H.1: one temperature for all lengths; ISO 1 (20 degC)"
-    words = Words(
-        seen="all axes travel too far in proportion to the distance ({k})",
-        causes="machine or part was warmer or colder than taken, or a wrong coefficient of expansion",
-        confirm="log the temperatures of part and scales, and measure again 2 K apart",
-        signed=("k",),
-        opposite=Opposite("k", "all axes travel too short in proportion to the distance ({k})"),
-    )
     k: float = param(
         0.0,
         "um/m",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, Trade, Typical, Words
+from vcmm.core.declaration import HOUR, About, Trade, Typical, Words
 from vcmm.core.effect import Effect, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -20,18 +20,20 @@ class WorkpieceHeating(Effect):
     """
 
     name = "workpiece_heating"
-    trade = Trade("heating of the part while it is cut", "measure after cooling, or cut with a pause")
+    about = About(
+        cites="Bryan, CIRP Annals 39 (1990) 645: international status of thermal error research",
+        trade=Trade("heating of the part while it is cut", "measure after cooling, or cut with a pause"),
+        words=Words(
+            seen="the part grows while it is cut ({k})",
+            causes="heat of cutting",
+            confirm="measure again after cooling; cut with a pause",
+        ),
+        belongs_to="part",
+        needs_cut=True,  # heat of cutting
+        on_cut_part="stated",
+    )
     per = "part"
     needs = ("time_s",)
-    cites = "Bryan, CIRP Annals 39 (1990) 645: international status of thermal error research"
-    belongs_to = "part"
-    needs_cut = True  # heat of cutting
-    on_cut_part = "stated"
-    words = Words(
-        seen="the part grows while it is cut ({k})",
-        causes="heat of cutting",
-        confirm="measure again after cooling; cut with a pause",
-    )
     k: float = param(
         0.0,
         "um/(m h)",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Site, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -36,13 +36,15 @@ class WorkpieceBending(Effect):
     name = "workpiece_bending"
     per = "direction"
     needs = ("force_x_N", "force_y_N", "force_z_N")
-    cites = "Budak & Altintas, Int. J. Mach. Tools Manuf. 35 (1995) 459: static deflection of thin plates in peripheral milling"
-    belongs_to = "part"
-    needs_cut = True
-    words = Words(
-        seen="the part gives way to the cutting force along {direction} ({compliance})",
-        causes="thin walls, few or soft clamps",
-        confirm="a spring pass; clamp closer to the cut",
+    about = About(
+        cites="Budak & Altintas, Int. J. Mach. Tools Manuf. 35 (1995) 459: static deflection of thin plates in peripheral milling",
+        words=Words(
+            seen="the part gives way to the cutting force along {direction} ({compliance})",
+            causes="thin walls, few or soft clamps",
+            confirm="a spring pass; clamp closer to the cut",
+        ),
+        belongs_to="part",
+        needs_cut=True,
     )
     diagnosis = ForDiagnosis(
         make_at=_workpiece_bending_make_at,

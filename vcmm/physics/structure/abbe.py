@@ -7,12 +7,12 @@ axis's own moving frame; a rotation w moves its end by w x r. Own motion of the 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import ForDiagnosis, Site, Typical, Words
+from vcmm.core.declaration import About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, along, argument_grids, argument_letters, at, param, points
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear
@@ -26,7 +26,9 @@ FINER = 8  # pieces per interval of a spline, which is not straight between its 
 class _Abbe(Effect):
     per = "map"
     own = True
-    cites = "Bryan, Precision Engineering 1 (1979) 129: the Abbe principle revisited"
+    about = About(
+        cites="Bryan, Precision Engineering 1 (1979) 129: the Abbe principle revisited",
+    )
     axis: str = at("X", "axis whose rotation tables act on the arm")
     arguments: tuple[str, ...] = argument_letters()
     grids: tuple[Array, ...] = argument_grids(())
@@ -64,10 +66,13 @@ class AbbeCountedTwice(_Abbe):
         is_named=False,
         special_case_of=("geometric_change", "abbe_offset"),
     )
-    words = Words(
-        seen="the Abbe arm of {where} is wrong in the table by its full length",
-        causes="a table taken at the reference line and corrected once more, or not at all",
-        confirm="measure the position of {where} on two lines",
+    about = replace(
+        _Abbe.about,
+        words=Words(
+            seen="the Abbe arm of {where} is wrong in the table by its full length",
+            causes="a table taken at the reference line and corrected once more, or not at all",
+            confirm="measure the position of {where} on two lines",
+        ),
     )
     share: float = param(
         0.0,
@@ -107,11 +112,14 @@ class AbbeOffset(_Abbe):
         size_name="arm",
         make_at=_abbe_offset_make_at,
     )
-    words = Words(
-        seen="{where} was measured on another line than stated ({arm})",
-        causes="reflector or tool offset entered wrongly",
-        confirm="measure {where} on a second, parallel line",
-        signed=("arm",),
+    about = replace(
+        _Abbe.about,
+        words=Words(
+            seen="{where} was measured on another line than stated ({arm})",
+            causes="reflector or tool offset entered wrongly",
+            confirm="measure {where} on a second, parallel line",
+            signed=("arm",),
+        ),
     )
     arm: Any = param(
         lambda: np.zeros(3),
@@ -141,7 +149,9 @@ def rotation_tables(axis: str, effects: Iterable[Effect]) -> tuple[tuple[str, ..
     stored = [
         e
         for e in effects
-        if e.link == axis and e.stored and str(getattr(e, "component", ""))[1:2] in tuple("ABC")
+        if e.link == axis
+        and e.about.table_parameter
+        and str(getattr(e, "component", ""))[1:2] in tuple("ABC")
     ]
     if not stored:
         raise UsageError(

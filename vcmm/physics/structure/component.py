@@ -13,7 +13,18 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_component, whole_turn
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, KnownRange, Trade, Typical
+from vcmm.core.declaration import (
+    UM,
+    URAD,
+    About,
+    ChoosesColumns,
+    ForDiagnosis,
+    KnownRange,
+    Tabulated,
+    Trade,
+    Typical,
+    WithResponse,
+)
 from vcmm.core.effect import COLUMN, Effect, argument_grids, argument_letters, at, param, positions
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear, node_weights
@@ -87,23 +98,25 @@ def check_increasing(what: str, grid: Array) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class ComponentTable(_Component):
+class ComponentTable(_Component, WithResponse, Tabulated):
     """A component error tabulated over one axis, or over a grid of several; linear between the nodes.
 
     measured: nodes of the stored table over its own axis, where more were added for the sake of a correlated uncertainty.
     """
 
     name = "component_table"
-    trade = Trade(
-        "calibrated error {where} of the machine",
-        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    about = About(
+        cites="ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it",
+        trade=Trade(
+            "calibrated error {where} of the machine",
+            "calibrate {where} again, or place the part where it shows less (vcmm place)",
+        ),
+        table_parameter="values",
+        is_calibrated=True,
     )
-    cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
-    stored = "values"
-    calibrated = True
     arguments: tuple[str, ...] = argument_letters()
     grids: tuple[Array, ...] = argument_grids(((0.0, 1.0),))
     values: Any = param(
@@ -162,20 +175,22 @@ class ComponentTable(_Component):
 
 
 @dataclass(frozen=True, eq=False)
-class ComponentSpline(_Component):
+class ComponentSpline(_Component, WithResponse, Tabulated):
     """A component error as a natural cubic spline through nodes; of a rotary axis over one whole turn, a periodic one."""
 
     name = "component_spline"
-    trade = Trade(
-        "calibrated error {where} of the machine",
-        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    about = About(
+        cites="de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline",
+        trade=Trade(
+            "calibrated error {where} of the machine",
+            "calibrate {where} again, or place the part where it shows less (vcmm place)",
+        ),
+        table_parameter="values",
+        is_calibrated=True,
     )
-    cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
-    stored = "values"
-    calibrated = True
     nodes: Any = positions((0.0, 1.0, 2.0))
     values: Any = param(
         lambda: np.zeros(3),
@@ -221,15 +236,17 @@ class ComponentPolynomial(_Component):
     """A component error as c0 + c1 s + c2 s^2 ..., s = position in m (linear axis) or rad (rotary axis)."""
 
     name = "component_polynomial"
-    trade = Trade(
-        "calibrated error {where} of the machine",
-        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    about = About(
+        cites="ISO 230-1:2012, 3.4; power series",
+        trade=Trade(
+            "calibrated error {where} of the machine",
+            "calibrate {where} again, or place the part where it shows less (vcmm place)",
+        ),
+        is_calibrated=True,
     )
-    cites = "ISO 230-1:2012, 3.4; power series"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
-    calibrated = True
     coefficients: Any = param(
         lambda: np.zeros(2),
         "mm or rad",
@@ -252,7 +269,7 @@ def _power_series(coefficients: Any, axis: str, run: Run) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class ComponentWarming(_Component):
+class ComponentWarming(_Component, ChoosesColumns):
     """(c0 + c1 s + c2 s^2 ...) (T lagged by tau - 20 degC): a component error that goes with a temperature, coefficients per kelvin.
 
     What a regression of an error parameter on temperature sensors gives, one of these per parameter and sensor.
@@ -260,7 +277,9 @@ class ComponentWarming(_Component):
 
     name = "component_warming"
     per = "component, sensor"
-    cites = "ISO 230-3:2020; D. Marin, SISOM 2004: geometric parameters by regression on temperatures"
+    about = About(
+        cites="ISO 230-3:2020; D. Marin, SISOM 2004: geometric parameters by regression on temperatures",
+    )
     diagnosis = ForDiagnosis(
         is_named=False,
     )
@@ -288,7 +307,7 @@ class ComponentWarming(_Component):
 
 
 @dataclass(frozen=True, eq=False)
-class CalibrationModes(Effect):
+class CalibrationModes(Effect, WithResponse):
     """How one error may depart together with all others of a joint calibration: departure = loadings @ modes.
 
     One of these per component, squareness and location error; all share the numbers `modes`, which are 0 in the machine and
@@ -297,12 +316,14 @@ class CalibrationModes(Effect):
     """
 
     name = "calibration_modes"
-    trade = Trade(
-        "calibrated error {where} of the machine",
-        "calibrate {where} again, or place the part where it shows less (vcmm place)",
+    about = About(
+        cites="JCGM 102:2011, 6.2: joint covariance, here by its factor",
+        trade=Trade(
+            "calibrated error {where} of the machine",
+            "calibrate {where} again, or place the part where it shows less (vcmm place)",
+        ),
     )
     per = "component"
-    cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
     diagnosis = ForDiagnosis(
         is_named=False,
     )

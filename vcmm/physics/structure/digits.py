@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
+from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -20,14 +20,16 @@ class Resolution(Effect):
     """
 
     name = "resolution"
-    trade = Trade("resolution of the display", "read with more digits")
+    about = About(
+        cites="JCGM 100:2008, F.2.2.1 (resolution of a digital indication)",
+        trade=Trade("resolution of the display", "read with more digits"),
+        is_random=True,
+    )
     per = "machine"
     needs = ("nx", "ny", "nz")
-    cites = "JCGM 100:2008, F.2.2.1 (resolution of a digital indication)"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
-    is_random = True
     value: float = param(
         0.0,
         "um",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import Trade, Typical, Words
+from vcmm.core.declaration import About, ChoosesColumns, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
@@ -23,23 +23,25 @@ def _left_over(run: Run, name: str, alpha: float, corrected: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class ScaleExpansion(Effect):
+class ScaleExpansion(Effect, ChoosesColumns):
     """alpha (T_scale,a - 20 degC) q_a e_a: a long scale makes the machine travel too far."""
 
     name = "scale_expansion"
-    trade = Trade(
-        "expansion coefficient of the scales {where}",
-        "measure nearer to 20 °C, or calibrate the expansion of the scales",
+    about = About(
+        cites="JCGM 100:2008, H.1; ISO 1 (20 degC); ISO/TR 16015",
+        trade=Trade(
+            "expansion coefficient of the scales {where}",
+            "measure nearer to 20 °C, or calibrate the expansion of the scales",
+        ),
+        words=Words(
+            seen="the scale of {where} follows the temperature ({alpha})",
+            causes="expansion coefficient or scale temperature not compensated",
+            confirm="the same length at temperatures 2 K apart",
+            signed=("alpha",),
+        ),
     )
     per = "axis"
     needs = ("temp_scale_{axis}_C",)
-    cites = "JCGM 100:2008, H.1; ISO 1 (20 degC); ISO/TR 16015"
-    words = Words(
-        seen="the scale of {where} follows the temperature ({alpha})",
-        causes="expansion coefficient or scale temperature not compensated",
-        confirm="the same length at temperatures 2 K apart",
-        signed=("alpha",),
-    )
     axis: str = at("X", "linear axis")
     alpha: float = param(
         0.0,
@@ -68,20 +70,22 @@ class PartExpansion(Effect):
     """+alpha (T_part - 20 degC) p: a warm part is larger, so it is indicated larger. p from the part's origin."""
 
     name = "part_expansion"
-    trade = Trade(
-        "expansion coefficient of the part", "measure nearer to 20 °C, or a better known coefficient"
+    about = About(
+        cites="JCGM 100:2008, H.1; ISO 1 (20 degC)",
+        trade=Trade(
+            "expansion coefficient of the part", "measure nearer to 20 °C, or a better known coefficient"
+        ),
+        words=Words(
+            seen="the part is larger when warmer ({alpha})",
+            causes="wrong expansion coefficient or part temperature",
+            confirm="measure the part again after soaking",
+            signed=("alpha",),
+        ),
+        belongs_to="part",
+        on_cut_part="turned",
     )
     per = "part"
     needs = ("temp_part_C",)
-    cites = "JCGM 100:2008, H.1; ISO 1 (20 degC)"
-    belongs_to = "part"
-    on_cut_part = "turned"
-    words = Words(
-        seen="the part is larger when warmer ({alpha})",
-        causes="wrong expansion coefficient or part temperature",
-        confirm="measure the part again after soaking",
-        signed=("alpha",),
-    )
     alpha: float = param(
         0.0,
         "um/(m K)",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from vcmm.core.axes import axis_of, is_component, is_rotary
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Site, Typical, Words
+from vcmm.core.declaration import UM, URAD, About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import FULL_TURN
@@ -53,13 +53,13 @@ class GeometricChange(Effect):
     )
     per = "component"
     own = True
-    cites = (
-        "Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation"
-    )
-    words = Words(
-        seen="{where} is no longer what the table says ({rms})",
-        causes="wear, foundation, transport or a stale calibration",
-        confirm="measure {where} again and replace its table",
+    about = About(
+        cites="Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation",
+        words=Words(
+            seen="{where} is no longer what the table says ({rms})",
+            causes="wear, foundation, transport or a stale calibration",
+            confirm="measure {where} again and replace its table",
+        ),
     )
     component: str = at("EXX", "component error, for example EXX, EYX, EBX")
     nodes: Any = positions((0.0, 1.0))

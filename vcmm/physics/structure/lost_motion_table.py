@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
+from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical
 from vcmm.core.effect import Effect, at, motion, param, positions
 from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
@@ -24,16 +24,18 @@ class LostMotionTable(Effect):
     """
 
     name = "lost_motion_table"
-    trade = Trade("lost motion of {where}", "approach from one side, or measure the reversal again")
+    about = About(
+        cites="ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates",
+        trade=Trade("lost motion of {where}", "approach from one side, or measure the reversal again"),
+        along_axis=True,
+        is_calibrated=True,
+    )
     diagnosis = ForDiagnosis(
         is_named=False,
         family="lost_motion",
     )
     per = "axis"
-    along_axis = True
     needs = ("sense_{axis}",)
-    cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
-    calibrated = True
     axis: str = at("X", "linear axis")
     nodes: Any = positions((0.0, 1.0))
     values: Any = param(

@@ -10,23 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical
+from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical, WithResponse
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)
-class StylusQualification(Effect):
+class StylusQualification(Effect, WithResponse):
     """indicated - true = (d1, d2, d3) + d4 n: qualified minus actual offset, and actual minus qualified radius."""
 
     name = "stylus_qualification"
-    trade = Trade(
-        "qualification of stylus {where}",
-        "qualify stylus {where} with more touches, on a sphere with a better certificate",
+    about = About(
+        cites="ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit",
+        trade=Trade(
+            "qualification of stylus {where}",
+            "qualify stylus {where} with more touches, on a sphere with a better certificate",
+        ),
     )
     per = "stylus"
     needs = ("nx", "ny", "nz")
-    cites = "ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit"
     diagnosis = ForDiagnosis(
         is_named=False,
     )

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, KnownRange, Trade, Typical
+from vcmm.core.declaration import UM, About, ForDiagnosis, KnownRange, Tabulated, Trade, Typical, WithResponse
 from vcmm.core.effect import POINTS, Effect, param, points
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law, MultivariateNormal
@@ -34,7 +34,7 @@ from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)
-class ResidualField(Effect):
+class ResidualField(Effect, WithResponse, Tabulated):
     """Tip errors at nodes, interpolated; with `process` a Gaussian process of two shares, as `vcmm calibrate --nodes` writes it.
 
     With process = { margins, dof, length_scales_mm, amplitude_um, correlation }:
@@ -51,9 +51,11 @@ class ResidualField(Effect):
     """
 
     name = "residual_field"
-    trade = Trade("what the calibration leaves in the volume", "calibrate with more positions")
+    about = About(
+        cites="Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4",
+        trade=Trade("what the calibration leaves in the volume", "calibrate with more positions"),
+    )
     per = "machine"
-    cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
@@ -231,7 +233,7 @@ def refuse_outside(known: FieldProcess, tip: Array) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class CorrelatedField(Effect):
+class CorrelatedField(Effect, WithResponse, Tabulated):
     """A Gaussian process over the volume: unit-variance kriging of correlated node draws, times a local deviation.
 
     tip error at x = s(x) w(x)^T values / sqrt(w^T K w), K_ij = exp(-|x_i - x_j|^2 / (2 length^2)),
@@ -240,11 +242,14 @@ class CorrelatedField(Effect):
     """
 
     name = "correlated_field"
-    trade = Trade(
-        "errors of the machine within its certificate", "calibrate the machine: a certificate alone is wide"
+    about = About(
+        cites="Rasmussen & Williams, Gaussian Processes (2006), eq. 2.25, normalised to unit variance",
+        trade=Trade(
+            "errors of the machine within its certificate",
+            "calibrate the machine: a certificate alone is wide",
+        ),
     )
     per = "machine"
-    cites = "Rasmussen & Williams, Gaussian Processes (2006), eq. 2.25, normalised to unit variance"
     diagnosis = ForDiagnosis(
         is_named=False,
     )

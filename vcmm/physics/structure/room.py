@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, ForDiagnosis, Typical
+from vcmm.core.declaration import HOUR, About, ForDiagnosis, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -29,8 +29,10 @@ class RoomDrift(Effect):
     name = "room_drift"
     per = "part"
     needs = ("time_s",)
-    cites = "JCGM 100:2008, H.1 (expansion); VDI/VDE 2627 Part 1 (changes of a room in K/h and K/d)"
-    belongs_to = "part"
+    about = About(
+        cites="JCGM 100:2008, H.1 (expansion); VDI/VDE 2627 Part 1 (changes of a room in K/h and K/d)",
+        belongs_to="part",
+    )
     diagnosis = UNNAMED
     rate: float = param(0.0, "K/h", "change of the part's temperature since it was read", typical=RATE)
     alpha: float = param(
@@ -53,7 +55,9 @@ class RoomDriftOfScale(Effect):
     name = "room_drift_of_scale"
     per = "axis"
     needs = ("time_s",)
-    cites = "JCGM 100:2008, H.1 (expansion); VDI/VDE 2627 Part 1 (changes of a room in K/h and K/d)"
+    about = About(
+        cites="JCGM 100:2008, H.1 (expansion); VDI/VDE 2627 Part 1 (changes of a room in K/h and K/d)",
+    )
     diagnosis = UNNAMED
     axis: str = at("X", "linear axis")
     rate: float = param(0.0, "K/h", "change of the temperature of the scale", typical=RATE)
@@ -80,8 +84,10 @@ class RoomGradient(Effect):
 
     name = "room_gradient"
     per = "direction"
-    cites = "Boley & Weiner, Theory of Thermal Stresses (1960), 3.3 (linear temperature fields); VDI/VDE 2627 Part 1 (K/m)"
-    belongs_to = "part"
+    about = About(
+        cites="Boley & Weiner, Theory of Thermal Stresses (1960), 3.3 (linear temperature fields); VDI/VDE 2627 Part 1 (K/m)",
+        belongs_to="part",
+    )
     diagnosis = UNNAMED
     direction: str = at("z", "x, y or z of the workpiece axes: where it gets warmer")
     g: float = param(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_component, is_rotary
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, URAD, About, ForDiagnosis, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -25,16 +25,18 @@ class RotaryCyclic(Effect):
     name = "rotary_cyclic"
     per = "component"
     own = True
-    aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
-    cites = "ISO 230-1:2012 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)"
+    about = About(
+        cites="ISO 230-1:2012 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)",
+        words=Words(
+            seen="{where} errs once or a few times per turn ({amplitude})",
+            causes="eccentric encoder, bearing or gear",
+            confirm="compare at angles 180 degrees apart",
+        ),
+        aliases={"amplitude": "coefficients"},
+    )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change",),
         size_name="amplitude",
-    )
-    words = Words(
-        seen="{where} errs once or a few times per turn ({amplitude})",
-        causes="eccentric encoder, bearing or gear",
-        confirm="compare at angles 180 degrees apart",
     )
     component: str = at("ECC", "component error of a rotary axis, for example ECC, EXC, EAC")
     coefficients: Any = param(

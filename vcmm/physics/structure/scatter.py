@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -20,17 +20,20 @@ class Scatter(Effect):
     """A departure of one reading along n; the machine file's [repeatability] gives its law."""
 
     name = "scatter"
-    trade = Trade(
-        "repeatability of single points", "more points on the feature, or the mean of repeated measurements"
+    about = About(
+        cites="ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)",
+        trade=Trade(
+            "repeatability of single points",
+            "more points on the feature, or the mean of repeated measurements",
+        ),
+        is_random=True,
+        on_cut_part="turned",
     )
     per = "machine"
     needs = ("nx", "ny", "nz")
-    cites = "ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
-    is_random = True
-    on_cut_part = "turned"
     value: float = param(
         0.0,
         "um",
@@ -51,18 +54,20 @@ class Reindexing(Effect):
     """A random 3-vector of the tip per event (head re-indexing, stylus change), machine axes."""
 
     name = "reindexing"
-    trade = Trade("re-indexing of the probe head", "index less often, or qualify after every indexing")
+    about = About(
+        cites="ISO 10360-5: multiple-stylus tests, L_Dia.5x25 (articulating head)",
+        trade=Trade("re-indexing of the probe head", "index less often, or qualify after every indexing"),
+        words=Words(
+            seen="every re-seating shifts the tip ({sd})",
+            causes="probe head, rack or pallet does not repeat",
+            confirm="re-seat ten times and touch one sphere each time",
+        ),
+        is_random=True,
+        on_cut_part="turned",
+    )
     per = "event"
-    cites = "ISO 10360-5: multiple-stylus tests, L_Dia.5x25 (articulating head)"
-    is_random = True
-    on_cut_part = "turned"
     diagnosis = ForDiagnosis(
         size_name="sd",
-    )
-    words = Words(
-        seen="every re-seating shifts the tip ({sd})",
-        causes="probe head, rack or pallet does not repeat",
-        confirm="re-seat ten times and touch one sphere each time",
     )
     d: Any = param(
         lambda: np.zeros(3),

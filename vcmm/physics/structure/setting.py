@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import PROBE_LABEL, TOOL_AXIS_COLUMNS, Array, Run
@@ -27,10 +27,12 @@ class WorkOffset(Effect):
     """
 
     name = "work_offset"
-    trade = Trade("setting of the work offset {where}", "set the work zero with more touches")
+    about = About(
+        cites="ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3",
+        trade=Trade("setting of the work offset {where}", "set the work zero with more touches"),
+        belongs_to="setup",
+    )
     per = "direction, setup"
-    cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
-    belongs_to = "setup"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
@@ -63,10 +65,12 @@ class ToolLength(Effect):
     """-dl along Z of the tool frame: a tool longer than its table entry by `dl` cuts deeper (ISO 841: +Z leads out of the work)."""
 
     name = "tool_length"
-    trade = Trade("length of tool {where} as set", "measure the tool in the machine")
+    about = About(
+        cites="ISO 841:2001; JCGM 100, 4.3",
+        trade=Trade("length of tool {where} as set", "measure the tool in the machine"),
+        belongs_to="tool",
+    )
     per = "tool"
-    cites = "ISO 841:2001; JCGM 100, 4.3"
-    belongs_to = "tool"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
@@ -93,22 +97,26 @@ class ToolRadius(Effect):
     """
 
     name = "tool_radius"
-    trade = Trade(
-        "radius of tool {where} as set", "measure the tool in the machine, or correct by the first part"
+    about = About(
+        cites="ISO 13399-3 (cutting diameter); JCGM 100, 4.3",
+        trade=Trade(
+            "radius of tool {where} as set", "measure the tool in the machine, or correct by the first part"
+        ),
+        words=Words(
+            seen="the tool is larger in radius than its table says ({dr})",
+            causes="set wrongly, another tool or insert, or its longest tooth stands out (on a wall run-out is the same)",
+            confirm="set the tool again",
+            opposite=Opposite(
+                "dr",
+                "the tool is smaller in radius than its table says ({dr})",
+                "set wrongly, reground or worn",
+            ),
+        ),
+        belongs_to="tool",
+        needs_cut=True,  # set by hand, and seen in the part only
     )
     per = "tool"
     needs = ("nx", "ny", "nz")
-    cites = "ISO 13399-3 (cutting diameter); JCGM 100, 4.3"
-    belongs_to = "tool"
-    needs_cut = True  # set by hand, and seen in the part only
-    words = Words(
-        seen="the tool is larger in radius than its table says ({dr})",
-        causes="set wrongly, another tool or insert, or its longest tooth stands out (on a wall run-out is the same)",
-        confirm="set the tool again",
-        opposite=Opposite(
-            "dr", "the tool is smaller in radius than its table says ({dr})", "set wrongly, reground or worn"
-        ),
-    )
     tool: str = at("", "tool number; empty = all")
     dr: float = param(
         0.0,
@@ -135,13 +143,15 @@ class ToolOffset(Effect):
     """
 
     name = "tool_offset"
-    trade = Trade(
-        "offset of tool {where} as set",
-        "correct the offset by the first part, or measure the tool in the machine",
+    about = About(
+        cites="ISO 841:2001; JCGM 100, 4.3",
+        trade=Trade(
+            "offset of tool {where} as set",
+            "correct the offset by the first part, or measure the tool in the machine",
+        ),
+        belongs_to="tool",
     )
     per = "tool, direction"
-    cites = "ISO 841:2001; JCGM 100, 4.3"
-    belongs_to = "tool"
     diagnosis = ForDiagnosis(
         is_named=False,
     )
@@ -177,11 +187,13 @@ class ProbeTouch(Effect):
     """
 
     name = "probe_touch"
-    trade = Trade("probing on the machine", "probe more slowly, and qualify the probe at that feed")
+    about = About(
+        cites="ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2",
+        trade=Trade("probing on the machine", "probe more slowly, and qualify the probe at that feed"),
+        belongs_to="setup",
+    )
     per = "touch of the program"
     needs = ("nx", "ny", "nz")
-    cites = "ISO 230-10:2022, 6 (touch probe of a machine tool); JCGM 100, 4.2"
-    belongs_to = "setup"
     diagnosis = ForDiagnosis(
         is_named=False,
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import UM, Opposite, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ChoosesColumns, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series, first_order_lag
@@ -15,7 +15,7 @@ FULL_SPEED = 1e4  # per min
 
 
 @dataclass(frozen=True, eq=False)
-class SpindleGrowth(Effect):
+class SpindleGrowth(Effect, ChoosesColumns):
     """A (1 - exp(-t / tau)) along the tool, from the spindle to the tip: a warm spindle pushes the tip down, to -Z.
 
     t is the time since the spindle was started, column spindle_on_s; where it is absent, time_s. With follows = 1 the
@@ -24,18 +24,20 @@ class SpindleGrowth(Effect):
     """
 
     name = "spindle_growth"
-    trade = Trade("growth of the spindle {where}", "warm the spindle up before the cut")
+    about = About(
+        cites="ISO 230-3:2020: thermal distortion caused by a rotating spindle; ISO 841 (sense of Z)",
+        trade=Trade("growth of the spindle {where}", "warm the spindle up before the cut"),
+        words=Words(
+            seen="the spindle grows by {A} with a time constant {tau}",
+            causes="warming of bearings and motor",
+            confirm="touch a reference while the spindle runs and stops",
+            opposite=Opposite("A", "the spindle draws back by {A} with a time constant {tau}"),
+        ),
+        aliases={"A": "amplitude"},
+        belongs_to="tool",
+    )
     per = "axis"
     needs = ("time_s",)
-    aliases = {"A": "amplitude"}  # noqa: RUF012 - read only
-    cites = "ISO 230-3:2020: thermal distortion caused by a rotating spindle; ISO 841 (sense of Z)"
-    belongs_to = "tool"
-    words = Words(
-        seen="the spindle grows by {A} with a time constant {tau}",
-        causes="warming of bearings and motor",
-        confirm="touch a reference while the spindle runs and stops",
-        opposite=Opposite("A", "the spindle draws back by {A} with a time constant {tau}"),
-    )
     axis: str = at("Z", "direction of the tool axis, X, Y or Z of the tool frame")
     amplitude: float = param(
         0.0, "um", "growth when warm; `A` in files", typical=Typical(20 * UM, "usual: 10-60 um")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_location
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, Trade, Typical, Words
+from vcmm.core.declaration import UM, URAD, About, ForDiagnosis, Trade, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -24,9 +24,20 @@ class Squareness(Effect):
     """
 
     name = "squareness"
-    trade = Trade(
-        "squareness {where}",
-        "measure squareness {where} and correct it, or place the part where it shows less (vcmm place)",
+    about = About(
+        cites="ISO 230-1:2012, 3.6 and annex A",
+        trade=Trade(
+            "squareness {where}",
+            "measure squareness {where} and correct it, or place the part where it shows less (vcmm place)",
+        ),
+        words=Words(
+            seen="{where} is out of square by {angle}",
+            causes="the machine was moved or levelled anew, or a guide was adjusted",
+            confirm="a square or two diagonals, the artefact turned by 90 degrees",
+            signed=("angle",),
+        ),
+        table_parameter="angle",
+        is_calibrated=True,
     )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change", "map_interpolation"),
@@ -35,15 +46,6 @@ class Squareness(Effect):
     )
     per = "pair"
     place = "travel"
-    cites = "ISO 230-1:2012, 3.6 and annex A"
-    stored = "angle"
-    calibrated = True
-    words = Words(
-        seen="{where} is out of square by {angle}",
-        causes="the machine was moved or levelled anew, or a guide was adjusted",
-        confirm="a square or two diagonals, the artefact turned by 90 degrees",
-        signed=("angle",),
-    )
     pair: str = at("C0Y", "C0Y, B0Z or A0Z (also B0X, A0Y ... where another axis is primary)")
     angle: float = param(
         0.0,
@@ -83,23 +85,25 @@ class RotaryLocation(Effect):
     """
 
     name = "rotary_location"
-    trade = Trade(
-        "location of the rotary axis, {where}",
-        "touch a sphere on the table at four angles and correct {where}",
+    about = About(
+        cites="ISO 230-1:2012, 3.7; ISO 230-7",
+        trade=Trade(
+            "location of the rotary axis, {where}",
+            "touch a sphere on the table at four angles and correct {where}",
+        ),
+        words=Words(
+            seen="the centre line of {where} is not where it should be ({offset}{tilt})",
+            causes="the table was set anew or hit",
+            confirm="touch a sphere on the table at four angles",
+        ),
+        is_calibrated=True,
     )
     per = "component"
     place = "location"
     own = True
-    cites = "ISO 230-1:2012, 3.7; ISO 230-7"
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change",),
         is_uniform=True,
-    )
-    calibrated = True
-    words = Words(
-        seen="the centre line of {where} is not where it should be ({offset}{tilt})",
-        causes="the table was set anew or hit",
-        confirm="touch a sphere on the table at four angles",
     )
     component: str = at("X0C", "location error, for example X0C, A0C, Y0A, C0A")
     offset: float = param(

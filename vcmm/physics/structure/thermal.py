@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Typical, Words
+from vcmm.core.declaration import UM, About, ChoosesColumns, ForDiagnosis, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -12,7 +12,7 @@ from vcmm.core.valid_range import check_range, within
 
 
 @dataclass(frozen=True, eq=False)
-class ThermalDrift(Effect):
+class ThermalDrift(Effect, ChoosesColumns):
     """k (T lagged by tau - 20 degC) along one direction of the workpiece axes.
 
     trained: temperatures from which k and tau come, as "18 degC to 31 degC"; beyond them it refuses.
@@ -20,14 +20,16 @@ class ThermalDrift(Effect):
 
     name = "thermal_drift"
     per = "direction, sensor"
-    cites = "ISO 230-3:2020 (environmental temperature variation error); first-order lag"
-    words = Words(
-        seen="the tip moves towards +{direction} as the temperature {sensor} rises ({k}, after {tau})",
-        causes="a part of the frame warms with it",
-        confirm="log a reference point for three time constants over a temperature step",
-        signed=("k",),
-        opposite=Opposite(
-            "k", "the tip moves towards -{direction} as the temperature {sensor} rises ({k}, after {tau})"
+    about = About(
+        cites="ISO 230-3:2020 (environmental temperature variation error); first-order lag",
+        words=Words(
+            seen="the tip moves towards +{direction} as the temperature {sensor} rises ({k}, after {tau})",
+            causes="a part of the frame warms with it",
+            confirm="log a reference point for three time constants over a temperature step",
+            signed=("k",),
+            opposite=Opposite(
+                "k", "the tip moves towards -{direction} as the temperature {sensor} rises ({k}, after {tau})"
+            ),
         ),
     )
     direction: str = at("z", "x, y or z of the workpiece axes")
@@ -64,7 +66,7 @@ class ThermalDrift(Effect):
 
 
 @dataclass(frozen=True, eq=False)
-class ThermalDriftTwoLags(Effect):
+class ThermalDriftTwoLags(Effect, ChoosesColumns):
     """k (T lagged by tau - 20 degC) + k_slow (T lagged by tau_slow - 20 degC): a light part and a heavy one.
 
     The second shape of thermal_drift, and reported as such: slides follow the air in minutes, a bed in hours.
@@ -76,7 +78,9 @@ class ThermalDriftTwoLags(Effect):
     )
     per = "direction, sensor"
     needs = ("time_s",)
-    cites = "ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags"
+    about = About(
+        cites="ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags",
+    )
     direction: str = at("z", "x, y or z of the workpiece axes")
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
     k: float = param(

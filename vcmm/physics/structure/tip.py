@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Opposite, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Opposite, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -32,15 +32,17 @@ class TipRadius(_Tip):
     """+dr along n, dr = actual - qualified radius: a ball larger than believed makes shafts larger, bores smaller."""
 
     name = "tip_radius"
-    trade = Trade("radius of the tip {where}", "clean and qualify the stylus again")
-    needs = ("nx", "ny", "nz")
-    cites = "ISO 10360-5: stylus tip qualification; geometry of a ball on a surface"
-    words = Words(
-        seen="the tip is {dr} larger than qualified",
-        causes="worn or dirty tip, or a bad qualification",
-        confirm="clean and qualify again; touch a ring and a plug",
-        opposite=Opposite("dr", "the tip is {dr} smaller than qualified"),
+    about = About(
+        cites="ISO 10360-5: stylus tip qualification; geometry of a ball on a surface",
+        trade=Trade("radius of the tip {where}", "clean and qualify the stylus again"),
+        words=Words(
+            seen="the tip is {dr} larger than qualified",
+            causes="worn or dirty tip, or a bad qualification",
+            confirm="clean and qualify again; touch a ring and a plug",
+            opposite=Opposite("dr", "the tip is {dr} smaller than qualified"),
+        ),
     )
+    needs = ("nx", "ny", "nz")
     dr: float = param(
         0.0, "um", "actual minus qualified tip radius", typical=Typical(0.5 * UM, "qualification: 0.1-2 um")
     )
@@ -54,7 +56,9 @@ class TipOffset(_Tip):
     """The qualified tip offset is wrong by a vector: indicated = true + (qualified - actual offset)."""
 
     name = "tip_offset"
-    cites = "ISO 10360-5: stylus qualification; rigid shift of all touches of one stylus"
+    about = About(
+        cites="ISO 10360-5: stylus qualification; rigid shift of all touches of one stylus",
+    )
     diagnosis = ForDiagnosis(
         is_named=False,
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -31,13 +31,13 @@ class TipForm(Effect):
     )
     per = "stylus"
     needs = ("nx", "ny", "nz")
-    cites = (
-        "ISO 10360-5: form error of the probing system on the test sphere; expansion in spherical harmonics"
-    )
-    words = Words(
-        seen="the tip is not round ({rms})",
-        causes="wear, a flat or dirt",
-        confirm="turn the stylus by 90 degrees and touch a sphere again",
+    about = About(
+        cites="ISO 10360-5: form error of the probing system on the test sphere; expansion in spherical harmonics",
+        words=Words(
+            seen="the tip is not round ({rms})",
+            causes="wear, a flat or dirt",
+            confirm="turn the stylus by 90 degrees and touch a sphere again",
+        ),
     )
     stylus: str = at("", "stylus name; empty = all")
     coefficients: Any = param(

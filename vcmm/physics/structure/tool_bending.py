@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.core.declaration import UM, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import Array, Run
 
@@ -17,16 +17,18 @@ class ToolDeflection(Effect):
     """
 
     name = "tool_deflection"
-    trade = Trade("bending of the tool {where}", "a spring pass, half the feed or a stiffer tool")
+    about = About(
+        cites="Kline, DeVor & Shareef, J. Eng. for Industry 104 (1982) 272: surface accuracy in end milling",
+        trade=Trade("bending of the tool {where}", "a spring pass, half the feed or a stiffer tool"),
+        words=Words(
+            seen="the cutting force bends the tool ({compliance})",
+            causes="slender tool, high chip load",
+            confirm="a spring pass, or half the feed",
+        ),
+        belongs_to="tool",
+    )
     per = "tool"
     needs = ("force_x_N", "force_y_N", "force_z_N")
-    cites = "Kline, DeVor & Shareef, J. Eng. for Industry 104 (1982) 272: surface accuracy in end milling"
-    belongs_to = "tool"
-    words = Words(
-        seen="the cutting force bends the tool ({compliance})",
-        causes="slender tool, high chip load",
-        confirm="a spring pass, or half the feed",
-    )
     compliance: float = param(
         0.0,
         "um/N",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import required
 from vcmm.core.errors import ModelLimit, UsageError, VcmmError
 from vcmm.core.inputs import Input
 from vcmm.core.run import Array, Run
@@ -125,7 +126,7 @@ class MillingProcess(Process):
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
         """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave would be sampled."""
-        waves = [e for e in job.machine.effects if SPINDLE_ANGLE in e.required()]
+        waves = [e for e in job.machine.effects if SPINDLE_ANGLE in required(e)]
         if waves:
             return UsageError(
                 f"{waves[0].id}: while milling the tooth that stands out most leaves the surface, whatever its angle; write harmonic = 0 with the "

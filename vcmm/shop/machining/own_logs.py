@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, required
 from vcmm.core.run import Array, Run, Series
 from vcmm.shop.motion.toolpath import Toolpath
 
@@ -20,7 +20,7 @@ SPEED = "spindle_rpm"
 
 def with_own_logs(run: Run, path: Toolpath, effects: Iterable[Effect], parts: int = 1) -> Run:
     """The run (its time_s counts from the start of the first of `parts` parts in a row) with the logs that the effects ask for."""
-    asked = {column for effect in effects for column in effect.required()}
+    asked = {column for effect in effects for column in required(effect)}
     made = {name: _in_a_row(log, path.seconds, parts) for name in asked if (log := _log(path, name))}
     return replace(run, series={**made, **run.series}) if made else run
 

@@ -23,6 +23,7 @@ from vcmm.answer.placing.near_best import Map, Region, region, table_map
 from vcmm.answer.placing.search import search
 from vcmm.answer.placing.travels import EDGE
 from vcmm.core.declaration import KnownRange
+from vcmm.core.effect import known_range
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array, Run
@@ -57,7 +58,7 @@ class ProgramTravels:
             if a in "XYZ"
         ]
         for effect in machine.effects:
-            out += effect.known_range()
+            out += known_range(effect)
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import required
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -140,8 +141,8 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
 def _whole_tool(machine: Machine) -> Machine:
     """The machine without what depends on the surface or jumps."""
     moves, _, _ = cutting_effects(machine)
-    kept = [e for e in moves.effects if "nx" not in e.required() and e.link != "reading"]
-    smooth = tuple(e for e in kept if not any(c.startswith(JUMPING) for c in e.required()))
+    kept = [e for e in moves.effects if "nx" not in required(e) and e.link != "reading"]
+    smooth = tuple(e for e in kept if not any(c.startswith(JUMPING) for c in required(e)))
     return replace(moves, effects=smooth)
 
 

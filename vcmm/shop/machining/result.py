@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.core.declaration import OWNERS
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
+from vcmm.core.views import draw
 from vcmm.physics import BY_NAME
 from vcmm.shop.machining.blank import Blank
 from vcmm.shop.machining.grooves import CutGroove
@@ -21,7 +22,6 @@ from vcmm.shop.machining.maps import Net
 from vcmm.shop.machining.recut import Recut
 from vcmm.shop.machining.threads import CutThread
 from vcmm.shop.machining.turned_blank import TurnedBlank
-from vcmm.show import charts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,15 +107,14 @@ class CutResult(Readable):
     def characteristics(self) -> tuple[CharacteristicResult, ...]:
         return self.uncertainty.characteristics
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """The cut surface, coloured by what is left over (+) or taken too much (-), um."""
-        none = np.zeros((0, 3))
-        places = np.concatenate([none, *(p.net.points for p in self.patches)])
-        height = np.concatenate([none[:, 0], *(p.height for p in self.patches)])
-        return charts.heights(places, 1e3 * height, f"cut surface{_rms(self.surface)}", ax)
+        drawn: Axes = draw(self, ax)
+        return drawn
 
 
-def _rms(surface: SurfaceExtremes) -> str:
+def rms_text(surface: SurfaceExtremes) -> str:
+    """Rms of the cut surface for the head of a picture; "" where it was not found."""
     return "" if surface.rms_um is None else f", rms {surface.rms_um:.3g} µm"
 
 
@@ -134,7 +133,7 @@ def group_of(line: BudgetLine) -> str:
     effect = line.input.split("[")[0].split(".")[0]
     if line.input == "channel.temp_part_C":
         return "part"
-    return BY_NAME[effect].belongs_to if effect in BY_NAME else "machine"
+    return BY_NAME[effect].about.belongs_to if effect in BY_NAME else "machine"
 
 
 def shares_by_group(c: CharacteristicResult) -> dict[str, float]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, required
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
@@ -34,15 +34,15 @@ FORCES = ("force_x_N", "force_y_N", "force_z_N")
 
 def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]]:
     """(machine whose negative indication error moves the surface, machine whose reading does, ids that do not cut)."""
-    moves = [e for e in machine.effects if e.link != "reading" or e.on_cut_part == "turned"]
-    stated = [e for e in machine.effects if e.on_cut_part == "stated"]
+    moves = [e for e in machine.effects if e.link != "reading" or e.about.on_cut_part == "turned"]
+    stated = [e for e in machine.effects if e.about.on_cut_part == "stated"]
     idle = tuple(e.id for e in machine.effects if e not in moves and e not in stated)
     return replace(machine, effects=tuple(moves)), replace(machine, effects=tuple(stated)), idle
 
 
 def needs_forces(effect: Effect) -> bool:
     """Whether an effect follows the cutting force."""
-    return bool(set(effect.required()) & set(FORCES))
+    return bool(set(required(effect)) & set(FORCES))
 
 
 @dataclass(frozen=True, eq=False)

@@ -197,7 +197,7 @@ def _answers(table: ResultTable[Answer]) -> list[str]:
                 r.details(
                     f"{_name(a)}: what it is",
                     r.paragraph(cleandoc(kind.__doc__ or "")),
-                    r.paragraph(f"Source: {kind.cites}"),
+                    r.paragraph(f"Source: {kind.about.cites}"),
                 )
             )
     return out

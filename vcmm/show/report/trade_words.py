@@ -51,8 +51,8 @@ def what_to_change(line: Any) -> str:
     if line.redraw in BY_REDRAW:
         return BY_REDRAW[line.redraw]
     kind = BY_NAME.get(_effect(line))
-    if kind is not None and kind.words is not None:
-        return f"know it better: {_filled(kind.words.confirm, line)}"
+    if kind is not None and kind.about.words is not None:
+        return f"know it better: {_filled(kind.about.words.confirm, line)}"
     return CALIBRATE
 
 
@@ -66,7 +66,7 @@ def _effect(line: Any) -> str:
 
 def _trade(line: Any) -> Trade | None:
     kind = BY_NAME.get(_effect(line))
-    return None if kind is None else kind.trade
+    return None if kind is None else kind.about.trade
 
 
 def _filled(words: str, line: Any) -> str:

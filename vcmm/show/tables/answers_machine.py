@@ -172,7 +172,6 @@ def program_answers(
             f"{clock(seconds)} ({seconds:.1f} s)",
             coverage=how,
             verdict=f"{len(program.moves)} moves",
-            kind="muted",
             numbers={"seconds": seconds, "moves": len(program.moves)},
         )
     ]

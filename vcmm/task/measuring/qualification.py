@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.declaration import SeenByQualification
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
@@ -59,7 +60,9 @@ def qualified_machine(
     spheres = {name: sphere(plan, plan.styli[name], one) for name, one in how.items()}
     if not how:
         return machine, ()
-    effects: list[Effect] = [effect.qualified(spheres) for effect in machine.effects]
+    effects: list[Effect] = [
+        e.qualified(spheres) if isinstance(e, SeenByQualification) else e for e in machine.effects
+    ]
     groups = _spheres(how)
     together = [",".join(names) for names in groups if len(names) > 1 and how[names[0]].u_diameter > 0]
     ready = replace(machine, effects=tuple(effects))

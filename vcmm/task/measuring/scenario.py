@@ -15,6 +15,7 @@ from vcmm.core.knowledge import add_knowledge
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
+from vcmm.core.views import draw
 from vcmm.part.form import Lobes
 from vcmm.part.part import Part
 from vcmm.task.measuring.fixture import Placement
@@ -26,8 +27,6 @@ from vcmm.task.measuring.task import Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from vcmm.show import charts
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +62,10 @@ class Scenario:
             )
         return replace(self, **changes)
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """Touches of the plan with their outward normals, in workpiece axes of the machine."""
-        from vcmm.show import charts
-
-        placed = self.task().touches
-        normals = placed.pose.turn(placed.normals)
-        at, names = placed.pose.apply(placed.points), placed.run.labels["feature"]
-        return charts.touches(at, normals, names, self.name, ax)
+        drawn: Axes = draw(self, ax)
+        return drawn
 
     def at(self, pose: Pose) -> Scenario:
         """The same job with the part elsewhere in the machine. UsageError for what is no pose."""

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.effect import Effect, basis, parameter, projected_basis, with_parameter
+from vcmm.core.effect import Effect, basis, parameter, projected_basis, required, with_parameter
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import LinkFrames, link_frames, sensitivity, turn_sensitivity
@@ -45,7 +45,7 @@ class Sight:
     reading: float = 1.0
     turning: bool = False
     turned: float = (
-        1.0  # sign besides of readings that a finished part shows the other way (Effect.on_cut_part)
+        1.0  # sign besides of readings that a finished part shows the other way (Effect.about.on_cut_part)
     )
 
     def of_rows(self, values: Array) -> Array:
@@ -90,7 +90,9 @@ class Carrier:
         key = (effect.link, "" if effect.link == "reading" else effect.place)
         if key not in self._ways:
             self._ways[key] = self._way(key)
-        turned = self.sight.turned if effect.link == "reading" and effect.on_cut_part == "turned" else 1.0
+        turned = (
+            self.sight.turned if effect.link == "reading" and effect.about.on_cut_part == "turned" else 1.0
+        )
         factor = turned * self.machine.sign(effect)
         return self._ways[key] if factor == 1.0 else factor * self._ways[key]
 
@@ -180,7 +182,7 @@ def shared_effects(machine: Machine, one: Input, other: Input) -> list[Effect]:
         return []  # an effect is linear in each temperature
     if one.is_channel or other.is_channel:
         channel, param = (one, other) if one.is_channel else (other, one)
-        return [e for e in acted_on(machine, param) if channel.parameter in e.required()]
+        return [e for e in acted_on(machine, param) if channel.parameter in required(e)]
     if one.effect == other.effect and one.where == other.where:
         return list(acted_on(machine, one))
     return []
@@ -218,7 +220,7 @@ def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
     """Columns that an effect needs and the run has neither as a column nor as a log."""
     return tuple(
         c
-        for c in effect.required()
+        for c in required(effect)
         if c not in run.columns and c.removeprefix("temp_").removesuffix("_C") not in run.series
     )
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.effect import Effect
+from vcmm.core.declaration import Tabulated
+from vcmm.core.effect import Effect, known_range
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import nominal_tip
@@ -24,7 +25,7 @@ def known_rows(machine: Machine, run: Run) -> npt.NDArray[np.bool_]:
     tip = nominal_tip(machine.chain, machine.axes, run)
     out = np.ones(run.n, dtype=bool)
     for effect in machine.effects:
-        covered = effect.covers(tip)
+        covered = effect.covers(tip) if isinstance(effect, Tabulated) else None
         if covered is not None:
             out &= covered
     return out
@@ -41,7 +42,8 @@ def known_box(machine: Machine, letters: Sequence[str]) -> dict[str, tuple[float
     tip = nominal_tip(machine.chain, machine.axes, Run(start, np.zeros((len(letters) + 1, 3))))
     out = {a: machine.axes[a].travel for a in letters}
     for effect in machine.effects:
-        for known in effect.known_range() if effect.covers(tip) is not None else ():
+        limited = isinstance(effect, Tabulated) and effect.covers(tip) is not None
+        for known in known_range(effect) if limited else ():
             for i, letter in enumerate(letters):
                 slope = float((tip[i + 1] - tip[0])[known.direction])
                 if abs(abs(slope) - 1) < 1e-9:

@@ -106,7 +106,7 @@ class Observer:
         whole = machine.reading(self.run)
         if not self.recording.of_cut_part:
             return whole
-        turned = tuple(e for e in machine.effects if e.link == "reading" and e.on_cut_part == "turned")
+        turned = tuple(e for e in machine.effects if e.link == "reading" and e.about.on_cut_part == "turned")
         return whole - 2.0 * replace(machine, effects=turned).reading(self.run)
 
     def calibration(self) -> list[tuple[str, Array]]:
@@ -208,7 +208,7 @@ def _unit_factor(one: Input, k: int) -> Array:
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """(effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
     run = machine.prepare(recording.run)
-    needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.is_random)
+    needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.about.is_random)
     return tuple((name, columns) for name, columns in needs if columns)
 
 

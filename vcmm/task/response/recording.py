@@ -16,20 +16,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law
 from vcmm.core.run import Array, Run, encode_labels
+from vcmm.core.views import draw
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.show import charts
 
 Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
@@ -121,23 +120,10 @@ class Recording:
                     f"recording {self.name}: {name} is {values[row]:g} in row {row + 1}; a sense is -1, 1, or 0 where it is not known"
                 )
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
-        from vcmm.show import charts
-
-        moved = {axis: float(np.ptp(q[self.row])) for axis, q in self.run.position.items()}
-        axis = max(moved, key=lambda a: moved[a])
-        turns, angle = is_rotary(axis), self.kind == "angle"
-        sense = self.run.columns.get(f"sense_{axis}", np.zeros(self.run.n))
-        return charts.readings(
-            self.run.q(axis)[self.row] * (180.0 / np.pi if turns else 1.0),
-            self.value * (1e6 if angle else 1e3),
-            sense[self.row],
-            unit="µrad" if angle else "µm",
-            title=f"{self.name}: {'indicated - true' if self.measuring else 'actual - commanded'}",
-            label=f"{axis} / {'deg' if turns else 'mm'}",
-            ax=ax,
-        )
+        drawn: Axes = draw(self, ax)
+        return drawn
 
     @property
     def m(self) -> int:
@@ -151,7 +137,7 @@ class Recording:
 
     @property
     def of_cut_part(self) -> bool:
-        """Whether a part that was cut is measured: readings that act on it (Effect.on_cut_part) count as on the finished part."""
+        """Whether a part that was cut is measured: readings that act on it (Effect.about.on_cut_part) count as on the finished part."""
         return self.kind == "path" and not self.measuring and {"feature", "clamp"} <= self.run.labels.keys()
 
     def groups(self, label: str) -> tuple[tuple[str, ...], Ints]:

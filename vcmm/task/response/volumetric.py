@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.core.axes import LINEAR
+from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import T0_DEG_C, Array, Run
+from vcmm.core.views import draw
 from vcmm.task.response.known_volume import known_box, known_rows, tip_uncertainty, without_unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from vcmm.show import charts
 
 MOST_NODES = 10_000_000  # of a grid: 2 GB with their columns
 
@@ -58,13 +58,10 @@ class ErrorField(Readable):
     def size(self) -> Array:
         return np.linalg.norm(self.tip_error, axis=1)
 
-    def plot(self, ax: Axes | charts.ChartSheet | None = None) -> Axes:
+    def plot(self, ax: Any = None) -> Axes:
         """Tip errors (actual - nominal) as arrows in the volume."""
-        from vcmm.show import charts
-
-        most = 1e3 * float(self.size.max(initial=0.0))
-        at = [self.run.position.get(a, np.zeros(self.run.n)) for a in LINEAR]
-        return charts.motions(np.stack(at, axis=1), self.tip_error, f"tip error, at most {most:.3g} µm", ax)
+        drawn: Axes = draw(self, ax)
+        return drawn
 
 
 def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:
@@ -117,9 +114,7 @@ def grid(machine: Machine, nodes: int, box: Mapping[str, tuple[float, float]] | 
 
 def with_defaults(machine: Machine, run: Run) -> Run:
     """Fill columns that effects need and a bare grid lacks: no motion sense, 20 degC, unit normal up."""
-    missing = {
-        c for e in machine.effects if e.link != "reading" for c in e.required() if c not in run.columns
-    }
+    missing = {c for e in machine.effects if e.link != "reading" for c in required(e) if c not in run.columns}
     filled = {
         c: np.full(run.n, T0_DEG_C if c.startswith("temp_") and c != "temp_gradient_C" else 0.0)
         for c in missing
@@ -134,12 +129,12 @@ def missing_columns(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, .
     """
     out: list[tuple[str, tuple[str, ...]]] = []
     for e in machine.effects:
-        if e.is_random:
+        if e.about.is_random:
             continue
         if e.link == "reading":
             out.append((e.id, ("a touch",)))
             continue
-        lacking = tuple(c for c in e.required() if c not in run.columns)
+        lacking = tuple(c for c in required(e) if c not in run.columns)
         if lacking:
             out.append((e.id, lacking))
     return tuple(out)
