@@ -38,7 +38,7 @@ _FANUC = {
     "cycle": _DRILLING,
     "length": "G43 G44 G49 G43.4 G43.5",
     "other": f"{_LINUXCNC['other']} G29",
-    "dynamic": "G54.2",
+    "dynamic": "G54.2 G54.4",
     "offset": "G54 G55 G56 G57 G58 G59 G54.1",
     "path": "G61 G61.1 G62 G63 G64",
     "rotation": "G68 G69",
