@@ -245,6 +245,10 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         c.marker = ""
     elif mode in ("G32", "G33", "G34"):
         thread(c, w, _lead(c, w, column))
+    elif mode in ("G5", "G5.1"):
+        from vcmm.program.iso.splines import spline
+
+        spline(c, w, mode, column)
     elif mode == "G33.1":
         rigid_tap(c, w, _lead(c, w, column))
     else:
