@@ -33,7 +33,7 @@ def stated_seconds(text: str) -> float | None:
     found = [(m[1], int(m[2]) * 3600.0 + int(m[3]) * 60.0 + int(m[4])) for m in CLOCK.finditer(text)]
     found += [(m[1], float(m[2]) * UNITS[m[3][0].lower()]) for m in NUMBER.finditer(text)]
     totals = [seconds for total, seconds in found if total]
-    return (totals or [seconds for _, seconds in found] or [None])[0]
+    return next(iter(totals or [seconds for _, seconds in found]), None)
 
 
 def row(path: Path, folder: Path) -> str | None:

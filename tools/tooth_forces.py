@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from vcmm.core.laws import Array
 from vcmm.shop.cutting.force import immersion, linear_edge, milling_force
 from vcmm.shop.cutting.tooth_force import ToothCuts
 
@@ -19,9 +20,14 @@ RADIUS, DEPTH, CHIP, TEETH, RADIAL = 10.0, 10.0, 0.1, 3, 2.0
 HEIGHTS = (0.0, 2.5, 5.0, 7.5, 10.0)
 
 
+def engagement(climb: bool) -> tuple[Array, Array]:
+    """Angles (1,) at which an edge enters and leaves."""
+    return immersion(np.array([RADIAL]), np.array([RADIUS]), climb)
+
+
 def across(helix: float, climb: bool) -> list[float]:
     """N away from the wall at HEIGHTS over the tip; helix deg."""
-    start, exit_ = (np.atleast_1d(v) for v in immersion(RADIAL, RADIUS, climb))
+    start, exit_ = engagement(climb)
     one = np.ones(1)
     lag = math.tan(math.radians(helix)) / RADIUS * one
     cuts = ToothCuts(start, exit_, DEPTH * one, CHIP * one, np.array([TEETH]), lag, linear_edge("Al7075"))
@@ -34,8 +40,11 @@ def main() -> None:
         f"| cut | helix | {' | '.join(f'{z:g} mm' for z in HEIGHTS)} | mean of a turn |\n|---|---|{'---|' * 6}"
     )
     for climb in (True, False):
-        start, exit_ = immersion(RADIAL, RADIUS, climb)
-        mean = float(milling_force(start, exit_, DEPTH, CHIP, TEETH, linear_edge("Al7075"))[1])
+        start, exit_ = engagement(climb)
+        one = np.ones(1)
+        mean = float(
+            milling_force(start, exit_, DEPTH * one, CHIP * one, TEETH * one, linear_edge("Al7075"))[0, 1]
+        )
         for helix in (0.0, 15.0, 30.0, 45.0):
             cells = " | ".join(f"{v + 0.0:.0f}" for v in across(helix, climb))
             kind = "climb" if climb else "conventional"

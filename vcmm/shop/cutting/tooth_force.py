@@ -14,7 +14,7 @@ J. Eng. Ind. 104 (1982) 272. Frame and angles as in vcmm.shop.cutting.force.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -42,7 +42,9 @@ class ToothCuts:
 
     def take(self, rows: Ints) -> ToothCuts:
         """Of some of the stretches."""
-        return ToothCuts(*(_rows_of(getattr(self, f.name), rows) for f in fields(self)))
+        return ToothCuts(
+            self.start[rows], self.exit[rows], self.axial[rows], self.chip[rows], self.teeth[rows], self.lag[rows], _edges_of(self.edges, rows)
+        )  # fmt: skip
 
     def force(self, angle: Array, height: Array) -> Array:
         """Force (m, 3) N of the part on the tool while its edge stands at `angle` (m,) rad at `height` (m,) mm over the tip."""
@@ -87,8 +89,8 @@ class ToothCuts:
         return wide.force(angle, np.clip(height, 0.0, self.axial))
 
 
-def _rows_of(value: Array | LinearEdge, rows: Ints) -> Array | LinearEdge:
-    if not isinstance(value, LinearEdge):
-        return value[rows]
-    numbers = [getattr(value, f.name) for f in fields(value) if f.name != "source"]
-    return LinearEdge(*(n[rows] if np.ndim(n) else n for n in numbers), source=value.source)
+def _edges_of(edges: LinearEdge, rows: Ints) -> LinearEdge:
+    """Coefficients of some of the stretches, where they have their own."""
+    names = [f.name for f in fields(edges) if f.name != "source"]
+    own = {n: value[rows] for n in names if np.ndim(value := getattr(edges, n))}
+    return replace(edges, **own)
