@@ -43,7 +43,8 @@ class ToothCuts:
     def take(self, rows: Ints) -> ToothCuts:
         """Of some of the stretches."""
         return ToothCuts(
-            self.start[rows], self.exit[rows], self.axial[rows], self.chip[rows], self.teeth[rows], self.lag[rows], _edges_of(self.edges, rows)
+            start=self.start[rows], exit=self.exit[rows], axial=self.axial[rows], chip=self.chip[rows], teeth=self.teeth[rows],
+            lag=self.lag[rows], edges=_edges_of(self.edges, rows),
         )  # fmt: skip
 
     def force(self, angle: Array, height: Array) -> Array:
@@ -82,10 +83,11 @@ class ToothCuts:
         inside = np.remainder(near - self.start, TURN) <= self.exit - self.start
         later = ~inside & (over <= under) & (over < TURN / 8)
         sooner = ~inside & ~later & (under < TURN / 8)
-        wide = ToothCuts(
-            np.where(sooner, self.start - under, self.start), np.where(later, self.exit + over, self.exit),
-            self.axial, self.chip, self.teeth, self.lag, self.edges,
-        )  # fmt: skip
+        wide = replace(
+            self,
+            start=np.where(sooner, self.start - under, self.start),
+            exit=np.where(later, self.exit + over, self.exit),
+        )
         return wide.force(angle, np.clip(height, 0.0, self.axial))
 
 

@@ -246,7 +246,9 @@ def cutting_forces(
     power = milling_power(removal.enter, removal.leave, axial, chip, teeth=teeth, speed=speed, of=material)
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
     helix = np.array([np.nan if (h := setup.tools[m.tool].helix) is None else h for m in moves], dtype=float)
-    cuts = ToothCuts(removal.enter, removal.leave, axial, chip, teeth, np.tan(helix) / radius, material)
+    cuts = ToothCuts(
+        start=removal.enter, exit=removal.leave, axial=axial, chip=chip, teeth=teeth, lag=np.tan(helix) / radius, edges=material
+    )  # fmt: skip
     middle = position(sweep, np.array([[0.49], [0.51]]))
     way = middle[1] - middle[0]
     length = np.linalg.norm(way, axis=1)
