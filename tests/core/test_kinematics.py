@@ -9,8 +9,9 @@ import pytest
 
 from tests.conftest import data_file
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.kinematics import Axis, parse_structure, rotation_from_vector
+from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
+from vcmm.core.rigid import rotation_from_vector
 from vcmm.core.run import Run
 from vcmm.files.columns import read_positions
 from vcmm.files.own.machine import load_machine

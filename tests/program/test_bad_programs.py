@@ -49,7 +49,7 @@ BAD = [  # dialect, program, line, column, words of the message
     (L, "G21\nX10\nM2", 2, 1, "without a motion code"),
     (L, "G21 F100\nG1 X1 U2\nM2", 2, 7, "axis U is not modelled"),
     (L, "G21 F100\nG1 X1 Q2\nM2", 2, 7, 'uses the word "Q"'),
-    (L, "G21 F100\nG5 X1 Y1 I1 J1 P0 Q0\nM2", 2, 1, "splines"),
+    (L, "G21 F100\nG5.2 X1 Y1 P1 L3\nM2", 2, 1, "NURBS"),
     (F, "G21 F100\nG31 Z-10.\nM30", 2, 1, "skip"),
     (L, "G21 F100\nG38.2 Z-10\nM2", 2, 1, "probing"),
     (L, "G21 F-5\nG1 X1\nM2", 1, 5, "negative"),

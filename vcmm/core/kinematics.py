@@ -6,6 +6,8 @@ Rules (all frames coincide with the machine frame when every axis is at zero):
     the workpiece and is commanded in tool-relative coordinates (its nominal motion is by -q).
     T(axis) = L · T_nominal(q) · E   (error_frame "fixed": L · E · T_nominal(q)), E about the point `measured_at`,
     L (location of a rotary axis) about `centre`; squareness turns the direction of travel only.
+    A rotary axis about a `direction` d that is not that of its letter e (a head tilted by 45 deg; the other sense): C · L · T_nominal(q) · E · C^-1,
+    C: p -> c + R (p - c) about `centre`, R the shortest turn of e into d (`alignment`); its errors are those of this turned frame.
     tip = T_work^-1 · T_tool · offset, in workpiece axes; tip error = actual - nominal.
 
 `tip_motion` is first order: each error motion is carried to the tip by its lever arm and all are added.
@@ -22,6 +24,7 @@ import numpy as np
 
 from vcmm.core.axes import AXIS_NAMES, LINEAR, is_axis, is_rotary, unit_vector
 from vcmm.core.errors import UsageError
+from vcmm.core.rigid import Frame, rotation_from_vector, shortest_turn
 from vcmm.core.run import Array, Run
 
 CHUNK = 1 << 15  # rows at a time: the working arrays stay in the cache
@@ -30,7 +33,10 @@ FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis. travel in mm or rad (endless: one turn to look at); centre, measured_at in mm (machine frame, all axes at zero)."""
+    """One axis. travel in mm or rad (endless: one turn to look at); centre, measured_at in mm (machine frame, all axes at zero).
+
+    direction: of a rotary axis that turns about another line than that of its letter, a unit vector in the machine frame; None: the letter's.
+    """
 
     letter: str
     travel: tuple[float, float]
@@ -39,6 +45,7 @@ class Axis:
     error_frame: str = "moving"
     dynamics: Mapping[str, float] = field(default_factory=dict)
     is_endless: bool = False
+    direction: tuple[float, float, float] | None = None
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -55,6 +62,18 @@ class Axis:
         if self.measured_at is not None:
             return np.array(self.measured_at)
         return np.array(self.centre) if self.rotary else np.zeros(3)
+
+    @property
+    def own_pivot(self) -> Array:
+        """The same point in the frame of the axis, which `direction` turns about `centre`."""
+        turn = self.alignment
+        centre = np.array(self.centre)
+        return self.pivot if turn is None else np.asarray(centre + turn.T @ (self.pivot - centre))
+
+    @property
+    def alignment(self) -> Array | None:
+        """R (3, 3): from the directions of the axis frame, in which its letter is the axis of rotation, to those of the machine."""
+        return None if self.direction is None else shortest_turn(self.letter, np.array(self.direction))
 
 
 @dataclass(frozen=True)
@@ -97,34 +116,6 @@ def parse_structure(text: str) -> Chain:
 
 
 @dataclass(frozen=True)
-class Frame:
-    """A rigid transform per row: rotation (n, 3, 3) or None for the identity, shift (n, 3)."""
-
-    rotation: Array | None
-    shift: Array
-
-    def apply(self, points: Array) -> Array:
-        return self.turn(points) + self.shift
-
-    def turn(self, vectors: Array) -> Array:
-        return vectors if self.rotation is None else np.einsum("nij,nj->ni", self.rotation, vectors)
-
-    def turn_back(self, vectors: Array) -> Array:
-        return vectors if self.rotation is None else np.einsum("nji,nj->ni", self.rotation, vectors)
-
-    def undo(self, points: Array) -> Array:
-        return self.turn_back(points - self.shift)
-
-    def then(self, inner: Frame) -> Frame:
-        """self · inner: first inner, then self."""
-        if inner.rotation is None or self.rotation is None:
-            rotation = self.rotation if inner.rotation is None else inner.rotation
-        else:
-            rotation = self.rotation @ inner.rotation
-        return Frame(rotation, self.apply(np.broadcast_to(inner.shift, self.shift.shape)))
-
-
-@dataclass(frozen=True)
 class Motion:
     """One effect's six numbers (n, 6), already with the sign of the link's own motion (see `signed`)."""
 
@@ -136,25 +127,8 @@ class Motion:
 LinkSums = dict[tuple[str, str], Array]  # (link, place) -> six numbers (n, 6)
 
 
-def rotation_from_vector(vector: Array) -> Array:
-    """exp([v]x) for rotation vectors (n, 3) rad: Rodrigues' formula, (n, 3, 3)."""
-    angle = np.linalg.norm(vector, axis=1)
-    small = angle < 1e-8  # series to second order is exact to 1e-24 there
-    safe = np.where(small, 1.0, angle)
-    a = np.where(small, 1.0 - angle**2 / 6, np.sin(safe) / safe)
-    b = np.where(small, 0.5, 2 * np.sin(safe / 2) ** 2 / safe**2)
-    x, y, z = vector.T
-    ax, ay, az = a * x, a * y, a * z
-    bxy, bxz, byz = b * x * y, b * x * z, b * y * z
-    out = np.empty((len(vector), 3, 3))
-    out[:, 0, 0], out[:, 0, 1], out[:, 0, 2] = 1.0 - b * (y * y + z * z), bxy - az, bxz + ay
-    out[:, 1, 0], out[:, 1, 1], out[:, 1, 2] = bxy + az, 1.0 - b * (x * x + z * z), byz - ax
-    out[:, 2, 0], out[:, 2, 1], out[:, 2, 2] = bxz - ay, byz + ax, 1.0 - b * (x * x + y * y)
-    return out
-
-
 def nominal_motion(axis: Axis, q: Array, carries_work: bool) -> Frame:
-    """Transform of one axis: by q, or by -q for an axis that carries the workpiece."""
+    """Transform of one axis in its own frame: by q, or by -q for an axis that carries the workpiece."""
     amount = -q if carries_work else q
     if not axis.rotary:
         return Frame(None, amount[:, None] * unit_vector(axis.letter))
@@ -165,10 +139,19 @@ def nominal_motion(axis: Axis, q: Array, carries_work: bool) -> Frame:
 
 @dataclass(frozen=True)
 class Pose6:
-    """Where a link is: `before` its nominal motion and `after` it, seen from the bed."""
+    """Where the own frame of a link is: `before` its nominal motion and `after` it, seen from the bed."""
 
     before: Frame
     after: Frame
+
+
+def _aligned(axis: Axis, n: int) -> Frame | None:
+    """C: from the frame of an axis with a direction of its own to that of the link which carries it; None for all others."""
+    turn = axis.alignment
+    if turn is None:
+        return None
+    centre = np.array(axis.centre)
+    return Frame(np.broadcast_to(turn, (n, 3, 3)), np.broadcast_to(centre - turn @ centre, (n, 3)))
 
 
 LinkFrames = tuple[dict[str, Pose6], Frame, Frame]  # of every link; the ends of the tool and workpiece chains
@@ -182,9 +165,11 @@ def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
     for side, carries_work in ((chain.tool, False), (chain.work, True)):
         here = still
         for letter in side:
-            after = here.then(nominal_motion(axes[letter], run.q(letter), carries_work))
-            frames[letter] = Pose6(here, after)
-            here = after
+            turn = _aligned(axes[letter], run.n)
+            before = here if turn is None else here.then(turn)
+            after = before.then(nominal_motion(axes[letter], run.q(letter), carries_work))
+            frames[letter] = Pose6(before, after)
+            here = after if turn is None else after.then(turn.inverse())
         ends.append(here)
     return frames, ends[0], ends[1]
 
@@ -306,7 +291,7 @@ def _frame_and_pivot(axis: Axis, pose: Pose6, place: str) -> tuple[Frame, Array]
     """The frame in which a motion of an axis is expressed, and the point (3,) about which it turns."""
     if place == "location":
         return pose.before, np.array(axis.centre)
-    return (pose.before if axis.error_frame == "fixed" else pose.after), axis.pivot
+    return (pose.before if axis.error_frame == "fixed" else pose.after), axis.own_pivot
 
 
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
@@ -363,7 +348,9 @@ def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: LinkS
     for side, carries_work in ((chain.tool, False), (chain.work, True)):
         here = Frame(None, np.zeros((run.n, 3)))
         for letter in side:
-            here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
+            turn = _aligned(axes[letter], run.n)
+            moved = _actual_motion(axes[letter], run.q(letter), carries_work, summed)
+            here = here.then(moved if turn is None else turn.then(moved).then(turn.inverse()))
         ends.append(here)
     return ends[0], ends[1]
 
@@ -386,7 +373,7 @@ def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: LinkSums) -
         nominal = Frame(None, (sign * q)[:, None] * travelled)
     own = summed.get((axis.letter, "motion"))
     if own is not None:
-        error = _small(sign * own, axis.pivot)
+        error = _small(sign * own, axis.own_pivot)
         nominal = error.then(nominal) if axis.error_frame == "fixed" else nominal.then(error)
     location = summed.get((axis.letter, "location"))
     return nominal if location is None else _small(sign * location, np.array(axis.centre)).then(nominal)

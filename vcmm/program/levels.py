@@ -7,7 +7,7 @@ would settle. What is wrong in itself (a malformed word, an impossible arc) is a
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, NoReturn, Protocol
 
 from vcmm.core.errors import DataError
@@ -71,6 +71,7 @@ class Telling(Protocol):
         *,
         blank: SetupEntry | None = None,
         column: int | None = None,
+        matters: bool = True,
     ) -> None: ...
 
 
@@ -92,6 +93,17 @@ def pass_over(r: Listening, word: str, column: int, refused: bool = False, name:
     text += "; it is passed over"
     r.unused.setdefault((r.line, word), UnusedWord(r.line, column, word, text))
     r.remark(text, column, f"unused {letter}")
+
+
+def tell_unknown_axes(r: Telling, now: Sequence[float], then: Sequence[float]) -> None:
+    """Rotary axes (rad, A B C) that a block turns while no machine is named: whether they are there is not known, and told once for each."""
+    if r.setup.axes is None:
+        for axis, before, after in zip("ABC", now, then):
+            if before != after:
+                what = f"whether the machine has an axis {axis}"
+                r.assume(
+                    what, 'taken as there; machine = "machine.toml" in the set-up settles it', matters=False
+                )
 
 
 def toml_text(text: str) -> str:

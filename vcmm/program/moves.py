@@ -33,7 +33,8 @@ class Posture(NamedTuple):
     two (PLANE SYM+, CYCLE800). axis: "primary" (HEIDENHAIN), "first" (FANUC, Siemens): vcmm.shop.motion.posture says which that is.
     binding: where that one lies beyond the travels it is refused; else the other is taken.
     along: direction of the workpiece that a free rotary axis turns along X of the machine (TABLE ROT). keeps_tip: the tip stays where
-    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z stand. said: as the program says it.
+    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z stand. said: as the program says it. by_axis: of several the
+    one whose one axis turns least counts before the other (FANUC), else the one whose largest turn is least.
     """
 
     axis: str = "primary"
@@ -43,6 +44,7 @@ class Posture(NamedTuple):
     along: Point | None = None
     keeps_tip: bool = False
     said: str = ""
+    by_axis: bool = False
 
 
 class Move(NamedTuple):

@@ -14,7 +14,7 @@ from typing import ClassVar, NoReturn
 from vcmm.program.faults import ProgramFault
 from vcmm.program.frames import AffineMap, in_plane, rotation, translation
 from vcmm.program.leading import held_after, leading, let_go, unit
-from vcmm.program.levels import Assumption, SetupEntry, UnusedWord
+from vcmm.program.levels import Assumption, SetupEntry, UnusedWord, tell_unknown_axes
 from vcmm.program.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.program.offsetting import sweep_of
 from vcmm.program.radius import RadiusCompensation, Style, centre_path
@@ -343,6 +343,7 @@ class Recorder(ModalState):
         o = self.tool_offset
         self.q = (end[0] + o[0], end[1] + o[1], end[2] + o[2])
         if rotary is not None:
+            tell_unknown_axes(self, self.rotary, rotary)
             self.rotary = rotary
         self.aimed, self.held = self.aim, held_after(self.moves[-1], self.held)
 

@@ -56,6 +56,7 @@ class Tool:
     offset_y: float = 0.0
     name: str = ""
     teeth: int | None = None
+    helix: float | None = None  # of the cutting edges, rad; 0 straight, None not known
     stick_out: float | None = None
     cutting_length: float | None = None  # height of the cutting edges over the tip
     shank_diameter: float | None = None  # of what follows above them: shank or holder

@@ -80,6 +80,7 @@ def test_engraving_of_haas_is_a_hole_in_the_path():
     with pytest.raises(DataError, match=r"G47 \(engraving of a text\) is not understood"):
         interpret(text, "haas")
     assert "2: G47 (engraving of a text): a hole in the path" in assumed(text, "haas")
+    assert not any("changes no path" in w.text for w in survey(text, "haas").warnings)
     for code in ("G35", "G37", "G141", "G174", "G184"):
         with pytest.raises(DataError, match=f"{code} .*is not understood"):
             interpret(f"{code} X1.\nM30", "haas")
@@ -181,3 +182,36 @@ def test_the_rest_of_a_block_can_be_left_out():
 def test_a_remark_names_the_line_of_a_block_that_can_be_left_out():
     found = survey("G0 X1.\nX3. /Y4.\nM30", "fanuc").warnings
     assert [(w.line, re.match(r'blocks with "/"', w.text) is not None) for w in found] == [(2, True)]
+
+
+# -- what only the machine file knows ----------------------------------------------------------------------------------
+def test_a_rotary_axis_without_a_machine_file_is_told_on_both_levels():
+    text = "G21 G90\nG0 X0. Y0. A90.\nG1 X10. A0. F100.\nM30"
+    assert "2: whether the machine has an axis A: taken as there" in assumed(text, "fanuc")
+    said = [w.text for w in interpret(text, "fanuc").warnings]
+    assert sum("whether the machine has an axis A" in t for t in said) == 1
+    known = Setup(strict=False, axes=frozenset("XYZA"))
+    assert not any("axis A" in a.what for a in interpret(text, "fanuc", known).assumed)
+
+
+def test_q_of_g64_is_told():
+    # LinuxCNC, G64 P Q: lines that lie within Q of one line are run as that line
+    assert "Q of G64" in assumed("G21 G90\nG64 P0.05 Q0.01\nG0 X1\nM2", "linuxcnc")
+    assert "Q of G64" not in assumed("G21 G90\nG64 P0.05 Q0\nG0 X1\nM2", "linuxcnc")
+
+
+def test_offsets_in_the_memory_of_the_control_are_refused():
+    with pytest.raises(
+        DataError, match=r"G54.4 .workpiece setting error compensation. shifts and turns the work"
+    ):
+        survey("G21 G90\nG54.4 P1\nG0 X1.\nM30", "fanuc")
+    assert len(survey("G21 G90\nG54.4 P0\nG0 X1.\nM30", "fanuc").moves) == 1
+
+
+def test_g53_6_keeps_the_tip_of_its_own_tool_only():
+    text = "G21 G90\nT1 M6\nG43 H1\nG68.2 X0. Y0. Z0. I0. J30. K0.\nG53.6 H{} R{}\nG0 X1.\nM30"
+    assert "of G53.6" not in assumed(text.format("1", "0"), "fanuc")
+    with pytest.raises(DataError, match=r"G53.6 H2 leads the tip of another length than that of tool 1"):
+        interpret(text.format("2", "0"), "fanuc")
+    with pytest.raises(DataError, match=r"R10 of G53.6 leads a point beside the tip"):
+        interpret(text.format("1", "10."), "fanuc")

@@ -22,14 +22,47 @@ def test_solid_angle_turns_about_z_then_the_new_y():
         moves('CYCLE800(0,"TC",0,64,0,0,0,90,90,5,0,0,0,1)\nG0 X1')
 
 
-@pytest.mark.parametrize(
-    ("mode", "said"), [(128, "projection angles .MODE 128."), (192, "the rotary axes themselves .MODE 192.")]
-)
-def test_modes_that_are_not_understood_are_refused(mode, said):
-    text = f'CYCLE800(0,"TC",0,{mode},0,0,0,30,10,0,0,0,0,1)\nG0 X1'
-    with pytest.raises(DataError, match=f"{said} of CYCLE800 are not understood; swivel axis by axis"):
+def test_mode_that_is_not_understood_is_refused():
+    """SINUMERIK 828D, operating manual: with direct swivelling "you can derive the resulting direction of the X and Y axis by traversing"."""
+    text = 'CYCLE800(0,"TC",0,192,0,0,0,30,10,0,0,0,0,1)\nG0 X1'
+    with pytest.raises(
+        DataError, match=r"the rotary axes themselves .MODE 192. of CYCLE800 are not understood"
+    ):
         moves(text)
-    assert any("of CYCLE800" in what and "MODE" in what for what in told(text))
+    assert any("MODE 192" in what for what in told(text))
+    assert moves(text, SURVEY)[-1].end == (1.0, 0.0, 0.0)  # no plane is made up
+
+
+# A = 30, B = 40 by pencil. X of the plane is Ry(40) x = (cos 40, 0, -sin 40); the plane holds (0, cos 30, sin 30) too, so that its normal is the
+# product of both, (sin 40 cos 30, -cos 40 sin 30, cos 40 cos 30) = (0.556670, -0.383022, 0.663414) over its length 0.946946; Y = normal x X
+X_OF_PLANE = (math.cos(math.radians(40)), 0.0, -math.sin(math.radians(40)))
+NORMAL = tuple(v / 0.9469456279049849 for v in (0.5566703992264194, -0.38302222155948895, 0.6634139481689384))
+Y_OF_PLANE = (
+    NORMAL[1] * X_OF_PLANE[2],
+    NORMAL[2] * X_OF_PLANE[0] - NORMAL[0] * X_OF_PLANE[2],
+    -NORMAL[1] * X_OF_PLANE[0],
+)
+
+
+@pytest.mark.parametrize(
+    "mode", [128, 185]
+)  # without and with the axes named: 185 = 128 + 3 * 16 + 2 * 4 + 1
+def test_projection_angles_by_pencil(mode):
+    assert pytest.approx((0.259996, 0.914546, 0.309851), abs=1e-6) == Y_OF_PLANE
+    check(f'CYCLE800(0,"TC",0,{mode},0,0,0,30,40,0,0,0,0,1)\nG0 X1 Y0 Z0\nX0 Y1\n', X_OF_PLANE, Y_OF_PLANE)
+    # one angle alone is a turn about that axis, and the third turns about the new Z: Rz(90) x = y
+    check(f'CYCLE800(0,"TC",0,{mode},0,0,0,0,0,90,0,0,0,1)\nG0 X10 Y0 Z0\n', (0, 10, 0))
+    check(f'CYCLE800(0,"TC",0,{mode},0,0,0,30,0,0,0,0,0,1)\nG0 X0 Y2 Z0\n', (0, math.sqrt(3), 1))
+
+
+@pytest.mark.parametrize(("mode", "angles"), [(158, "30,40"), (155, "40,30")])
+def test_projection_angles_of_other_axes_are_the_same_in_turn(mode, angles):
+    """Axes Y, Z (128 + 1 * 16 + 3 * 4 + 2 = 158): Y of the plane lies in the old XY plane. What is X, Y, Z above is Y, Z, X here, and axes Z, Y
+    (128 + 16 + 8 + 3 = 155) have their angles exchanged."""
+    points = [(v[2], v[0], v[1]) for v in (X_OF_PLANE, Y_OF_PLANE)]
+    check(f'CYCLE800(0,"TC",0,{mode},0,0,0,{angles},0,0,0,0,1)\nG0 X0 Y1 Z0\nY0 Z1\n', *points)
+    with pytest.raises(DataError, match="projects twice along one axis"):
+        moves('CYCLE800(0,"TC",0,133,0,0,0,30,10,0,0,0,0,1)\nG0 X1')
 
 
 def test_direction_of_the_rotary_axes():

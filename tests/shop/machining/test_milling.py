@@ -142,3 +142,37 @@ def test_check_says_when_the_program_spoils_the_part(tmp_path, capsys):
     assert "the file is right, the program is not: 1 remark" in out
     assert command(["check", str(shop.write(tmp_path))]) == 0
     assert "no problems found" in capsys.readouterr().out
+
+
+WALL = "%\nO2\nG21 G17 G40 G49 G80 G90 G94\nT1 M6\nG54 S3000 M3\nG43 H1 G0 X75. Y-60. Z20.\nG1 Z-10. F900.\nX-75.\nG0 Z20.\nM30\n%\n"
+FRONT = shop.SCENARIO[: shop.SCENARIO.index("[part.features]")] + (
+    '[part.features]\nfront = { type = "plane", point = "0 -50 -5 mm", normal = [0, -1, 0], size = "80 8 mm" }\n'
+    '[[part.characteristics]]\nname = "flatness"\ntype = "flatness"\nof = "front"\nzone = "0.1 mm"\n[job]\ntrials = 2000\n'
+)
+BLOCK = '[stock]\nbox = ["120 mm", "104 mm", "20 mm"]\nmaterial = "Al7075"\n'
+
+
+@pytest.mark.parametrize(("helix", "said"), [('helix = "0 deg"\n', True), ("", False)])
+def test_a_wall_is_made_at_the_moment_at_which_an_edge_touches_it(tmp_path, helix, said):
+    """Climb milling along -X with straight edges: 2 mm off a wall, 10 mm deep. The chip is nothing at the wall, so that 30.8 N/mm x 10 mm = 308 N push
+    the tool away from it (-Y) and 27.7 x 10 = 277 N along the feed (-X). Where no helix is stated the mean of a turn is taken as before."""
+    path = shop.write(tmp_path, scenario=FRONT, program=WALL, setup=SLENDER + helix + BLOCK)
+    force, moved = bent(path)
+    if said:
+        assert force[:, 0] == pytest.approx(-277.0, abs=1e-6)
+        assert force[:, 1] == pytest.approx(-308.0, abs=1e-6)
+        assert moved[:, 1] == pytest.approx(-308.0 * 3.8588e-5, rel=1e-4)  # 11.9 um of material left
+    else:
+        assert np.abs(force[:, 1] + 308.0).min() > 50.0
+
+
+def test_a_helix_gives_the_wall_a_shape(tmp_path):
+    """30 deg on 20 mm: over 10 mm the edge lags by 10 tan 30 / 10 = 0.577 rad, less than the 0.6435 rad of the cut, so that while the foot of the wall is
+    made the whole edge above it is in the cut, and while its top is made none is."""
+    path = shop.write(tmp_path, scenario=FRONT, program=WALL, setup=SLENDER + 'helix = "30 deg"\n' + BLOCK)
+    _, world, _ = finished_part(set_up(vcmm.load_cut(path)))
+    run = world.tool.run
+    cut_rows = run.columns["setting"] == 0
+    z, across = run.column("part_z_mm")[cut_rows], -run.column("force_y_N")[cut_rows]
+    assert across.max() > 2.0 * across.min() >= 0.0
+    assert np.corrcoef(z, across)[0, 1] < -0.9

@@ -12,6 +12,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.program.moves import Posture
 from vcmm.shop.motion.posture import first_axis, positions, primary_axis, rotary_position, swept
 from vcmm.shop.motion.tool_centre import in_machine_axes
+from vcmm.shop.motion.tool_pose import tip_and_axis
 
 TRUNNION = "w C' A' X' Y' b Z t"  # table C on a trunnion A
 ROTARY = "ABC"
@@ -233,3 +234,32 @@ def test_an_endless_axis_takes_the_nearest_turn():
     near = np.radians([-30.0, 0.0, 725.0])
     axis = tables(np.radians([-40.0, 0.0, 0.0]), "CA")
     assert np.degrees(rotary_position(mill, axis, near)) == pytest.approx([-40, 0, 720], abs=1e-6)
+
+
+def fanuc(*lines: str) -> str:
+    return "\n".join(["S1000 M3", *lines, "M30", ""])
+
+
+def test_g53_1_of_fanuc_compares_the_master_axis_first():
+    """FANUC 16i/18i-MB operator's manual, "angle of rotation axis": of a machine that turns the table alone the pair is taken whose master axis, the
+    one nearer to the bed, turns least; the other axis counts only between equals.
+
+    Table C on a trunnion A. The plane G68.2 I170 J20 K-170 is that of A20 C170, and of A-20 C-10. From A10 C0 the master axis turns by 10 to the
+    first and by 30 to the second, the other by 170 and 10: the largest turn is least for the second (10 < 30 < 170), FANUC takes the first."""
+    mill = machine(TRUNNION)
+    text = fanuc("G0 X0. Y0. Z50. A10. C0.", "G68.2 X0. Y0. Z0. I170. J20. K-170.", "G53.1", "G0 X1. Y0.")
+    assert same_turn(reached(text, mill, "fanuc"), (20, 0, 170))
+    assert same_turn(reached(text.replace("A10. C0.", "A-1. C0."), mill, "fanuc"), (-20, 0, -10))  # 21 and 19
+    assert same_turn(reached(text.replace("G53.1", "G53.1 P2"), mill, "fanuc"), (-20, 0, -10))
+
+
+def test_g53_1_of_fanuc_on_head_and_table_compares_the_table_first():
+    """The same page, mixed type: the turn of the table first. Head B, table C: the plane of B20 C30 is that of B-20 C-150 too. From B-10 C80 the table
+    turns by 50 or 230 (130 the other way round), the head by 30 or 10: the first."""
+    mill = machine(MIXED)
+    near = np.radians([0.0, -10.0, 80.0])
+    none = np.zeros((1, 3))
+    aim = tip_and_axis(mill, none, np.radians([[0.0, 20.0, 30.0]]), none)[1][0]
+    taken = rotary_position(mill, aim, near, Posture("first", by_axis=True))
+    assert taken is not None
+    assert same_turn(np.degrees(taken), (0, 20, 30))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary
+from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary, unit_vector
 from vcmm.core.errors import UsageError
 from vcmm.core.expansions import unusual_expansion
 from vcmm.core.kinematics import Axis, Chain, parse_structure
@@ -164,6 +164,7 @@ def _axis(letter: str, table: AxisTable) -> Axis:
     if not is_axis(letter):
         raise UsageError(f'unknown axis "{letter}"; allowed are {AXIS_NAMES}')
     dynamics = _dynamics(letter, table.dynamics.model_dump())
+    direction = _direction(letter, table)
     if table.travel == ["endless"]:
         if not is_rotary(letter):
             raise UsageError(
@@ -172,6 +173,7 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         turn = (0.0, 2.0 * math.pi)
         return Axis(
             letter, turn, centre=table.centre, measured_at=table.measured_at, error_frame=table.error_frame, dynamics=dynamics, is_endless=True,
+            direction=direction,
         )  # fmt: skip
     low, high = (
         quantity(t, "angle", "travel", "90 deg")
@@ -183,7 +185,28 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         raise UsageError(
             f"travel of {letter} runs from {table.travel[0]} to {table.travel[1]}; the first end must be the lower one"
         )
-    return Axis(letter, (low, high), table.centre, table.measured_at, table.error_frame, dynamics)
+    return Axis(
+        letter, (low, high), table.centre, table.measured_at, table.error_frame, dynamics, direction=direction
+    )
+
+
+def _direction(letter: str, table: AxisTable) -> tuple[float, float, float] | None:
+    """The direction of a rotary axis that is not the one of its letter. Raises UsageError for a linear axis: programs and maps hold X, Y, Z."""
+    if table.direction is None:
+        return None
+    if not is_rotary(letter):
+        raise UsageError(
+            f"direction of {letter}: only rotary axes have one of their own; programs, scales and maps hold X, Y and Z of the machine frame. "
+            "Describe a slide that travels askew by the squareness, and leave direction out"
+        )
+    size = math.hypot(*table.direction)
+    if not size:
+        raise UsageError(
+            f"direction of {letter} is zero; write the line that it turns about, as in [0, 1, 1]"
+        )
+    x, y, z = (v / size for v in table.direction)
+    own = tuple(float(v) for v in unit_vector(letter))
+    return None if (x, y, z) == own else (x, y, z)
 
 
 def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, float]:

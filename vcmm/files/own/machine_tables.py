@@ -13,6 +13,7 @@ from vcmm.files.schema import (
     AxisAcceleration,
     AxisJerk,
     AxisSpeed,
+    Direction,
     Expansion,
     ExpansionSpread,
     Frequency,
@@ -65,6 +66,7 @@ class AxisTable(Table):
     centre: Point = (0.0, 0.0, 0.0)
     measured_at: Point | None = None
     error_frame: Literal["moving", "fixed"] = "moving"
+    direction: Direction | None = None
     dynamics: Dynamics = Field(default_factory=Dynamics)
 
 

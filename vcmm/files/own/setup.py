@@ -43,6 +43,7 @@ TOOL_SIZES = {  # mm: smallest and largest that a tool has; below and above, a u
 }  # fmt: skip
 
 
+STEEPEST = math.radians(70.0)
 UNITS = {"mm": 1.0, "inch": 25.4}  # mm
 
 
@@ -57,6 +58,7 @@ class ToolTable(Table):
     offset_y: Offset = 0.0
     name: str = ""
     teeth: Annotated[int, Field(ge=1)] | None = Field(default=None, examples=["3"])
+    helix: Angle | None = Field(default=None, examples=['"30 deg"'])
     stick_out: Size | None = None
     cutting_length: Size | None = None
     shank_diameter: Size | None = None
@@ -340,6 +342,10 @@ def _tool(key: str, t: ToolTable) -> Tool:
         raise UsageError(
             'width is that of the edge of a groove tool, shape = "turning", at least twice its nose_radius'
         )
+    if t.helix is not None and not (t.shape in ("flat", "bull", "ball") and abs(t.helix) <= STEEPEST):
+        raise UsageError(
+            "helix is that of the edges of a flat, bull or ball mill, 0 to 70 deg (negative: left-hand)"
+        )
     if t.nose_radius is not None and t.shape != "turning":
         raise UsageError('nose_radius belongs to shape = "turning"')
     if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:
@@ -348,7 +354,7 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     return Tool(
         number=0 if key == SPINDLE else int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
-        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
+        offset_y=t.offset_y, name=t.name, teeth=t.teeth, helix=t.helix, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter, driven=t.driven, width=t.width,
         length_stated="length" in t.model_fields_set,
     )  # fmt: skip
 

@@ -133,6 +133,8 @@ def bare_text(machine: Machine) -> str:
             if place is not None:
                 texts = [f'"{c:.10g} mm"' for c in place]
                 lines.append(f"{key} = [{', '.join(texts)}]")
+        if axis.direction is not None:
+            lines.append(f"direction = [{', '.join(f'{c:.17g}' for c in axis.direction)}]")
         lines += [f'error_frame = "{axis.error_frame}"'] if axis.error_frame != "moving" else []
         lines += [f"dynamics = {{ {_dynamics_text(axis)} }}"] if axis.dynamics else []
     return "\n".join(lines) + "\n"

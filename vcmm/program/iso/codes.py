@@ -94,7 +94,10 @@ class IsoWords:
                 mirrored_for(c, spindle)
             return
         if group == "harmless":
-            c.remark(f"{code} changes no path here and is passed over", column, code)
+            if (
+                not self.passed
+            ):  # where it is a hole in the path, or stands for another code, that is told already
+                c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
             return
         beside = group in self.g and c.language.words == "o" and "G80" in (code, self.g[group])

@@ -74,6 +74,7 @@ class IsoControl(Recorder):
     )  # of the first of two blocks of G71 to G76, mm
     c_turns: bool = False  # the program moves an axis C
     points_written: bool = False  # all coordinates of the program have a decimal point
+    leaving: tuple[Point, tuple[float, float]] | None = None  # end of the last G5, and its P and Q
     arcs_seen: bool = False  # an arc has been read: how its centre counts is settled
     tools: dict[int, Tool] = field(default_factory=dict)
     lengths: dict[int, float] = field(default_factory=dict)  # length registers set by G10

@@ -119,16 +119,21 @@ def _dwell(c: IsoControl, w: IsoWords) -> None:
 
 
 def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G54.2 Pn moves the work zero with the rotary axes, which is not modelled; P0 ends it."""
+    """G54.2 Pn moves the work zero with the rotary axes, G54.4 Pn shifts and turns it by what was measured: not modelled; P0 ends both."""
+    code = w.g["dynamic"]
     if w.whole("P", column) != 0:
-        text = (
-            "G54.2 (dynamic work offsets) leads the work zero with the rotary axes, which vcmm does not model"
-        )
-        raise BlockFault(
-            column,
-            f"{text}; have the program posted without it, with G43.4 or a work offset for each position",
-        )
-    c.remark("G54.2 P0: no dynamic work offset is in force", column, "G54.2")
+        text, cure = {
+            "G54.2": (
+                "(dynamic work offsets) leads the work zero with the rotary axes",
+                "have the program posted without it, with G43.4 or a work offset for each position",
+            ),
+            "G54.4": (
+                "(workpiece setting error compensation) shifts and turns the work by errors that stand in the memory of the control",
+                "take it out where the part lies as drawn, or state the shift in [offsets] and the turn about Z in [rotations] of the set-up",
+            ),
+        }[code]
+        raise BlockFault(column, f"{code} {text}, which vcmm does not model; {cure}")
+    c.remark(f"{code} P0: no such offset is in force", column, code)
 
 
 def _execute_other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
@@ -240,6 +245,10 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         c.marker = ""
     elif mode in ("G32", "G33", "G34"):
         thread(c, w, _lead(c, w, column))
+    elif mode in ("G5", "G5.1"):
+        from vcmm.program.iso.splines import spline
+
+        spline(c, w, mode, column)
     elif mode == "G33.1":
         rigid_tap(c, w, _lead(c, w, column))
     else:

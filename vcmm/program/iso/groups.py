@@ -8,7 +8,7 @@ from __future__ import annotations
 
 _DRILLING = "G73 G74 G76 G80 G81 G82 G83 G84 G85 G86 G87 G88 G89"
 _LINUXCNC = {
-    "motion": f"G0 G1 G2 G3 G33 G33.1 {_DRILLING}",
+    "motion": f"G0 G1 G2 G3 G5 G5.1 G33 G33.1 {_DRILLING}",
     "plane": "G17 G18 G19",
     "distance": "G90 G91",
     "arc": "G90.1 G91.1",
@@ -25,7 +25,8 @@ _LINUXCNC = {
     "machine": "G53",
 }
 _MACH3 = {
-    **{k: v for k, v in _LINUXCNC.items() if k != "diameter"},
+    **{k: v for k, v in _LINUXCNC.items() if k not in ("diameter", "motion")},
+    "motion": f"G0 G1 G2 G3 G33 G33.1 {_DRILLING}",
     "rotation": "G68 G69",
     "scaling": "G50 G51",
     "polar": "G15 G16",
@@ -38,7 +39,7 @@ _FANUC = {
     "cycle": _DRILLING,
     "length": "G43 G44 G49 G43.4 G43.5",
     "other": f"{_LINUXCNC['other']} G29",
-    "dynamic": "G54.2",
+    "dynamic": "G54.2 G54.4",
     "offset": "G54 G55 G56 G57 G58 G59 G54.1",
     "path": "G61 G61.1 G62 G63 G64",
     "rotation": "G68 G69",

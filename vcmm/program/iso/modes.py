@@ -163,8 +163,12 @@ def _path(c: IsoControl, w: IsoWords) -> None:
     c.exact_stop = code in ("G61", "G61.1")
     c.tolerance = None
     if code == "G64" and c.language.words == "o":
-        blend = w.take("P")
-        w.take("Q")
+        blend, merged = w.take("P"), w.take("Q")
+        if merged:
+            c.assume(
+                "Q of G64 (lines that lie within it are merged into one)", f"every line is run, and corners are rounded within P; Q {merged:g} would leave the "
+                "path by as much", column=w.column("Q"), matters=False,
+            )  # fmt: skip
         if blend is not None:
             if blend < 0:
                 raise BlockFault(w.column("P"), "the tolerance of G64 cannot be negative; correct P")

@@ -5,7 +5,7 @@
     G68.2 P2 Q0 ... Q3       Q1, Q2, Q3: three points, the first the origin, the second along X, the third on the side of +Y;
                              Q0 X Y Z R: a shift inside the plane and a turn about its normal
     G68.2 P3 Q1 X Y Z I J K, P3 Q2 I J K     origin and direction of X, direction of Z
-    G53.1, G53.6 [P1, P2]    the rotary axes turn the tool square to the plane; G53.6 leads the tip meanwhile
+    G53.1, G53.6 [P1, P2]    the rotary axes turn the tool square to the plane; G53.6 [H R] leads the tip meanwhile
     G69                      the plane ends, the rotary axes stay
 
 Until G53.1 the points lie in the plane and the rotary axes stand. Sources: FANUC Series 30i user's manual B-63944EN and B-64304EN,
@@ -67,16 +67,32 @@ def square(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         number = 0
     sign = {1: 1, 2: -1}.get(number, 0)
     c.posture = Posture(
-        "first", sign=sign, keeps_tip=code == "G53.6", said=f"{code} P{number}" if sign else ""
-    )
+        "first", sign=sign, keeps_tip=code == "G53.6", said=f"{code} P{number}" if sign else "", by_axis=not c.language.haas,
+    )  # fmt: skip
     what = f"{code}, the tool square to the plane"
     if sign:
         said = f"the position whose first rotary axis is {'positive' if sign > 0 else 'negative'}, as postprocessors count"
         c.assume(f"P{number} of {code}", said, column=column, matters=False)
     c.assume(what, "the rotary axes turn before the next motion", column=column, matters=False)
-    w.used |= set("QRH")
+    if code == "G53.6":
+        _kept_point(c, w)
     c.tilted = True
     c.rebuild()
+
+
+def _kept_point(c: IsoControl, w: IsoWords) -> None:
+    """H of G53.6 is the length of the tool whose tip stands still; R the distance from it to the point that does, along the tool."""
+    number, away = w.take("H"), w.take("R")
+    if number and round(number) != c.tool:
+        c.assume(
+            f"H{number:g} of G53.6, which is no register of tool {c.tool}", "the tip of the tool in the spindle stands still",
+            f"G53.6 H{number:g} leads the tip of another length than that of tool {c.tool}; write H{c.tool}", column=w.column("H"),
+        )  # fmt: skip
+    if away:
+        c.assume(
+            f"R{away:g} of G53.6 (which point of the tool stands still)", "its tip",
+            f"R{away:g} of G53.6 leads a point beside the tip, which is not understood; leave R out, so that the tip stands still", column=w.column("R"),
+        )  # fmt: skip
 
 
 def _define(c: IsoControl, w: IsoWords, code: str, column: int) -> None:

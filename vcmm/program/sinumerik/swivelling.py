@@ -5,12 +5,14 @@ CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I, ...): shi
     MODE   bits 0-1, 2-3, 4-5: the axes (1 X, 2 Y, 3 Z) that A, B, C turn about; bits 6-7 how they count:
            00  axis by axis: about the first, the new second, the new third
            01  solid angle (64): A about Z, then B about the new Y
-           10  projection angles (128), 11 the rotary axes themselves (192): refused
+           10  projection angles (128): how the plane cuts the planes of the first two axes, then a turn about the third
+           11  the rotary axes themselves (192): refused; how X and Y then lie, the manual leaves to a trial at the machine
     DIR    1, -1: the larger, smaller value of the axis that the builder has chosen as reference, rotary axis 1 in the editor;
            0: only the coordinates turn, the rotary axes stay
     FR     retraction of Z before swivelling, to a place of the machine builder: told
 
-Source: Siemens, SINUMERIK 840D sl and 828D, operating manual Milling, "Swiveling (CYCLE800)"; Programming Manual Cycles.
+Source: Siemens, SINUMERIK 840D sl and 828D, operating manual Milling, "Swiveling (CYCLE800)"; Programming Manual Cycles; projection
+angles: SINUMERIK 828D operating manual Turning 6FC5398-8CP40-5BA2, page 559 ("the new X-axis lies in the old ZX plane", and in turn).
 """
 
 from __future__ import annotations
@@ -19,13 +21,13 @@ import math
 from collections.abc import Sequence
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, translation
+from vcmm.program.frames import AffineMap, rotation, translation, with_axes
 from vcmm.program.moves import Posture
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.state import SinumerikControl
 
 BY_AXES, SOLID, PROJECTED, DIRECT = range(4)
-NAMES = {PROJECTED: "projection angles (MODE 128)", DIRECT: "the rotary axes themselves (MODE 192)"}
+OF_AXES = "the rotary axes themselves (MODE 192) of CYCLE800"
 DIRECTION = 13  # number of the argument DIR
 
 
@@ -56,11 +58,15 @@ def swivel(i: SinumerikControl, item: Item, given: Sequence[float | None]) -> No
 def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
     """The rotations of a mode; angles: A, B, C in deg."""
     kind = mode >> 6 & 3
-    if kind in NAMES and any(angles):
+    if kind == DIRECT and any(angles):
         i.r.assume(
-            f"{NAMES[kind]} of CYCLE800", "as rotations axis by axis",
-            f"{NAMES[kind]} of CYCLE800 are not understood; swivel axis by axis (MODE 57) or by solid angle (MODE 64)", column=item.first,
+            OF_AXES, "no plane: passed over",
+            f"{OF_AXES} are not understood: how X and Y of the plane then lie is not stated; swivel axis by axis (MODE 57) or by solid angle (MODE 64)",
+            column=item.first,
         )  # fmt: skip
+        return AffineMap()
+    if kind == PROJECTED and any(angles):
+        return _projected(item, mode, angles)
     if kind == SOLID:
         if angles[2]:
             raise BlockFault(item.first, "CYCLE800 by solid angle takes A (about Z) and B (about Y); C is 0")
@@ -70,6 +76,44 @@ def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float
         axis = (mode >> (2 * k) & 3) or k + 1
         turned = turned.then(rotation(axis - 1, math.radians(angles[k])))
     return turned
+
+
+def _projected(item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
+    """Projection angles: angles a about the first and b about the second axis, as they are seen in the planes square to these, then a
+    turn about the new third. With the axes X, Y: (0, cos a, sin a) and the new X (cos b, 0, -sin b) lie in the plane; others in turn.
+    """
+    first, second = mode & 3 or 1, mode >> 2 & 3 or 2
+    if first == second:
+        raise BlockFault(
+            item.first, f"CYCLE800: MODE {mode} projects twice along one axis; give two different axes"
+        )
+    third = ({1, 2, 3} - {first, second}).pop()
+    if (mode >> 4 & 3) not in (0, third):
+        raise BlockFault(
+            item.first, f"CYCLE800: MODE {mode} turns about an axis that it projects along already"
+        )
+    of_axis = dict(zip((first, second), (math.radians(angles[0]), math.radians(angles[1]))))
+    one = (
+        third % 3 + 1
+    )  # X of XY and YX, Y of YZ and ZY, Z of ZX and XZ: lies in the plane square to the other
+    two = one % 3 + 1
+    a, b = of_axis[one], of_axis[two]
+    across, along, normal = [0.0] * 3, [0.0] * 3, [0.0] * 3
+    along[one - 1], along[third - 1] = math.cos(b), -math.sin(b)
+    across[two - 1], across[third - 1] = math.cos(a), math.sin(a)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        normal[k] = along[i] * across[j] - along[j] * across[i]
+    tilted = with_axes(along, normal)
+    if tilted is None:
+        raise BlockFault(
+            item.first, "the projection angles of CYCLE800 make no plane; keep them below 90 deg"
+        )
+    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    back = AffineMap(
+        (unit[one - 1], unit[two - 1], unit[third - 1])
+    )  # the axes of the mode to X, Y, Z of `tilted`
+    return tilted.then(back).then(rotation(third - 1, math.radians(angles[2])))
 
 
 def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> None:

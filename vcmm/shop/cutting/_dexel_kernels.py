@@ -14,11 +14,12 @@ from vcmm.shop.cutting._tool_kernels import inside_at
 Array = NDArray[Any]
 STEP = 1e-6  # mm, least step while a ray leaves the sweep of an arc
 JOIN = 1e-9  # mm, material thinner than this is none
+OFTEN, KEPT = 8, 4096  # new stretches after which they are merged, and room for those that are
 
 
 @njit(cache=True, nogil=True)
-def meets(box: Array, tool: Array, p: Array, n: Array, length: float) -> bool:
-    """May the ray meet a tool somewhere on the paths in the box? Slabs of the box grown by the tool."""
+def may_remove(box: Array, tool: Array, p: Array, n: Array, length: float, gone: Array, known: int) -> bool:
+    """May a tool on the paths in the box remove anything of the ray that is not gone? Slabs of the box grown by the tool."""
     lo, hi = 0.0, length
     for i in range(3):
         low = box[i] - tool[1] if i < 2 else box[2]
@@ -29,7 +30,31 @@ def meets(box: Array, tool: Array, p: Array, n: Array, length: float) -> bool:
             continue
         a, b = (low - p[i]) / n[i], (high - p[i]) / n[i]
         lo, hi = max(lo, min(a, b)), min(hi, max(a, b))
-    return lo <= hi
+    if lo > hi:
+        return False
+    for k in range(known):
+        if gone[k, 0] > lo:
+            return True
+        if gone[k, 1] >= hi:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def merged(cuts: Array, count: int, spare: Array) -> int:
+    """Stretches (count, 2) as their union, in order, in their place; returns how many there are. spare: room as large as cuts."""
+    order = np.argsort(cuts[:count, 0])
+    k = -1
+    for j in range(count):
+        a, b = cuts[order[j], 0], cuts[order[j], 1]
+        if k >= 0 and a <= spare[k, 1] + JOIN:
+            spare[k, 1] = max(spare[k, 1], b)
+        else:
+            k += 1
+            spare[k, 0], spare[k, 1] = a, b
+    for j in range(k + 1):
+        cuts[j, 0], cuts[j, 1] = spare[j, 0], spare[j, 1]
+    return k + 1
 
 
 @njit(cache=True, nogil=True)
@@ -101,12 +126,15 @@ def material(
     counts: Array,
     out: Array,
 ) -> int:
-    """Material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most moves on a ray."""
+    """Material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most stretches kept of a ray.
+
+    What is gone is merged as it grows, and what lies wholly in it is not looked at again.
+    """
     stack, scratch, most = np.empty(128, np.int64), np.empty((2, 3)), 0
-    cuts = np.empty((20000, 2))
+    cuts, spare = np.empty((KEPT, 2)), np.empty((KEPT, 2))
     p, n = np.empty(3), np.empty(3)
     for row in range(origins.shape[0]):
-        count = 0
+        count, known = 0, 0
         for group in range(roots.shape[0]):
             for i in range(3):
                 f = frames[group, i]
@@ -117,15 +145,17 @@ def material(
             while top > 0:
                 top -= 1
                 node = stack[top]
-                if not meets(boxes[node], tool, p, n, length):
+                if not may_remove(boxes[node], tool, p, n, length, cuts, known):
                     continue
                 if child[node, 0] < 0:
                     first = -child[node, 0] - 1
                     for i in range(first, first + child[node, 1]):
                         count = removed_stretches(items[i], tool, p, n, length, cuts, count, scratch)
+                    if count - known >= OFTEN:
+                        count = known = merged(cuts, min(count, KEPT), spare)
                 else:
                     stack[top], stack[top + 1] = child[node, 0], child[node, 1]
                     top += 2
         most = max(most, count)
-        counts[row] = complement(cuts, min(count, cuts.shape[0]), length, out[row])
+        counts[row] = complement(cuts, min(count, KEPT), length, out[row])
     return most

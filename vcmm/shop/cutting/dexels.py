@@ -17,7 +17,7 @@ from vcmm.shop.cutting.index import Index, build
 from vcmm.shop.cutting.sweeps import Sweep
 
 ROOM = 16  # stretches of material on one ray
-MOST = 20000  # moves on one ray, as in the kernel
+MOST = 4096  # places in which one ray may be cut, as in the kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,9 @@ def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, ax
     length = float(high[axis] - low[axis])
     most = kernels.material(rays, np.eye(3)[axis], length, *fixed, counts, out)
     if most > MOST:
-        raise ModelLimit(f"carve: {most} moves cross one ray, more than {MOST}; carve the program in parts")
+        raise ModelLimit(
+            f"carve: a ray along {'XYZ'[axis]} is cut in {most} places, more than {MOST}; carve the program in parts"
+        )
     if counts.max(initial=0) > ROOM:
         raise ModelLimit(
             f"carve: a ray along {'XYZ'[axis]} has {counts.max()} pieces of material, more than {ROOM}"

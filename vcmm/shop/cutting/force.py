@@ -141,25 +141,37 @@ def milling_force(
     start, exit_: rad; axial: depth ap in mm; chip: feed per tooth in mm; teeth: number of cutting edges.
     """
     c = np.asarray(chip, float)
-
-    def part(phi: Array) -> Array:
-        double, sine, cosine = np.cos(2 * phi), np.sin(phi), np.cos(phi)
-        swept = 2 * phi - np.sin(2 * phi)
-        fx = (
-            c / 4 * (of.tangential * double - of.radial * swept)
-            - of.edge_tangential * sine
-            + of.edge_radial * cosine
-        )
-        fy = (
-            c / 4 * (of.tangential * swept + of.radial * double)
-            - of.edge_tangential * cosine
-            - of.edge_radial * sine
-        )
-        fz = -of.axial * c * cosine + of.edge_axial * phi
-        return np.stack(np.broadcast_arrays(fx, fy, fz), axis=-1)
-
+    begin, end = (edge_integral(np.asarray(phi, float), c, of) for phi in (start, exit_))
     per_turn = np.asarray(teeth, float) * np.asarray(axial, float) / (2.0 * np.pi)
-    return np.asarray(per_turn)[..., None] * (part(np.asarray(exit_, float)) - part(np.asarray(start, float)))
+    return np.asarray(per_turn)[..., None] * (end - begin)
+
+
+def edge_integral(phi: Array, chip: Array, of: LinearEdge) -> Array:
+    """Integral (..., 3) N rad/mm over phi of the force on a unit of edge (`edge_force`), up to a constant: the brackets above."""
+    double, sine, cosine = np.cos(2 * phi), np.sin(phi), np.cos(phi)
+    swept = 2 * phi - np.sin(2 * phi)
+    fx = (
+        chip / 4 * (of.tangential * double - of.radial * swept)
+        - of.edge_tangential * sine
+        + of.edge_radial * cosine
+    )
+    fy = (
+        chip / 4 * (of.tangential * swept + of.radial * double)
+        - of.edge_tangential * cosine
+        - of.edge_radial * sine
+    )
+    fz = -of.axial * chip * cosine + of.edge_axial * phi
+    return np.stack(np.broadcast_arrays(fx, fy, fz), axis=-1)
+
+
+def edge_force(phi: Array, chip: Array, of: LinearEdge) -> Array:
+    """Force (..., 3) N/mm of the part on a unit of an edge at phi: along feed, left of it, tool axis (Altintas, eq. 2.25)."""
+    sine, cosine = np.sin(phi), np.cos(phi)
+    tangential = of.tangential * chip * sine + of.edge_tangential
+    radial = of.radial * chip * sine + of.edge_radial
+    axial = of.axial * chip * sine + of.edge_axial
+    fx, fy = -tangential * cosine - radial * sine, tangential * sine - radial * cosine
+    return np.stack(np.broadcast_arrays(fx, fy, axial), axis=-1)
 
 
 def milling_power(

@@ -34,6 +34,7 @@ from vcmm.shop.cutting.force import (
 )
 from vcmm.shop.cutting.stock import Removal, Stock, block, remove
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, lengths, pieces, position
+from vcmm.shop.cutting.tooth_force import ToothCuts
 from vcmm.shop.machining.turned_blank import TurnedBlank
 from vcmm.shop.motion.toolpath import CUTS
 
@@ -80,6 +81,7 @@ class Blank:
     said: tuple[str, ...] = ()
     pieces: PathPieces | None = None
     power: Array | None = None
+    teeth: ToothCuts | None = None  # of the stretches, where forces are known
 
     @property
     def kept_as(self) -> str:
@@ -114,7 +116,9 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     for row, depth in zip(removal.collisions, removal.collision_depth):
         hit = program.moves[int(stretches.sweep.move[row])].source.line
         deepest[hit] = max(deepest.get(hit, 0.0), float(depth))
-    forces, power = cutting_forces(setup, program, stretches.sweep, removal) if asked else (None, None)
+    forces, power, teeth = (
+        cutting_forces(setup, program, stretches.sweep, removal) if asked else (None, None, None)
+    )
     shanks = shank_collisions(setup, program, sweep, removal.stock)
     said = (
         (f"line {line} cuts with a rotary axis off zero: no cutting forces are computed",)
@@ -131,6 +135,7 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         said=said,
         pieces=stretches,
         power=power,
+        teeth=teeth,
     )
 
 
@@ -218,8 +223,11 @@ def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
     return (shapes.flat(tool.shank_diameter / 2), tool.cutting_length) if wider else None
 
 
-def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> tuple[Array, Array]:
-    """While each row of the sweep cuts: mean force of the part on the tool (rows, 3) N, workpiece axes, and power (rows,) W."""
+def cutting_forces(
+    setup: Setup, program: Program, sweep: Sweep, removal: Removal
+) -> tuple[Array, Array, ToothCuts]:
+    """While each row of the sweep cuts: mean force of the part on the tool (rows, 3) N, workpiece axes, power (rows,) W, and what each
+    tooth cuts."""
     moves = [program.moves[i] for i in sweep.move.tolist()]
     teeth = np.array([setup.tools[m.tool].teeth or 0 for m in moves])
     missing = sorted({m.tool for m, z in zip(moves, teeth) if z == 0 and m.kind != "rapid"})
@@ -236,10 +244,15 @@ def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Remova
     force = milling_force(removal.enter, removal.leave, axial, chip, teeth, material)
     speed = np.array([t.radius for t in sweep.tools])[sweep.tool] * 1e-3 * turning * TURN / 60.0
     power = milling_power(removal.enter, removal.leave, axial, chip, teeth=teeth, speed=speed, of=material)
+    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
+    helix = np.array([np.nan if (h := setup.tools[m.tool].helix) is None else h for m in moves], dtype=float)
+    cuts = ToothCuts(
+        start=removal.enter, exit=removal.leave, axial=axial, chip=chip, teeth=teeth, lag=np.tan(helix) / radius, edges=material
+    )  # fmt: skip
     middle = position(sweep, np.array([[0.49], [0.51]]))
     way = middle[1] - middle[0]
     length = np.linalg.norm(way, axis=1)
-    return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis), power
+    return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis), power, cuts
 
 
 def _edges(setup: Setup, chip: Array) -> LinearEdge:

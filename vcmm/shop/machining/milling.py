@@ -16,6 +16,7 @@ from vcmm.shop.cutting.force import to_workpiece
 from vcmm.shop.cutting.index import Index
 from vcmm.shop.cutting.stylus import roll_ball
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, position
+from vcmm.shop.cutting.tooth_force import ToothCuts
 from vcmm.shop.machining.blank import Blank, machined_blank
 from vcmm.shop.machining.neighbours import candidates
 from vcmm.shop.machining.process import (
@@ -32,6 +33,7 @@ from vcmm.shop.machining.tool_errors import ToolSide
 
 CONTACTS = 6  # of one point: repeated passes tie
 SPINDLE_ANGLE = "spindle_angle_rad"  # column of effects that follow the turning spindle
+UPRIGHT = 0.01  # share of the normal of a wall along the tool, below which the cylinder of the tool makes it
 STEP = 1e-3  # of a move, to either side, for its direction
 
 
@@ -114,7 +116,11 @@ class MillingProcess(Process):
     def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
         assert isinstance(job.blank, Blank)
         assert job.blank.pieces is not None
-        return force_along(forces, job.blank.pieces.sweep, *job.blank.pieces.at(rows.row, rows.share))
+        stretch, share = job.blank.pieces.at(rows.row, rows.share)
+        out = force_along(forces, job.blank.pieces.sweep, stretch, share)
+        if job.blank.teeth is not None:
+            _made_by_edges(out, job.blank.teeth, job.blank.pieces.sweep.take(stretch), stretch, share, rows)
+        return out
 
     def tool_side(
         self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
@@ -151,6 +157,31 @@ def force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) -> Array:
         along = [np.einsum("ki,ki->k", out[arcs], v) for v in (x, y, mine.axis)]
         out[arcs] = to_workpiece(np.stack(along, axis=1), here, mine.axis)
     return out
+
+
+def _made_by_edges(
+    out: Array, teeth: ToothCuts, sweep: Sweep, stretch: Ints, share: Array, rows: ContactRows
+) -> None:
+    """On walls that a cylinder of known helix makes: the force at the moment at which an edge does, in place of the mean of a turn.
+
+    An edge makes the point at the angle at which the way from the axis to it, against the outward normal, stands to feed and left of it.
+    """
+    normal, axis = rows.surface.normals[rows.point], sweep.axis
+    steep = np.einsum("ki,ki->k", normal, axis)
+    walls = np.flatnonzero(
+        ~np.isnan(teeth.lag[stretch]) & (np.abs(steep) < UPRIGHT) & (teeth.axial[stretch] > 0.0)
+    )
+    if not len(walls):
+        return
+    inner = np.where(sweep.kind == LINE, 0.5, np.clip(share, STEP, 1.0 - STEP))
+    feed = _feed(sweep, inner)[walls]
+    normal, axis = normal[walls], axis[walls]
+    across = feed - np.einsum("ki,ki->k", feed, axis)[:, None] * axis
+    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
+    left = np.cross(axis, across)
+    angle = np.arctan2(-np.einsum("ki,ki->k", normal, across), -np.einsum("ki,ki->k", normal, left))
+    height = np.einsum("ki,ki->k", (rows.at - rows.tip)[walls], axis)
+    out[walls] = to_workpiece(teeth.take(stretch[walls]).generating(angle, height), feed, axis)
 
 
 def _feed(sweep: Sweep, share: Array) -> Array:

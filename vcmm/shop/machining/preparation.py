@@ -18,7 +18,7 @@ from vcmm.program.sensible import length_missing, without_length
 from vcmm.program.setup import turns_with
 from vcmm.shop.cutting.envelope import CUT
 from vcmm.shop.cutting.index import build
-from vcmm.shop.machining.blank import first_turned_cut
+from vcmm.shop.machining.blank import Blank, first_turned_cut
 from vcmm.shop.machining.blank import notes as blank_notes
 from vcmm.shop.machining.contact_path import surface_at
 from vcmm.shop.machining.gauge import gauge_plan
@@ -249,6 +249,26 @@ def _turned_part(job: PreparedCut) -> list[str]:
     ]
 
 
+def _mean_forces(job: PreparedCut) -> list[str]:
+    """Tools that something bends while no helix is stated: their walls are bent by the mean force of a turn."""
+    blank = job.blank
+    if not isinstance(blank, Blank) or blank.teeth is None or blank.pieces is None:
+        return []
+    if job.scenario.force_log or not any(needs_forces(e) for e in job.machine.effects):
+        return []
+    rows = np.repeat(job.sweep.move, blank.pieces.count)[
+        np.isnan(blank.teeth.lag) & (blank.teeth.axial > 0.0)
+    ]
+    tools = sorted({job.program.moves[int(i)].tool for i in rows})
+    if not tools:
+        return []
+    name = ", ".join(map(str, tools))
+    return [
+        f"tool {name}: no helix is stated, so the mean force of a turn bends it; a wall keeps the force of the moment at which an edge makes it: write "
+        f'helix = "30 deg" ("0 deg": straight) in [tools.{tools[0]}]'
+    ]
+
+
 def remarks(job: PreparedCut) -> tuple[str, ...]:
     """What the program, the time law and the machine leave to be said."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
@@ -257,7 +277,7 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
-    said += _turned_part(job)
+    said += [*_turned_part(job), *_mean_forces(job)]
     said += [
         f"{name}: what the scenario states is not added; the machine file says how well it is known now ({evidence})"
         for name, evidence in job.scenario.found_since.items()

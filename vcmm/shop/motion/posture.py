@@ -9,6 +9,9 @@ stands. Two rotary axes mostly point the tool alike at two positions. The one th
     PLANE SYM+ SYM-    the one whose primary axis lies on the positive, negative side of the point between both
     CYCLE800 _DIR      the larger (1) or smaller (-1) value of the axis to which the direction refers, which the builder chooses and the
                        editor calls rotary axis 1; the other one where that cannot be reached (SINUMERIK 828D operating manual, "swiveling")
+    G53.1              FANUC: the one whose first axis turns least, of equal ones whose second axis turns least, then the one whose first and
+                       then whose second axis is nearest to zero; of a head and a table the table counts first (FANUC 16i/18i-MB
+                       operator's manual, "angle of rotation axis", output judgement conditions)
     G53.1 P1 P2        the one whose first axis is positive, negative, as postprocessors for FANUC and Mazak controls write it
 
 First axis: of two on one side of the machine the one nearer to the bed, else the one of the head (FANUC 16i operator's manual, "angle of
@@ -72,6 +75,8 @@ def rotary_position(
     reached = [q for q in (_within(machine, one, near, letters) for one in every) if q is not None]
     if not reached:
         return None
+    if posture is not None and posture.by_axis and not posture.sign:
+        return min(reached, key=lambda q: _turns_by_axis(machine, q, near))
     main = primary_axis(machine)
     least = min(float(np.abs(q - near).max()) for q in reached)
     nearest = [q for q in reached if np.abs(q - near).max() < least + SAME_ANGLE]
@@ -171,6 +176,18 @@ def _asked_for(machine: Machine, every: Sequence[Array], near: Array, posture: P
 
     most = max(size(one) for one in chosen)
     return [one for one in chosen if size(one) > most - SAME_ANGLE]
+
+
+def _turns_by_axis(machine: Machine, angle: Array, near: Array) -> tuple[float, ...]:
+    """What FANUC compares, one after another: the turns of both axes, then their distances from zero; in steps of SAME_ANGLE."""
+    tool = [a for a in machine.chain.tool if a in ROTARY]
+    work = [a for a in machine.chain.work if a in ROTARY]
+    order = [
+        ROTARY.index(a) for a in (work + tool if tool and work else tool or work)
+    ]  # from the bed outwards; the table first
+    turns = [abs(float(angle[i] - near[i])) for i in order]
+    away = [abs(float(angle[i])) for i in order]
+    return tuple(round(v / SAME_ANGLE) * SAME_ANGLE for v in (*turns, *away))
 
 
 def _is_free(machine: Machine, angle: Array, letters: list[int]) -> bool:

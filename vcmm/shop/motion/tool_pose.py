@@ -13,8 +13,9 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.axes import LINEAR, ROTARY
-from vcmm.core.kinematics import Frame, Pose6, link_frames
+from vcmm.core.kinematics import Axis, Pose6, link_frames
 from vcmm.core.machine import Machine
+from vcmm.core.rigid import Frame
 from vcmm.core.run import Array, Run
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -59,6 +60,9 @@ def _along_chain(machine: Machine, positions: dict[str, Array], vector: Array, i
                 i = LINEAR.index(letter)
                 c[i] = c[i] + q
             continue
+        if machine.axes[letter].direction is not None:
+            c = _turned_about(machine.axes[letter], q, c, is_point)
+            continue
         axis = ROTARY.index(letter)
         i, j = (axis + 1) % 3, (axis + 2) % 3
         centre = machine.axes[letter].centre if is_point else (0.0, 0.0, 0.0)
@@ -66,6 +70,15 @@ def _along_chain(machine: Machine, positions: dict[str, Array], vector: Array, i
         u, v = c[i] - centre[i], c[j] - centre[j]
         c[i], c[j] = centre[i] + cosine * u - sine * v, centre[j] + sine * u + cosine * v
     return np.stack(c, axis=1)
+
+
+def _turned_about(axis: Axis, q: Array, c: list[Array], is_point: bool) -> list[Array]:
+    """Points or directions turned by q (k,) about an axis with a direction d of its own: Rodrigues, p cos + d x p sin + d (d.p) (1 - cos)."""
+    d, centre = np.array(axis.direction), np.array(axis.centre) if is_point else np.zeros(3)
+    p = np.stack(c, axis=1) - centre
+    cosine, sine = np.cos(q)[:, None], np.sin(q)[:, None]
+    turned = centre + p * cosine + np.cross(d, p) * sine + (p @ d)[:, None] * (1.0 - cosine) * d
+    return [turned[:, 0], turned[:, 1], turned[:, 2]]
 
 
 def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> Array:

@@ -1,0 +1,98 @@
+"""The force at the moment at which an edge makes a point of the wall, and not the mean of a turn.
+
+A wall keeps the place of the tool at the moments at which its edges touch it. With straight edges that is at phi = 0 (conventional) or
+phi = pi (climb), where the chip has no thickness: only the edge forces act. An edge of helix b lags by kappa = tan b / R per mm of height,
+so that height z of the wall is made while the edge stands at phi_s there and at phi_s - kappa (zeta - z) at height zeta:
+
+    F(z) = sum over teeth j of  int_0^a dF(phi_s - 2 pi j / N - kappa (zeta - z)) dzeta,    where phi lies within start and exit
+
+and every height of the wall has a force of its own. Its mean over a turn is `milling_force`.
+
+Source: Altintas, Manufacturing Automation, 2nd ed. (2012), 2.8 and 4.4 (surface form errors in peripheral milling); Kline, DeVor, Shareef,
+J. Eng. Ind. 104 (1982) 272. Frame and angles as in vcmm.shop.cutting.force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from vcmm.core.laws import Array
+from vcmm.shop.cutting.contactmap import Ints
+from vcmm.shop.cutting.force import LinearEdge, edge_force, edge_integral
+
+TURN = 2.0 * np.pi
+STRAIGHT = 1e-7  # rad of lag over the whole depth, below which an edge is straight
+SLACK = 1e-9  # rad
+
+
+@dataclass(frozen=True, eq=False)
+class ToothCuts:
+    """How each of m stretches of a path is cut: start and exit rad, axial depth mm, feed per tooth mm, teeth, lag kappa rad/mm (nan: helix not
+    known), edge coefficients."""
+
+    start: Array
+    exit: Array
+    axial: Array
+    chip: Array
+    teeth: Array
+    lag: Array
+    edges: LinearEdge
+
+    def take(self, rows: Ints) -> ToothCuts:
+        """Of some of the stretches."""
+        return ToothCuts(
+            start=self.start[rows], exit=self.exit[rows], axial=self.axial[rows], chip=self.chip[rows], teeth=self.teeth[rows],
+            lag=self.lag[rows], edges=_edges_of(self.edges, rows),
+        )  # fmt: skip
+
+    def force(self, angle: Array, height: Array) -> Array:
+        """Force (m, 3) N of the part on the tool while its edge stands at `angle` (m,) rad at `height` (m,) mm over the tip."""
+        deep, out = self.axial > 0.0, np.zeros((len(self.axial), 3))
+        twist = np.nan_to_num(self.lag) * self.axial
+        straight = np.abs(twist) < STRAIGHT
+        turns = int(np.ceil(float(np.abs(twist).max(initial=0.0)) / TURN)) + 2
+        for tooth in range(int(np.max(self.teeth, initial=0))):
+            at = deep & (tooth < self.teeth)
+            phi = angle - TURN * tooth / np.maximum(self.teeth, 1)
+            at_once = np.remainder(phi - self.start + SLACK, TURN) - SLACK + self.start
+            there = at & straight & (at_once <= self.exit + SLACK)
+            if there.any():
+                out += np.where(there, self.axial, 0.0)[:, None] * edge_force(at_once, self.chip, self.edges)
+            first = (
+                phi + np.nan_to_num(self.lag) * height
+            )  # where the edge stands at the tip; at the top it lags by the whole twist
+            low, high = np.minimum(first, first - twist), np.maximum(first, first - twist)
+            for turn in range(-turns, turns + 1):
+                a, b = np.maximum(low - turn * TURN, self.start), np.minimum(high - turn * TURN, self.exit)
+                cuts = at & ~straight & (b > a)
+                if cuts.any():
+                    a, b = np.where(cuts, a, 0.0), np.where(cuts, b, 0.0)
+                    per = np.divide(1.0, np.abs(self.lag), out=np.zeros_like(a), where=cuts)
+                    found = edge_integral(b, self.chip, self.edges) - edge_integral(a, self.chip, self.edges)
+                    out += np.where(cuts, per, 0.0)[:, None] * found
+        return out
+
+    def generating(self, angle: Array, height: Array) -> Array:
+        """The same for the edge that makes the wall at `angle`: it cuts there, so that start or exit, which come from a map of heights, are
+        taken as far as that angle (within TURN / 8 of it). height: of the point of the wall; above the depth of cut that of its top."""
+        near = np.remainder(angle, TURN)
+        over = np.remainder(near - self.exit, TURN)
+        under = np.remainder(self.start - near, TURN)
+        inside = np.remainder(near - self.start, TURN) <= self.exit - self.start
+        later = ~inside & (over <= under) & (over < TURN / 8)
+        sooner = ~inside & ~later & (under < TURN / 8)
+        wide = replace(
+            self,
+            start=np.where(sooner, self.start - under, self.start),
+            exit=np.where(later, self.exit + over, self.exit),
+        )
+        return wide.force(angle, np.clip(height, 0.0, self.axial))
+
+
+def _edges_of(edges: LinearEdge, rows: Ints) -> LinearEdge:
+    """Coefficients of some of the stretches, where they have their own."""
+    names = [f.name for f in fields(edges) if f.name != "source"]
+    own = {n: value[rows] for n in names if np.ndim(value := getattr(edges, n))}
+    return replace(edges, **own)
