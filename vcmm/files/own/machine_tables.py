@@ -90,6 +90,7 @@ class Repeatability(Table):
     u: Spread | None = None
     scale: Spread | None = None
     dof: float | None = Field(default=None, ge=1, allow_inf_nan=False, examples=["6"])
+    nu: float | None = Field(default=None, ge=1, allow_inf_nan=False, examples=["6"])
 
 
 class Scales(Table):
