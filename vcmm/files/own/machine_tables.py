@@ -126,6 +126,7 @@ class CertificateTable(Table):
     PFTM_MPE: str | None = None
     PSTM_MPE: str | None = None
     PLTM_MPE: str | None = None
+    THP_MPE: str | None = None
     iso230_2: dict[str, str] | None = Field(default=None, examples=['{ A = "8 um", R = "4 um" }'])
     prior: str = Field(default="limit", examples=['"limit"'])
     measured: dict[str, Any] | None = Field(

@@ -25,7 +25,6 @@ from vcmm.task.measuring.plan import Plan, Step, Stylus, Touch
 from vcmm.task.measuring.qualification import Qualification
 from vcmm.task.measuring.strategies import choose, plan_points
 
-
 POINTS = {  # per kind of feature what a step may say; numbers are those of a feature of 20 mm and more
     "point": '{ strategy = "nominal" }', "points": '{ strategy = "nominal" }', "line": '{ strategy = "even", n = 5 }',
     "plane": '{ strategy = "grid", n = [3, 3], margin = "5 mm" }', "circle": '{ strategy = "even", n = 12 }',
