@@ -1,7 +1,7 @@
 """Processor time of a batch of parts: one after the other in calls of their own, and in one file.
 
-    python benchmarks/bench_batch.py            one run, both ways; ratios are of the same run
-    python benchmarks/bench_batch.py --profile  the file alone, and where its time goes
+python benchmarks/bench_batch.py            one run, both ways; ratios are of the same run
+python benchmarks/bench_batch.py --profile  the file alone, and where its time goes
 """
 
 from __future__ import annotations

@@ -16,7 +16,12 @@ def test_tip_form_along_weights() -> None:
     normals[:2] = (0, 0, 1), (1, 0, 0)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     stylus = np.array(["a"] * 20 + ["b"] * 20)
-    run = Run({"X": np.zeros(40)}, np.zeros((40, 3)), columns=dict(zip(("nx", "ny", "nz"), normals.T)), labels={"stylus": stylus})
+    run = Run(
+        {"X": np.zeros(40)},
+        np.zeros((40, 3)),
+        columns=dict(zip(("nx", "ny", "nz"), normals.T)),
+        labels={"stylus": stylus},
+    )
     weights = rng.normal(size=(40, 6))
     effect = TipForm("a", coefficients=np.zeros(12))
     due = np.einsum("ni,nik->nk", weights, stepped_basis(effect, "coefficients", run))

@@ -109,7 +109,9 @@ def write(folder: Path, *, turn: bool = False, names: dict[str, str] | None = No
     return {called.get(n, n): p @ way.T for n, p in places().items()}
 
 
-def write_points(folder: Path, points: dict[str, np.ndarray], unit: str = "mm", shuffle: bool = False) -> None:
+def write_points(
+    folder: Path, points: dict[str, np.ndarray], unit: str = "mm", shuffle: bool = False
+) -> None:
     scale, rows = {"mm": 1.0, "um": 1000.0, "in": 1 / 25.4}[unit], []
     for name, found in points.items():
         rows += [f"{name}," + ",".join(f"{v:.12g}" for v in p) for p in found * scale]

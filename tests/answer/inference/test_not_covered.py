@@ -72,7 +72,15 @@ def test_spacing_is_that_of_the_loneliest_point() -> None:
     assert spacing(np.zeros((2, 3))) == 0.0
 
 
-EDGE = Feature("edge", "line", np.array([-40.0, 0, 0]), np.array([1.0, 0, 0]), np.zeros(0), extent=(80.0,), u=np.array([0.0, 0, 1]))
+EDGE = Feature(
+    "edge",
+    "line",
+    np.array([-40.0, 0, 0]),
+    np.array([1.0, 0, 0]),
+    np.zeros(0),
+    extent=(80.0,),
+    u=np.array([0.0, 0, 1]),
+)
 
 
 def test_what_a_surface_does_beyond_the_outermost_points() -> None:
