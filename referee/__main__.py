@@ -12,7 +12,7 @@ from pathlib import Path
 
 from referee import count, further
 from referee.cells import all_cells
-from referee.table import markdown
+from referee.table import brief, markdown
 
 KINDS = {
     "evaluate": count.evaluate,
@@ -67,9 +67,12 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--keep", help="folder that keeps the files of every cell")
     parser.add_argument("--list", action="store_true", help="name the cells and stop")
     parser.add_argument("--table", metavar="FILE", help="print the table of a file and stop")
+    parser.add_argument(
+        "--brief", metavar="FILE", help="print the table of a page, with fewer columns, and stop"
+    )
     chosen = parser.parse_args(words)
-    if chosen.table:
-        print(markdown(Path(chosen.table)))
+    if chosen.table or chosen.brief:
+        print(markdown(Path(chosen.table)) if chosen.table else brief(Path(chosen.brief)))
         return 0
     part, of = (int(v) for v in chosen.shard.split("/"))
     patterns = chosen.cells.split(",")

@@ -30,7 +30,8 @@ class Input:
     owner: names the machine where two have a part in one task, so that each has draws of its own. cause: tells apart what
     makes one quantity uncertain for several physical reasons, each a line of the budget. bound: nothing is known but that the
     quantity is no larger: the law is the far end, and any share of it down to nothing is as possible. widths: how many numbers each member of a joint law
-    has, where some are arrays; () where each is one number.
+    has, where some are arrays; () where each is one number. nu: degrees of freedom of the stated standard uncertainty (JCGM 100, G.4), where the law
+    has none of its own.
     """
 
     effect: str
@@ -46,6 +47,7 @@ class Input:
     cause: str = ""
     bound: bool = False
     widths: tuple[int, ...] = ()
+    nu: float = np.inf
 
     @property
     def id(self) -> str:

@@ -82,3 +82,18 @@ def test_a_scan_of_too_many_points_for_its_form():
     round_ = Characteristic("round", "roundness", of=("a",), zone=0.02)
     with pytest.raises(ModelLimit, match="take at most 3000 of them"):
         build(rings("machine", 3001, (round_,)).task())
+
+
+def test_what_is_drawn_for_one_part_serves_all_of_a_batch(monkeypatch):
+    """Two parts of one model: the machines are drawn once, and each part has the number that it has alone."""
+    from vcmm.answer.evaluation import jointly
+
+    asked, draw = [], jointly.simulate
+    monkeypatch.setattr(jointly, "simulate", lambda *a, **k: asked.append(1) or draw(*a, **k))
+    result = evaluate(rings("machine").task(), QUICK)
+    both = []
+    for off in (0.004, 0.0095):
+        found = [at_indication(c, 30.0 + off, QUICK.rule) for c in result.characteristics]
+        both.append(judged_jointly(result.model, found, [30.0 + off] * 2, 1).least)
+    assert len(asked) == 1
+    assert both == [judged("machine", 0.004).least, judged("machine", 0.0095).least]

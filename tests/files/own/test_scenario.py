@@ -244,3 +244,13 @@ def test_a_point_is_touched_where_it_is_drawn(tmp_path: Path) -> None:
     assert task.touches.points[task.touches.rows["corner"]].tolist() == [[10.0, 5.0, 20.0]]
     with pytest.raises(DataError, match=r'A point has no strategy "grid"\. Allowed: nominal'):
         load_scenario(edited(tmp_path, edits[0], (edits[1][0], step.replace("nominal", "grid"))))
+
+
+@pytest.mark.parametrize("kind", ["line", "plane", "circle", "cylinder"])
+def test_a_step_without_points_is_told_what_its_feature_takes(kind):
+    """A point feature was told to write a grid, which is refused for a point; it has one place only, and needs no word."""
+    from vcmm.files.own.plan import POINTS
+    from vcmm.task.measuring.strategies import PATTERNS
+
+    (strategy,) = [w for w in PATTERNS[kind] if f'"{w}"' in POINTS[kind]]
+    assert strategy in PATTERNS[kind]

@@ -15,7 +15,7 @@ from vcmm.core.machine import Machine
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
 from vcmm.task.certified.each_limit import machines_at_each_limit
-from vcmm.task.certified.findings import Finding, Findings
+from vcmm.task.certified.findings import Finding, Findings, LimitShare
 from vcmm.task.certified.knowledge import certified_knowledge
 from vcmm.task.certified.lines import length_run, seven_lines
 from vcmm.task.certified.machines import error_tables, half_sphere, per_mode, tip_harmonics
@@ -81,6 +81,42 @@ def test_geometry_as_large_as_it_was_found() -> None:
     few, many = (used(found(lengths=rows)).max(axis=1) for rows in (one, one * 60))
     assert np.median(many) < np.median(few)  # one length may have missed what the machine can do
     assert few.max() <= 1.8e-3 + 1e-3 * np.sqrt(600**2 + 500**2 + 400**2) / 350 + 1e-9
+
+
+def test_the_largest_error_as_a_share_of_its_limit() -> None:
+    """Largest |E| = 60 % of MPE: the largest E/MPE of the 35 lengths is 0.6. With u = 0.15 um at a length of 600 mm, MPE 1.8 + 600/350 = 3.514 um,
+    its standard uncertainty is 0.0427; lengths are 85 to 790 mm, so it lies between 0.15 / 4.06 = 0.037 and 0.15 / 2.04 = 0.074.
+    """
+    lengths = length_run(BARE, seven_lines(BARE))[1]
+    limit = 1.8e-3 + 1e-3 * lengths / 350
+    assert (used(found(worst=LimitShare(0.6))) / limit).max(axis=1) == pytest.approx(0.6)
+    shares = (used(found(worst=LimitShare(0.6, u=0.15e-3))) / limit).max(axis=1)
+    assert shares.mean() == pytest.approx(0.6, abs=0.003)
+    assert 0.037 < shares.std() < 0.074
+    assert LimitShare(0.6, u=0.15e-3).u_at(np.array([3.514e-3]))[0] == pytest.approx(0.0427, abs=5e-5)
+
+
+def test_a_share_and_figures_without_effect_are_read(tmp_path: Path) -> None:
+    for said in (
+        '"60 %"',
+        '{ error = "60 % of MPE", u = "0.15 um" }',
+        '{ error = "60% of the E0_MPE", u = "8 %" }',
+    ):
+        machine = load_scenario(
+            scenario_with(tmp_path, LIMITS, f'E0_largest = {said}\nPLTE = "1 um"\nTHP = "2 um"')
+        ).machine
+        assert any("found largest E0 60% of its limit" in i.evidence for i in machine.inputs)
+        told = " ".join(machine.remarks)
+        assert "[certificate.measured] PLTE has no effect: machines are drawn with one stylus" in told
+        assert (
+            "[certificate.measured] THP has no effect: machines are drawn that touch point by point" in told
+        )
+    for said, why in (
+        ('"120 %"', "120% of E0_MPE is more than it allows"),
+        ('"so %"', 'write "60 %" of MPE'),
+    ):
+        with pytest.raises(DataError, match=why):
+            load_scenario(scenario_with(tmp_path, LIMITS, f"E0_largest = {said}"))
 
 
 def test_what_was_found_is_no_mere_bound() -> None:

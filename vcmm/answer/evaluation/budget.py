@@ -46,7 +46,7 @@ def _dof(world: World, one: Input, law: object) -> float:
     if one.cause == REPEATABILITY:
         scatter = [i.law for i in world.machine_of(one)[0].inputs if i.effect == Scatter.name]
         return min((float(getattr(found, "dof", np.inf)) for found in scatter), default=float("inf"))
-    return float(getattr(law, "dof", np.inf))
+    return min(float(getattr(law, "dof", np.inf)), one.nu)
 
 
 def product_line(world: World, first: Influence, second: Influence, u_i: float, u: float) -> BudgetLine:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -66,16 +67,29 @@ def judged_jointly(
 def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, float]], seed: int) -> float:
     """Share of common draws in which all true values lie within their limits."""
     order = [c.name for c in model.characteristics]
-    terms, values = with_products(model, model.terms())
-    start = np.zeros(len(terms[0].gain) if terms else len(model.q0))
-    start[: len(model.q0)] = model.q0
+    numbers = tuple(order.index(c.name) for c, _ in together)
     held, rng = 0, np.random.default_rng([seed, FORMS])
-    for block in simulate(start, terms, seed=seed, trials=TRIALS):
-        drawn, inside = values(block), np.ones(len(block), dtype=bool)
-        for c, y in together:
-            inside &= _within(c, y, drawn[:, order.index(c.name)] + _by_form(c, len(block), rng))
+    for drawn in _drawn_values(model, numbers, seed):
+        inside = np.ones(len(drawn), dtype=bool)
+        for k, (c, y) in enumerate(together):
+            inside &= _within(c, y, drawn[:, k] + _by_form(c, len(drawn), rng))
         held += int(inside.sum())
     return held / TRIALS
+
+
+_DRAWN: WeakKeyDictionary[LinearModel, dict[tuple[tuple[int, ...], int], list[Array]]] = WeakKeyDictionary()
+
+
+def _drawn_values(model: LinearModel, numbers: tuple[int, ...], seed: int) -> list[Array]:
+    """What drawn machines indicate (TRIALS, k) of characteristics number `numbers`, in blocks: the same for all parts of a batch, and kept with their model."""
+    known = _DRAWN.setdefault(model, {})
+    if (numbers, seed) not in known:
+        terms, values = with_products(model, model.terms())
+        start = np.zeros(len(terms[0].gain) if terms else len(model.q0))
+        start[: len(model.q0)] = model.q0
+        blocks = simulate(start, terms, seed=seed, trials=TRIALS)
+        known[numbers, seed] = [np.ascontiguousarray(values(block)[:, list(numbers)]) for block in blocks]
+    return known[numbers, seed]
 
 
 def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> Array:

@@ -1,16 +1,22 @@
-"""What a claim does not cover: defects that no touch met."""
+"""What a claim does not cover: defects that no touch met, and what a surface does beyond its outermost touches."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from vcmm.answer.evaluation.form_family import coordinates
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.criteria import choose_criteria
-from vcmm.part.part import Characteristic
+from vcmm.part.part import Characteristic, Feature
 from vcmm.task.measuring.task import Task
 
+ENDED = ("line", "plane", "cylinder", "cone")  # features that end where touches may not reach
 SAME = 1e-3  # mm: touches nearer than that are repeats of one
+UNSEEN = (
+    0.03  # of the range of a cubic, beyond the outermost touches: less moves no end by more than draws do
+)
+BEYOND = "forms that rise most beyond the outermost points ({where})"
 NARROW = "defects narrower than the spacing of the points ({where}) that no point touches"
 
 
@@ -18,12 +24,39 @@ def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
     """Of extreme values, and of elements by contact: the families of forms hold no scratch between two points."""
     if not gps.is_one_sided(c) and choose_criteria(c).gauss:
         return ()
-    rows, places = task.touches.rows, []
+    rows, places, ends = task.touches.rows, [], []
     for name in c.of:
         apart = spacing(task.touches.points[rows[name]]) if name in rows else 0.0
         if apart:
             places.append(f"{apart:.2g} mm on {name}")
-    return (NARROW.format(where=", ".join(places)),) if places else ()
+        left, shown = (
+            beyond_touches(task.part.features[name], task.touches.points[rows[name]])
+            if name in rows
+            else (0.0, 1.0)
+        )
+        if 1.0 - shown > UNSEEN:
+            ends.append(f"{left:.2g} mm from the end of {name}: a cubic shows {shown:.0%} of itself")
+    out = [NARROW.format(where=", ".join(places))] if places else []
+    return (*out, *([BEYOND.format(where=", ".join(ends))] if ends else []))
+
+
+def beyond_touches(feature: Feature, points: Array) -> tuple[float, float]:
+    """Of touches (n, 3): mm from the outermost to the end of the feature, and the share of its range that a cubic along it shows them.
+
+    u^3 - 3 u / 5 (Legendre, u from -1 to 1) has its range at the ends, 0.8. At touches up to u = m what a line leaves of the same
+    cubic is that of a length m times as long, m^3 of it.
+
+    >>> 0.9**3  # a line of 80 mm, touched from 4 mm to 76 mm
+    0.7290000000000001
+    """
+    if feature.kind not in ENDED or not len(points):
+        return 0.0, 1.0
+    first, along = coordinates(feature, points)
+    found = [(along, feature.extent[-1])]
+    found += [(first, feature.extent[0])] if feature.kind == "plane" else []
+    ends = [(min(float(u.max()), -float(u.min())), size) for u, size in found]
+    m, size = min((max(m, 0.0), size) for m, size in ends)
+    return (1.0 - m) * size / 2.0, m**3
 
 
 def spacing(points: Array) -> float:

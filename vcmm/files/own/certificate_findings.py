@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.units import quantity
-from vcmm.task.certified.findings import Finding, Findings
+from vcmm.task.certified.findings import Finding, Findings, LimitShare
 
 FIGURES: Mapping[str, str] = {
     "R0": "R0",
@@ -15,6 +16,11 @@ FIGURES: Mapping[str, str] = {
     "P_Size": "size", "P_Size_Sph_1x25": "size", "PSTU": "size",
 }  # fmt: skip
 KEYS = ("E0", "E0_largest", *FIGURES)
+# of several styli, heads and scans: the machines that are drawn have one stylus, which touches
+NO_EFFECT = (
+    "P_Form_Sph_5x25", "P_Size_Sph_5x25", "L_Dia_5x25", "PFTE", "PSTE", "PLTE", "P_FTE", "P_STE", "P_LTE", "PFTM", "PSTM", "PLTM", "P_FTM", "P_STM", "P_LTM", "THP",
+    "P_Form_Sph_Scan", "P_Size_Sph_Scan",
+)  # fmt: skip
 EXAMPLE = 'E0_largest = { error = "1.1 um", u = "0.15 um" }'
 OF_LENGTHS = 'E0 = [{ length = "100 mm", error = "0.6 um", u = "0.1 um" }]'
 
@@ -31,11 +37,17 @@ def findings_in(table: Mapping[str, Any], problems: list[tuple[str, str]]) -> Fi
 
 
 def _take(key: str, stated: object, values: dict[str, Any]) -> None:
+    if key in NO_EFFECT:
+        _figure(key, stated)
+        return
+    if key == "E0_largest" and (worst := _share(stated)) is not None:
+        values["worst"] = worst
+        return
     if key == "E0":
         values["lengths"] = _lengths(stated)
         return
     if key not in KEYS:
-        raise UsageError(f'measured: no figure "{key}".{choose_from(key, KEYS)}')
+        raise UsageError(f'measured: no figure "{key}".{choose_from(key, (*KEYS, *NO_EFFECT))}')
     name = "largest" if key == "E0_largest" else FIGURES[key]
     if name in values:
         raise UsageError(f'measured: "{key}" is stated twice, by two of its names; keep one')
@@ -43,6 +55,28 @@ def _take(key: str, stated: object, values: dict[str, Any]) -> None:
     if found.error < 0:
         raise UsageError(f"measured {key} is never negative")
     values[name] = found
+
+
+def _share(stated: object) -> LimitShare | None:
+    """ "60 %", "60 % of MPE", or { error = "60 %", u = "0.15 um" } (u also in %); None: no share."""
+    table = {"error": stated} if isinstance(stated, str) else stated
+    if not isinstance(table, dict) or "%" not in str(table.get("error", "")) or set(table) - {"error", "u"}:
+        return None
+    share, u = _percent(str(table["error"])), str(table.get("u", "0 um"))
+    if share < 0:
+        raise UsageError("measured E0_largest is never negative")
+    if "%" in u:
+        return LimitShare(share, u_share=_percent(u))
+    return LimitShare(share, quantity(u, "length", "measured E0_largest u", "0.15 um"))
+
+
+def _percent(text: str) -> float:
+    found = re.fullmatch(r"\s*(-?\d+(?:\.\d+)?)\s*%\s*(?:of\s+(?:the\s+)?(?:E0_)?MPE)?\s*", text)
+    if not found:
+        raise UsageError(
+            f'measured E0_largest = "{text}" cannot be read: write "60 %" of MPE, or the error itself, such as "0.8 um"'
+        )
+    return float(found[1]) / 100.0
 
 
 def _lengths(stated: object) -> tuple[tuple[float, Finding], ...]:

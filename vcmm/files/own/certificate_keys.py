@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from vcmm.files.own.certificate_findings import NO_EFFECT
 from vcmm.task.certified.certificate import MachineCertificate
 
 # what the program calls a limit -> the keys that state it: ISO 10360-2:2009, -5:2020, -5:2010
@@ -16,8 +17,11 @@ SAME: dict[str, tuple[str, ...]] = {
 }
 # of several styli or orientations of a head: the machines that are drawn have one stylus
 SEVERAL_STYLI = (
-    "P_Form_Sph_5x25_MPE", "P_Size_Sph_5x25_MPE", "L_Dia_5x25_MPE", "PFTE_MPE", "PSTE_MPE", "PLTE_MPE", "PFTM_MPE", "PSTM_MPE", "PLTM_MPE",
+    "P_Form_Sph_5x25_MPE", "P_Size_Sph_5x25_MPE", "L_Dia_5x25_MPE", "PFTE_MPE", "PSTE_MPE", "PLTE_MPE", "PFTM_MPE", "PSTM_MPE", "PLTM_MPE", "THP_MPE",
 )  # fmt: skip
+OF_SCANS = ("THP", "THP_MPE", "P_Form_Sph_Scan", "P_Size_Sph_Scan")
+STYLI = "what several styli add is stated by [plan] qualification = { sphere_diameter = ... }"
+SCANS = "machines are drawn that touch point by point; what a scan adds is stated by [repeatability] and [[inputs]]"
 GROWTH = (50.0, 1500.0)  # mm per um
 SHORTEST = (1e-4, 1e-2)  # mm: E0 of the shortest length
 FARTHEST = 1000.0  # mm: E150 is compared with E0 up to here
@@ -33,10 +37,14 @@ def certificate_remarks(table: Any, c: MachineCertificate) -> tuple[str, ...]:
     """Limits that are not used, or that do not go together, each with the usual range; empty when there is nothing to say."""
     key = {limit: next(iter(stated_keys(table, limit)), "") for limit in SAME}
     out = [
-        f"[certificate] {k} has no effect: machines are drawn with one stylus; what several styli add is stated by [plan] "
-        "qualification = { sphere_diameter = ... }"
+        f"[certificate] {k} has no effect: {SCANS if k in OF_SCANS else 'machines are drawn with one stylus; ' + STYLI}"
         for k in SEVERAL_STYLI
         if getattr(table, k) is not None
+    ]
+    out += [
+        f"[certificate.measured] {k} has no effect: {SCANS if k in OF_SCANS else 'machines are drawn with one stylus; ' + STYLI}"
+        for k in table.measured or {}
+        if k in NO_EFFECT
     ]
     out += [*_of_lengths(key, c), *_of_repeats(key, c)]
     return tuple(out)

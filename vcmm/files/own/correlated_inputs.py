@@ -14,10 +14,10 @@ from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.units import channel_unit, parse_unit
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.own.effects import KeyProblems, noting
-from vcmm.files.own.inputs import input_parameter, is_number, redraw_of
+from vcmm.files.own.inputs import degrees_of_freedom, input_parameter, is_number, redraw_of
 from vcmm.files.problems import TableProblems
 
-CORRELATED_KEYS = ("names", "covariance", "redraw", "evidence")
+CORRELATED_KEYS = ("names", "covariance", "nu", "redraw", "evidence")
 
 
 def build_joint_input(
@@ -52,13 +52,16 @@ def build_joint_input(
     law = None
     with noting(found, "covariance"):
         law = _covariance(table, [unit for _, unit in members]) if len(members) == len(names) else None
+    nu = np.inf
+    with noting(found, "nu"):
+        nu = degrees_of_freedom(table)
     if found:
         raise TableProblems(found)
     if law is None:
         return None
     inputs = tuple(one for one, _ in members)
     whole = " & ".join(one.id for one in inputs)
-    return Input("", "", whole, law, redraw, str(table.get("evidence", "")), members=inputs)
+    return Input("", "", whole, law, redraw, str(table.get("evidence", "")), members=inputs, nu=nu)
 
 
 def _member(name: str, effects: Sequence[Effect], redraw: str, complete: bool) -> tuple[Input, str] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import Field
 from typing import Any
@@ -32,12 +32,13 @@ from vcmm.physics.structure.residual import CorrelatedField, ResidualField
 
 BOUNDED_LAWS = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given
-    "normal": ("u",), "t": ("scale", "dof"), "uniform": ("half_width", "u"), "triangular": ("half_width", "u"),
-    "trapezoidal": ("half_width", "u", "top"), "arcsine": ("half_width", "u"), "samples": ("values",),
-    "multivariate": ("covariance",),
+    "normal": ("u", "nu"), "t": ("scale", "dof", "nu"), "uniform": ("half_width", "u", "nu"), "triangular": ("half_width", "u", "nu"),
+    "trapezoidal": ("half_width", "u", "top", "nu"), "arcsine": ("half_width", "u", "nu"), "samples": ("values", "nu"),
+    "multivariate": ("covariance", "nu"),
 }  # fmt: skip
+NO_SPREAD = ("dof", "nu", "top")
 INPUT_KEYS = (
-    "effect", "channel", "parameter", "law", "u", "scale", "dof", "half_width", "top", "values", "covariance",
+    "effect", "channel", "parameter", "law", "u", "scale", "dof", "nu", "half_width", "top", "values", "covariance",
     "redraw", "evidence",
 )  # fmt: skip
 
@@ -75,7 +76,15 @@ def _channel_input(table: dict[str, Any], found: KeyProblems) -> Input | None:
     with noting(found, "channel"):
         check_channel(channel)
         law, _ = _law(table, channel_unit(channel), difference=True)
-        return Input("channel", "", channel, law, redraw_of(table), str(table.get("evidence", "")))
+        return Input(
+            "channel",
+            "",
+            channel,
+            law,
+            redraw_of(table),
+            str(table.get("evidence", "")),
+            nu=degrees_of_freedom(table),
+        )
     return None
 
 
@@ -116,6 +125,7 @@ def _effect_input(
         redraw=redraw_of(table),
         evidence=str(table.get("evidence", "")),
         scale=scale,
+        nu=degrees_of_freedom(table),
     )
 
 
@@ -297,7 +307,7 @@ def _numbers(value: Any, dimension: str, key: str, example: str) -> Array:
 
 
 def _spread_key(table: dict[str, Any], name: str, unit: str) -> str:
-    allowed = [k for k in LAW_KEYS[name] if k not in ("dof", "top")]
+    allowed = [k for k in LAW_KEYS[name] if k not in NO_SPREAD]
     given = [k for k in allowed if k in table]
     if len(given) == 1:
         return given[0]
@@ -315,8 +325,11 @@ def _spread_key(table: dict[str, Any], name: str, unit: str) -> str:
 
 def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law:
     if name == "normal":
-        return Normal(value)
+        nu = degrees_of_freedom(table)
+        return Normal(value) if nu == np.inf else StudentT(value, nu)
     if name == "t":
+        if "dof" not in table and "nu" in table:
+            return StudentT(value, degrees_of_freedom(table))
         with _key("dof"):
             dof = _plain_number(table.get("dof"), "dof", "13")
             return StudentT(value, dof)
@@ -331,6 +344,23 @@ def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law
         return Trapezoidal(half, half * ratio)
     kind = BOUNDED_LAWS[name]
     return kind(value if key == "half_width" else value / kind(1.0).u)
+
+
+def degrees_of_freedom(table: Mapping[str, Any]) -> float:
+    """nu of a table, infinite where it states none: degrees of freedom of its u. TableProblems: no number of at least 1, dof beside it.
+
+    A normal law with nu is the scaled and shifted t-law of scale u that JCGM 101, 6.4.9.7 assigns to a certificate with nu_eff.
+    """
+    if "nu" not in table:
+        return float("inf")
+    with _key("nu"):
+        if "dof" in table:
+            raise UsageError("nu and dof both state the degrees of freedom; keep one of them")
+        if not is_number(table["nu"]) or not table["nu"] >= 1:
+            raise UsageError(
+                f"nu = {shorten(table['nu'])} must be a plain number of at least 1, the degrees of freedom of u; write for example nu = 13"
+            )
+        return float(table["nu"])
 
 
 def _plain_number(value: Any, key: str, example: str) -> float:

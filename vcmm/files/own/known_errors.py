@@ -281,21 +281,24 @@ def _joint_law(letters: Sequence[str], mesh: Array, u: float, length: float | No
 def _repeatability(table: Repeatability) -> Law:
     if table.law == "normal":
         if table.dof is not None:
-            raise UsageError('dof goes with law = "t"; remove dof or write law = "t"')
+            raise UsageError('dof goes with law = "t"; remove dof, or write nu, the degrees of freedom of u')
         if table.u is not None and table.scale is not None:
             raise UsageError("u and scale are both given; a normal law takes u")
         spread = table.u if table.u is not None else table.scale
         if spread is None:
             raise UsageError('law = "normal" needs u; write for example u = "0.5 um"')
-        return Normal(spread)
+        return Normal(spread) if table.nu is None else StudentT(spread, table.nu)
     if table.u is not None:
         raise UsageError(
             'law = "t" takes scale, the scale parameter of the law, not u; rename u to scale '
             "(u = scale times the root of dof / (dof - 2))"
         )
-    if table.scale is None or table.dof is None:
+    if table.dof is not None and table.nu is not None:
+        raise UsageError("nu and dof both state the degrees of freedom; keep one of them")
+    dof = table.nu if table.dof is None else table.dof
+    if table.scale is None or dof is None:
         raise UsageError('law = "t" needs scale and dof; write for example scale = "0.7 um" and dof = 6')
-    return StudentT(table.scale, table.dof)
+    return StudentT(table.scale, dof)
 
 
 def _scales(table: Scales, letters: list[str]) -> tuple[list[Effect], list[Input]]:

@@ -92,6 +92,7 @@ class Repeatability(Table):
     u: Spread | None = None
     scale: Spread | None = None
     dof: float | None = Field(default=None, ge=1, allow_inf_nan=False, examples=["6"])
+    nu: float | None = Field(default=None, ge=1, allow_inf_nan=False, examples=["6"])
 
 
 class Scales(Table):
@@ -127,6 +128,7 @@ class CertificateTable(Table):
     PFTM_MPE: str | None = None
     PSTM_MPE: str | None = None
     PLTM_MPE: str | None = None
+    THP_MPE: str | None = None
     iso230_2: dict[str, str] | None = Field(default=None, examples=['{ A = "8 um", R = "4 um" }'])
     prior: str = Field(default="limit", examples=['"limit"'])
     measured: dict[str, Any] | None = Field(

@@ -25,6 +25,13 @@ from vcmm.task.measuring.plan import Plan, Step, Stylus, Touch
 from vcmm.task.measuring.qualification import Qualification
 from vcmm.task.measuring.strategies import choose, plan_points
 
+POINTS = {  # per kind of feature what a step may say; numbers are those of a feature of 20 mm and more
+    "point": '{ strategy = "nominal" }', "points": '{ strategy = "nominal" }', "line": '{ strategy = "even", n = 5 }',
+    "plane": '{ strategy = "grid", n = [3, 3], margin = "5 mm" }', "circle": '{ strategy = "even", n = 12 }',
+    "sphere": '{ strategy = "iso10360" }', "cylinder": '{ strategy = "levels", at = ["5 mm", "15 mm"], n = 12 }',
+    "cone": '{ strategy = "levels", at = ["5 mm", "15 mm"], n = 12 }', "torus": '{ strategy = "grid", n = [8, 8] }', "mesh": '"points.csv"',
+}  # fmt: skip
+
 
 class QualificationTable(Table):
     sphere_diameter: Size = 25.0
@@ -50,7 +57,9 @@ class TouchTable(Table):
 class StepTable(Table):
     feature: str = Field(examples=['"top"'])
     stylus: str = Field(examples=['"down"'])
-    points: str | dict[str, Any] = Field(examples=['{ strategy = "grid", n = [3, 3], margin = "5 mm" }'])
+    points: str | dict[str, Any] | None = Field(
+        default=None, examples=['{ strategy = "grid", n = [3, 3], margin = "5 mm" }']
+    )
     approach: Direction | None = None
 
 
@@ -166,10 +175,19 @@ def _step(document: Document, t: StepTable, part: Part, styli: list[str] | None)
         raise TableProblems(found)
     feature = part.features[t.feature]
     try:
+        if t.points is None and feature.kind != "point":
+            raise TableProblems(
+                [
+                    (
+                        "",
+                        f'the key "points" is missing; write for example points = {POINTS[feature.kind]}, or name a file of the points',
+                    )
+                ]
+            )
         if isinstance(t.points, str):
             points, normals = _from_file(document, t.points, feature, part)
         else:
-            points, normals = plan_points(feature, _pattern(feature, t.points))
+            points, normals = plan_points(feature, _pattern(feature, t.points or {"strategy": "nominal"}))
     except TableProblems:
         raise
     except DataError as error:
@@ -187,8 +205,7 @@ def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
     """points = { strategy = "levels", at = ["5 mm"], n = 8 } to the pattern's dataclass; units by its metadata."""
     if "strategy" not in table:
         raise UsageError(
-            f"points has no strategy.{misspelt('strategy', table)} Write for example "
-            'points = { strategy = "grid", n = [3, 3], margin = "5 mm" }'
+            f"points has no strategy.{misspelt('strategy', table)} Write for example points = {POINTS[feature.kind]}"
         )
     kind = choose(feature.kind, str(table["strategy"]))
     known = {f.name: f for f in fields(kind)}

@@ -67,6 +67,11 @@ class TipForm(Effect):
         height = harmonics(run.normal, SIZES[len(c)]) @ c
         return along(run, run.normal, height * run.label_mask("stylus", self.stylus))
 
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        """The harmonics once, and not twice for each of their steps: a search of places asks at hundreds of poses."""
+        seen = (weights[:, :3] * run.normal).sum(axis=1) * run.label_mask("stylus", self.stylus)
+        return seen[:, None] * harmonics(run.normal, SIZES[len(self.coefficients)])
+
 
 def harmonics(n: Array, degree: int) -> Array:
     """Real spherical harmonics of degree 2 to `degree` at unit vectors n (k, 3): (k, terms), mean square 1."""

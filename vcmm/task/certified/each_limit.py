@@ -25,7 +25,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, smallest_limit
-from vcmm.task.certified.findings import Finding
+from vcmm.task.certified.findings import Finding, LimitShare
 from vcmm.task.certified.lines import RAM, REPEATS, SHARES, length_run, ram_lines, seven_lines
 from vcmm.task.certified.machines import (
     NODES,
@@ -93,6 +93,8 @@ def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes:
         scale = np.minimum(
             scale, _draw_finding(c.found.largest, seed, GEOMETRY, len(modes)) / np.maximum(most, 1e-15)
         )
+    if c.found.worst is not None:
+        scale = np.minimum(scale, _by_found_share(c.found.worst, modes @ shown[0].T, e0.at(lengths), seed))
     if c.found.lengths:
         scale = np.minimum(scale, _by_found_lengths(c, e0, modes @ shown[0].T, lengths, seed))
     return np.asarray(scale)
@@ -105,6 +107,15 @@ def _check_largest(largest: Finding, most: float) -> None:
             f"measured E0_largest: {abs(largest.error) * 1e3:g} um is more than E0_MPE allows on the longest length of this machine "
             f"({most * 1e3:.3g} um): such a machine did not pass; correct the value, or state the limit that it was held to"
         )
+
+
+def _by_found_share(worst: LimitShare, errors: Array, limits: Array, seed: int) -> Array:
+    """(m,): at which the largest share of its limit is that found. errors (m, 35) mm of the unscaled machines, limits (35,) mm."""
+    rng = np.random.default_rng([seed, FINDING, GEOMETRY])
+    shares = np.abs(errors) / limits
+    most = limits[shares.argmax(axis=1)]
+    drawn = worst.share + worst.u_at(most) * rng.normal(size=len(errors))
+    return np.asarray(np.maximum(drawn, 0.0) / np.maximum(shares.max(axis=1), 1e-15))
 
 
 def _by_found_lengths(
@@ -169,6 +180,8 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
     limit = e0.at(lengths)
     if c.found.largest is not None:
         limit = np.minimum(limit, c.found.largest.highest)
+    if c.found.worst is not None:
+        limit = np.minimum(limit, c.found.worst.highest(e0.at(lengths)))
     return np.minimum(scatter, 1.0 / (noise / limit).max(axis=1).mean())
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
 
 
 @dataclass(frozen=True)
@@ -22,17 +25,38 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class LimitShare:
+    """Largest |error| over its limit, as found; its standard uncertainty as a length u (mm) at that length, or as such a share."""
+
+    share: float
+    u: float = 0.0
+    u_share: float = 0.0
+
+    def u_at(self, limit: Array) -> Array:
+        """(m,): of the share, where the limit (m,) mm is that of the length with the largest share."""
+        return np.hypot(self.u / limit, self.u_share)
+
+    def highest(self, limit: Array) -> Array:
+        """(n,) mm: what was there at the most on lengths of these limits: the share and two standard uncertainties."""
+        return np.asarray((self.share + 2.0 * self.u_at(limit)) * limit)
+
+
+@dataclass(frozen=True)
 class Findings:
-    """lengths: (length mm, error as found there); largest: largest |error| of all lengths; None where nothing is told."""
+    """lengths: (length mm, error as found there); largest: largest |error| of all lengths; worst: largest |error| over its limit; None
+    where nothing is told.
+    """
 
     lengths: tuple[tuple[float, Finding], ...] = ()
+    worst: LimitShare | None = None
     largest: Finding | None = None
     R0: Finding | None = None
     form: Finding | None = None
     size: Finding | None = None
 
     def __bool__(self) -> bool:
-        return bool(self.lengths) or any(x is not None for x in (self.largest, self.R0, self.form, self.size))
+        single = self.worst, self.largest, self.R0, self.form, self.size
+        return bool(self.lengths) or any(x is not None for x in single)
 
     def words(self) -> str:
         """What was found, as evidence of an Input; empty where nothing was."""
@@ -41,6 +65,8 @@ class Findings:
         if self.lengths:
             worst = max((f for _, f in self.lengths), key=lambda f: abs(f.error))
             parts.insert(0, f"E0 on {len(self.lengths)} lengths, at most {_um(worst)}")
+        if self.worst is not None:
+            parts.insert(0, f"largest E0 {self.worst.share:.0%} of its limit")
         return ", ".join(parts)
 
 
@@ -52,9 +78,14 @@ def over_the_limit(
     found: Findings, e0: Callable[[float], float] | None, short: Mapping[str, float | None]
 ) -> None:
     """UsageError for a finding above the limit of the certificate, by name, and for lengths without one."""
-    if (found.lengths or found.largest) and e0 is None:
+    if (found.lengths or found.largest or found.worst) and e0 is None:
         raise UsageError("measured E0 needs its limit E0_MPE beside it; state E0_MPE")
-    problems = [
+    problems = (
+        [f"measured E0_largest: {found.worst.share:.0%} of E0_MPE is more than it allows"]
+        if found.worst is not None and found.worst.share > 1.0
+        else []
+    )
+    problems += [
         f"measured E0 at {length:g} mm: {abs(f.error) * 1e3:g} um is more than E0_MPE allows there ({e0(length) * 1e3:g} um)"
         for length, f in found.lengths
         if e0 is not None and abs(f.error) > e0(length)
