@@ -28,6 +28,12 @@ from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.mismatch import LEAST_SCATTER, MismatchEntry, ObservedPoints, locate_mismatch
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
+from vcmm.shop.machining.scatter_sizes import (
+    ScatterSizes,
+    found_scatter,
+    scatter_notes,
+    with_scatter,
+)
 from vcmm.shop.machining.scenario import IDEAL, OTHER, CutScenario
 from vcmm.shop.machining.waves import Wave
 from vcmm.shop.machining.world import Cutting
@@ -81,6 +87,7 @@ class MeasuredCut:
     off: Array = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) mm, of the measured points along the normals of the drawing
+    sizes: ScatterSizes | None = None
 
 
 def left_of(cut: MeasuredCut) -> Array:
@@ -116,6 +123,9 @@ def measured_cut(
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
     known = known_columns(model)
     observed = _observe(world, deviation - predicted, known.covariance)
+    sizes = found_scatter(observed, known.common, known.single, aligned, u_point, world.tool.inputs)
+    known = replace(known, common=with_scatter(known.common, sizes))
+    observed = replace(observed, covariance=known.covariance)
     found = locate_mismatch(observed, rigid=aligned, u_point=u_point)
     scatter = found.scatter
     values = evaluate_all(task, fit_features(task, points))
@@ -142,7 +152,8 @@ def measured_cut(
         ),
         wave=found.wave,
         off=deviation,
-        notes=(*notes, *more),
+        notes=(*notes, *more, *scatter_notes(sizes)),
+        sizes=sizes,
     )
 
 

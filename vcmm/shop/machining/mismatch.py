@@ -188,6 +188,16 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
     yield from _label_covariates(points, across)
 
 
+def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
+    """Columns (n, k) of everything that the machine, the tools or a bend of the part may do, scaled: covariates without labels of
+    features and lines, and the squares of positions along each axis."""
+    run, n = points.run, points.normals
+    asked = [c for c in covariates(points) if c.name not in ("feature", "NC line")]
+    squares = [n * _centre(run.position[a])[:, None] ** 2 for a in AXES if a in run.position]
+    columns = np.hstack([_nuisance(points, rigid), *(c.columns for c in asked), *squares])
+    return _scale_columns(columns)
+
+
 def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
     """One feature, one tool, one line of the program."""
     for name in np.unique(points.feature):
