@@ -4,8 +4,9 @@ A part is cut by `referee.cutter` on the machine of `vcmm new measured_block` wi
 per point, per move or per pass, and handed to ``vcmm loop`` as points. Counted: the first name, what is said where there is no name,
 names where nothing was concealed, and the part that the written program makes, cut by the same cutter on the same machine.
 
-delta is the Mahalanobis length of the effect at the measured points, with everything in the covariance that the scenario states as
-uncertain: offset of the work, radius and length of the tools, squareness, scale, scatter of passes, noise of points.
+delta is the Mahalanobis length of the effect at the measured points, with everything in the covariance that differs from part to part:
+offset of the work, radius and length of the tools, squareness, scale, noise of points, and scatter. Nobody tells the loop whether that is drawn per
+pass or per move, so the smaller of both lengths counts. Where the part lay when it was measured is free: points are given in the drawing frame.
 """
 
 import argparse
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 RADIUS = {1: 8.0, 2: 6.0}
 SQUARENESS, SCALE = 20e-6, 20e-6  # what the machine file says of C0Y and of X
 U_SQUARENESS, U_SCALE, U_SETTING, U_PASS, U_POINT = 3e-6, 4e-6, 0.002, 0.0005, 0.0003
+FREE = 1.0  # mm: of the place of the part, and as much of its turns at 100 mm
 GAIN, FORWARD = 33.0, 0.98
 Shape = Callable[[Moment, Array], tuple[Array, Array]]
 
@@ -194,17 +196,21 @@ def uncertain(rng: np.random.Generator, scatter: str) -> Error:
     return error
 
 
-def delta(shape: Array, m: Moment, normals: Array) -> float:
-    """Mahalanobis length of deviations (n,) mm along the normals."""
+def delta(shape: Array, m: Moment, part: Part) -> float:
+    """Mahalanobis length of deviations (n,) mm along the normals, the smaller of scatter drawn per pass and per move."""
+    normals = part.normals
     wall = np.abs(normals[:, 2]) < 0.9
     columns = [U_SETTING * normals[:, k] for k in range(3)]
     for tool in (1, 2):
         columns += [U_SETTING * wall * (m.tool == tool), U_SETTING * normals[:, 2] * (m.tool == tool)]
     columns += [U_SQUARENESS * m.q[:, 1] * normals[:, 0], U_SCALE * m.q[:, 0] * normals[:, 0]]
-    g = np.column_stack(columns)
-    same = m.cutting[:, None] == m.cutting[None]
-    covariance = g @ g.T + U_PASS**2 * same * (normals @ normals.T) + U_POINT**2 * np.eye(len(shape))
-    return math.sqrt(float(shape @ np.linalg.solve(covariance, shape)))
+    g = np.column_stack([*columns, FREE * normals, FREE * np.cross(part.points / 100.0, normals)])
+    lengths = []
+    for group in (m.cutting, m.block):
+        same = group[:, None] == group[None]
+        covariance = g @ g.T + U_PASS**2 * same * (normals @ normals.T) + U_POINT**2 * np.eye(len(shape))
+        lengths.append(math.sqrt(float(shape @ np.linalg.solve(covariance, shape))))
+    return min(lengths)
 
 
 def name_of(found: dict) -> str:
@@ -225,7 +231,7 @@ def case(folder: Path, kind: str, strength: float, scatter: str, seed: int) -> d
         shape = one.draw(rng)
         base, moments = cutter.cut(part.points, part.normals, [known])
         tiny, _ = cutter.cut(part.points, part.normals, [known, _times(shape, 1e-6)])
-        size = strength / delta((tiny - base) / 1e-6, moments, part.normals) * rng.choice([-1.0, 1.0])
+        size = strength / delta((tiny - base) / 1e-6, moments, part) * rng.choice([-1.0, 1.0])
         if kind in ("growth", "wear", "lag_y", "bending"):
             size = abs(size)
         truth.append(_times(shape, size))

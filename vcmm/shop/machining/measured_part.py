@@ -90,15 +90,24 @@ class MeasuredCut:
     sizes: ScatterSizes | None = None
 
 
-def left_of(cut: MeasuredCut) -> Array:
-    """What the prediction leaves of the measured points (n,) mm along the normals of the drawing; where the part was aligned, less the best
-    rigid motion, which is the alignment's."""
-    rest = cut.observed.rest
+def left_of(cut: MeasuredCut, rest: Array) -> Array:
+    """What a prediction leaves, `rest` (n,) mm along the normals of the drawing; where the part was aligned, less the best rigid motion, which is
+    the alignment's."""
     if cut.in_machine:
         return rest
     n, arm = cut.observed.normals, cut.observed.place - cut.observed.place.mean(axis=0)
     rigid = np.hstack([n, np.cross(arm, n)])
     return np.asarray(rest - rigid @ np.linalg.lstsq(rigid, rest, rcond=None)[0])
+
+
+def rest_of(scenario: CutScenario, given: GivenPoints, in_machine: bool = False) -> Array:
+    """Measured less predicted (n,) mm along the normals, in the order of `measured_cut`."""
+    job = set_up(scenario)
+    job, points, _ = _cut_there(job, *_on_part(job, given, in_machine), given)
+    task, world, _ = finished_part(job)
+    touches = task.touches
+    predicted = ((build(task, world).points - touches.points) * touches.normals).sum(axis=1)
+    return np.asarray(((points - touches.points) * touches.normals).sum(axis=1) - predicted)
 
 
 def measured_cut(

@@ -167,7 +167,7 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
     run, n = points.run, points.normals
     across = run.columns.get("across_tool", np.ones(run.n))
     yield Covariate("tool radius", "is the same wherever the side of the tool cuts", across[:, None])
-    yield Covariate("where the part lies", "is a shift or a turn of the whole part", _rigid_columns(points))
+    yield Covariate("where the part lies", "is a shift or a turn of the whole part", rigid_columns(points))
     for i, letter in enumerate(AXES):
         if letter in run.position:
             yield Covariate(
@@ -266,10 +266,10 @@ def _centre(values: Array) -> Array:
 # -- the test ---------------------------------------------------------------------------------------------------------
 def _nuisance(points: ObservedPoints, rigid: bool) -> Array:
     """Where the part was aligned is nobody's fault in the drawing frame."""
-    return _rigid_columns(points) if rigid else np.zeros((len(points.rest), 0))
+    return rigid_columns(points) if rigid else np.zeros((len(points.rest), 0))
 
 
-def _rigid_columns(points: ObservedPoints) -> Array:
+def rigid_columns(points: ObservedPoints) -> Array:
     """Three shifts and three turns (rad x 100 mm) of the part, as they show along the normals (n, 6)."""
     arm = (points.place - points.place.mean(axis=0)) / 100.0
     return np.hstack([points.normals, np.cross(arm, points.normals)])

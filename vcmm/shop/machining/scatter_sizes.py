@@ -1,13 +1,14 @@
-"""How much a machine tool scatters from move to move and from pass to pass, found in a measured part.
+"""How much a machine tool scatters from move to move, from pass to pass and along a pass, found in a measured part.
 
-    rest = F b + M m + P p + f S s + e       m ~ N(0, u_m^2), p ~ N(0, u_p^2), s ~ N(0, 1), cov(e) = what else is uncertain
+    rest = F b + u f (M m sqrt(a) + P p sqrt(b) + S s sqrt(c)) + e        m, p, s ~ N(0, 1), a + b + c = 1, cov(e) = what else is uncertain
 
-A machine file states one scatter, and how it goes on along a pass (S, `vcmm.shop.machining.passes`). An axis that stops anew at every
+A machine file states one scatter u, and how it goes on along a pass (S, `vcmm.shop.machining.passes`). An axis that stops anew at every
 block, or a pass that lies aside as a whole, has fewer independent draws, and what a few draws make of many points looks like physics.
-So a draw along X, Y and Z per move (M) and per pass (P) stands beside it. The sizes are those of restricted maximum likelihood beside
-the columns F of everything that the part is asked for (position, direction, speed, time, feed, wear, force), so that an error of the
-machine of these shapes is not taken for scatter, with a half-Cauchy prior at the stated scatter; of the posterior the median is taken.
-Sources: Patterson, Thompson, Biometrika 58 (1971) 545; Gelman, Bayesian Analysis 1 (2006) 515 (the prior).
+So a draw along X, Y and Z per move (M) and per pass (P) stands beside it: how the variance is shared between the three (a, b, c, no
+share before another) and how large it is (f, about 1: odds fall as 1 + (ln f / ln 2)^2 grows) is learnt from the restricted likelihood
+beside the columns F of everything that the part is asked for (position, direction, speed, time, feed, wear, force), so that an error of
+the machine of these shapes is not taken for scatter. Of the posterior the mean shares and the median of f are taken.
+Source: Patterson, Thompson, Biometrika 58 (1971) 545 (restricted likelihood).
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ from vcmm.shop.machining.passes import MOVE, PASS
 KnownOf = tuple[tuple[str, Array], ...]
 SCATTER = f"{Scatter.name}."
 Ints = npt.NDArray[np.intp]
-SIZES = np.array([0.0, 0.15, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0, 20.0])  # of the stated scatter
-FACTORS = np.array([0.0, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0])  # on what is stated along a pass
-SPREAD = np.log(2.0)  # of the factor, as its statement is believed
+TOTALS = np.array([0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 8.0, 16.0])  # times the stated scatter
+DOUBT = np.log(2.0)  # of the logarithm of the total: a statement is believed to a factor of two
+STEPS = 4  # of a share on the grid
 LEAST_FREEDOM = 3  # numbers left beside the shapes; with fewer nothing is learnt
 MORE = 0.975  # probability that the scatter is larger than stated, from which on it is said
+TWICE = 2.0  # times the stated variance, from which on it is larger
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,30 +99,22 @@ def scatter_sizes(
     unit = u or u_point
     each = [_by_group(normals, group) for group in groups]
     kernels = [unit**2 * (c @ c.T) for c in each]
+    shares = _shares(bool(stated.shape[1]))
+    weights = np.outer(_prior(), np.full(len(shares), 1.0 / len(shares)))
     free = _complement(shapes, len(rest))
-    weights = np.ones((1, 1, 1))
-    factors = FACTORS if stated.shape[1] else np.ones(1)
     if free.shape[1] >= LEAST_FREEDOM:
-        seen = [free.T @ k @ free for k in (other, stated @ stated.T, *kernels)]
-        weights = _posterior(free.T @ rest, seen, factors)
-        move, whole, along = (
-            _median(weights.sum(axis=axes), grid)
-            for axes, grid in (((0, 2), SIZES), ((0, 1), SIZES), ((1, 2), factors))
-        )
-    else:
-        move, whole, along = 1.0, 1.0, 1.0
+        seen = [free.T @ k @ free for k in (other, *kernels, stated @ stated.T)]
+        weights = _posterior(free.T @ rest, seen, shares)
+    total = _median(weights.sum(axis=1), TOTALS)
+    move, whole, along = total * np.sqrt(weights.sum(axis=0) @ shares)
     columns = (
-        *((("scatter.value", along * stated),) if stated.shape[1] and along else ()),
-        *((f"scatter.per_{what}", size * unit * c) for what, size, c in zip(("move", "pass"), (move, whole), each) if size),
+        *((("scatter.value", along * stated),) if stated.shape[1] else ()),
+        *((f"scatter.per_{what}", size * unit * c) for what, size, c in zip(("move", "pass"), (move, whole), each)),
     )  # fmt: skip
+    larger = float(weights.sum(axis=1)[np.square(TOTALS) > TWICE].sum())
     return ScatterSizes(
-        move * unit,
-        whole * unit,
-        along,
-        u,
-        columns,
-        _is_larger(weights, factors, unit, u),
-    )
+        float(move * unit), float(whole * unit), float(along), u, columns, is_larger=bool(u) and larger >= MORE
+    )  # fmt: skip
 
 
 def _by_group(normals: Array, group: Ints) -> Array:
@@ -141,25 +135,32 @@ def _complement(shapes: Array, n: int) -> Array:
     return np.asarray(u[:, int(np.sum(s > 1e-9 * s[0])) :])
 
 
-def _posterior(y: Array, seen: list[Array], factors: Array) -> Array:
-    """Probability (factors, moves, passes) on the grid of sizes."""
-    other, along, move, whole = seen
-    log = np.full((len(factors), len(SIZES), len(SIZES)), -np.inf)
-    for i, f in enumerate(factors):
-        for j, a in enumerate(SIZES):
-            base = other + f**2 * along + a**2 * move
-            for k, b in enumerate(SIZES):
-                log[i, j, k] = _log_likelihood(y, base + b**2 * whole)
-    prior = -np.log1p(SIZES**2) + np.log(np.gradient(SIZES))
-    believed = (
-        np.where(
-            factors > 0, -0.5 * (np.log(np.maximum(factors, factors[min(1, len(factors) - 1)] / 2)) / SPREAD) ** 2, -0.5 * (np.log(0.175) / SPREAD) ** 2
-        )
-        if len(factors) > 1
-        else np.zeros(1)
-    )  # fmt: skip
-    log += believed[:, None, None] + prior[None, :, None] + prior[None, None, :]
-    weights = np.exp(log - log.max())
+def _shares(is_stated: bool) -> Array:
+    """Rows (k, 3) of shares of move, pass and what is stated along a pass; without the last where nothing is stated."""
+    every = [
+        (i, j, STEPS - i - j)
+        for i in range(STEPS + 1)
+        for j in range(STEPS + 1 - i)
+        if is_stated or i + j == STEPS
+    ]
+    return np.array(every, dtype=float) / STEPS
+
+
+def _prior() -> Array:
+    """Probability of each total: the grid is even in its logarithm but for its wide upper end."""
+    weight = np.gradient(np.log(TOTALS)) / (1.0 + (np.log(TOTALS) / DOUBT) ** 2)
+    return np.asarray(weight / weight.sum())
+
+
+def _posterior(y: Array, seen: list[Array], shares: Array) -> Array:
+    """Probability (totals, shares)."""
+    other, *kernels = seen
+    log = np.empty((len(TOTALS), len(shares)))
+    for j, share in enumerate(shares):
+        kernel = sum((s * k for s, k in zip(share, kernels)), np.zeros_like(other))
+        for i, total in enumerate(TOTALS):
+            log[i, j] = _log_likelihood(y, other + total**2 * kernel)
+    weights = _prior()[:, None] * np.exp(log - log.max())
     return np.asarray(weights / weights.sum())
 
 
@@ -173,18 +174,6 @@ def _log_likelihood(y: Array, cov: Array) -> float:
 
 def _median(weight: Array, grid: Array) -> float:
     """Median of a probability on a grid, by its cumulated sum between the places."""
-    if len(grid) == 1:
-        return float(grid[0])
-    edges = np.concatenate([[grid[0]], (grid[1:] + grid[:-1]) / 2, [grid[-1]]])
-    return float(np.interp(0.5, np.concatenate([[0.0], np.cumsum(weight)]), edges))
-
-
-def _is_larger(weights: Array, factors: Array, unit: float, u: float) -> bool:
-    if weights.size == 1 or not u:
-        return False
-    total = (
-        (factors * u)[:, None, None] ** 2
-        + (SIZES * unit)[None, :, None] ** 2
-        + (SIZES * unit)[None, None, :] ** 2
-    )
-    return bool(weights[total > 2.0 * u**2].sum() >= MORE)
+    edges = np.sqrt(grid[1:] * grid[:-1])
+    edges = np.concatenate([[grid[0]], edges, [grid[-1]]])
+    return float(np.exp(np.interp(0.5, np.concatenate([[0.0], np.cumsum(weight)]), np.log(edges))))
