@@ -116,7 +116,7 @@ def _why_not(proof: Any, answers: Any) -> str:
             f"its evidence is {proof.evidence:.1f} nats, where scatter alone reaches {proof.threshold:.1f}, and passes that it is not fitted to gain {proof.gain:.1f} nats by it: "
             "cut and measure another part, or one with more passes under these conditions"
         )
-    sure = min((max(a.probability, a.probability_with_rivals) for a in answers), default=SURE)
+    sure = min((max(a.probability, a.with_rivals) for a in answers), default=SURE)
     if sure < SURE and proof.unseen > proof.seen:
         return (
             f"most of what it moves is a shift or turn of the whole part (up to {proof.largest * 1e3:.2f} µm), which points in the drawing frame cannot show, and its name is "
