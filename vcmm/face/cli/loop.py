@@ -51,7 +51,6 @@ def loop_command(
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, say_warnings
-    from vcmm.show.pages.diagnosis import sentences
     from vcmm.show.tables.loops import loop_json, loop_text
 
     given = measured_points(measured, u_point)
@@ -70,6 +69,8 @@ def loop_command(
     if json:
         print_json(content)
     else:
+        from vcmm.show.pages.diagnosis import sentences
+
         for line in loop_text(result, sentences(result.diagnosis)):
             print(line)
         say_warnings(result.warnings)
@@ -97,8 +98,7 @@ class Loop:
     machine: Path | None  # with what was found; None where nothing was added
     program: Path | None
     proof: Any
-    before: Any  # values of the characteristics of the part as it is predicted with what was found, and of the next one
-    after: Any
+    after: Any  # values of the characteristics of the next part
     refused: str
     warnings: tuple[str, ...]
     written: tuple[str, ...]
@@ -173,7 +173,7 @@ def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopReques
         after = measure_cut(replace(given.scenario, program=program))
     return Loop(
         cut=found.cut.cut, diagnosis=found.diagnosis, machine=found.machine if found.improved else None,
-        program=None if refused else program, proof=proof, before=measure_cut(given.scenario), after=after, refused=refused,
+        program=None if refused else program, proof=proof, after=after, refused=refused,
         warnings=tuple(dict.fromkeys((*found.cut.warnings, *notes, *made.warnings))), written=written, stated=is_stated, rest=left_of(found.cut.cut, found.rest), held_out=found.held_out,
     )  # fmt: skip
 

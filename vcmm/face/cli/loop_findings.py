@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 SURE = 0.95  # probability of a name from which on what the part cannot show of it is corrected too
+OPEN = "which of these it is stays open ({}); the next part is corrected by what they share"
 WITHOUT = {"explained": "unexplained", "partly explained": "unexplained"}
 
 
@@ -64,6 +65,7 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
     from vcmm.learn.diagnosis.acceptance import answers_to_write
 
     proof = None
+    diagnosis = _shared(diagnosis)
     while True:
         tried, improved = _written(part, back.recording, diagnosis, known)
         if not improved:
@@ -73,6 +75,9 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
                 back, tried, named, False, (back.recording.name,), back.cut.observed.rest, proof
             )
         rest, proof = _proof(part, back.cut)
+        if _is_open(proof, answers_to_write(tried.answer)):
+            _leave_out_shift(part.folder / "machine.toml", proof.shift)
+            rest, proof = _proof(part, back.cut)
         why = _why_not(proof, answers_to_write(tried.answer))
         if not why:
             names = (back.recording.name, *improved, "next.toml")
@@ -116,13 +121,52 @@ def _why_not(proof: Any, answers: Any) -> str:
             f"its evidence is {proof.evidence:.1f} nats, where scatter alone reaches {proof.threshold:.1f}, and passes that it is not fitted to gain {proof.gain:.1f} nats by it: "
             "cut and measure another part, or one with more passes under these conditions"
         )
-    sure = min((max(a.probability, a.with_rivals) for a in answers), default=SURE)
-    if sure < SURE and proof.unseen > proof.seen:
+    if _is_open(proof, answers) and proof.unseen > proof.seen:
         return (
             f"most of what it moves is a shift or turn of the whole part (up to {proof.largest * 1e3:.2f} µm), which points in the drawing frame cannot show, and its name is "
-            f"certain to {sure:.2f} only; measure in the frame of the machine (--frame machine), or the same part from its zero"
+            "open; measure in the frame of the machine (--frame machine), or the same part from its zero"
         )
     return ""
+
+
+def _shared(diagnosis: Any) -> Any:
+    """The diagnosis with names to write that are open between some that do the same to this part, where it is sure that it is one of
+    them: the next part is corrected by what they share, whichever it is."""
+    from vcmm.learn.diagnosis.acceptance import answers_to_write
+
+    if answers_to_write(diagnosis.answer):
+        return diagnosis
+    answer = tuple(
+        replace(
+            a,
+            alias_probability=a.with_rivals,
+            remark="; ".join(filter(None, (a.remark, OPEN.format(", ".join(a.cannot_be_told_from))))),
+        )
+        if a.improbable and a.cannot_be_told_from and a.with_rivals >= SURE
+        else a
+        for a in diagnosis.answer
+    )
+    if not answers_to_write(answer):
+        return diagnosis
+    verdict = {"unexplained": "partly explained"}.get(diagnosis.verdict, diagnosis.verdict)
+    return replace(diagnosis, answer=answer, verdict=verdict)
+
+
+def _is_open(proof: Any, answers: Any) -> bool:
+    """Does what the part cannot show rest on a name that is not sure?"""
+    sure = min((max(a.probability, a.family_probability) for a in answers), default=SURE)
+    return bool(sure < SURE and proof.unseen > 0.0)
+
+
+def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
+    """What the name moves the whole part by is taken off in the machine file: the points, aligned to themselves, do not show it."""
+    text = machine.read_text(encoding="utf-8")
+    for direction, amount in zip("xyz", shift):
+        text += (
+            "\n# a shift of the whole part, which the measured points cannot show, is left out of what was found\n"
+            f'[[effects]]\neffect = "work_offset"\ndirection = "{direction}"\nshift = "{-amount * 1e3:.4f} um"\n'
+        )
+    machine.write_text(text, encoding="utf-8")
 
 
 def _without_last(diagnosis: Any, why: str) -> Any:

@@ -67,8 +67,16 @@ class ToolLength(Effect):
     per = "tool"
     cites = "ISO 841:2001; JCGM 100, 4.3"
     belongs_to = "tool"
-    diagnosis = ForDiagnosis(
-        is_named=False,
+    needs_cut = True  # set by hand, and seen in the part only
+    words = Words(
+        seen="the tool is longer than its table says ({dl})",
+        causes="set wrongly, pulled out of its holder, or another tool",
+        confirm="set the tool again",
+        opposite=Opposite(
+            "dl",
+            "the tool is shorter than its table says ({dl})",
+            "set wrongly, pushed into its holder or worn",
+        ),
     )
     tool: str = at("", "tool number; empty = all")
     dl: float = param(

@@ -46,7 +46,7 @@ SMALL = 1e-12
 @dataclass(frozen=True)
 class HeldOutProof:
     """evidence, threshold: nats, and what chance reaches; gain: nats in passes held out; seen, unseen: mm^2, squared size of the shape where the
-    part shows it, and of what of it is a shift or turn of the part; largest: mm, of that."""
+    part shows it, and of what of it is a shift or turn of the part; largest: mm, of that; shift: x, y, z of it in the middle of the points, mm."""
 
     evidence: float
     threshold: float
@@ -54,6 +54,7 @@ class HeldOutProof:
     seen: float
     unseen: float
     largest: float
+    shift: tuple[float, float, float]
 
     @property
     def holds(self) -> bool:
@@ -74,7 +75,9 @@ def held_out_proof(
     rng = np.random.default_rng(seed)
     draws = np.linalg.cholesky(cov) @ rng.standard_normal((len(shape), DRAWS))
     chance = _best_by_chance(precision, _searched(points), draws)
-    unseen = base @ np.linalg.lstsq(base, shape, rcond=None)[0] if rigid else np.zeros(len(shape))
+    part = np.linalg.lstsq(base, shape, rcond=None)[0] if rigid else np.zeros(0)
+    unseen = base @ part if rigid else np.zeros(len(shape))
+    moved = part[:3] if rigid else np.zeros(3)
     return HeldOutProof(
         evidence=float(_evidence(precision, q, y)[0]),
         threshold=max(float(np.quantile(chance, 1.0 - FALSE_ALARM)), 0.0),
@@ -82,6 +85,7 @@ def held_out_proof(
         seen=float(np.sum((shape - unseen) ** 2)),
         unseen=float(unseen @ unseen),
         largest=float(np.abs(unseen).max(initial=0.0)),
+        shift=(float(moved[0]), float(moved[1]), float(moved[2])),
     )
 
 
