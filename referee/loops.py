@@ -297,7 +297,10 @@ def cases(seeds: int) -> list[tuple[str, float, str]]:
     """Kind, delta and scatter of every case of one seed, repeated."""
     one = [(k, 10.0, s) for k, s in zip(NAMED, ("pass", "move") * len(NAMED), strict=False)]
     one += [(k, 15.0, s) for k, s in zip(UNNAMED, ("pass", "move") * len(UNNAMED), strict=False)]
-    one += [("nothing", 0.0, s) for s in NULLS]
+    for place, scatter in zip(
+        (2, 8, 14), NULLS, strict=True
+    ):  # among the others, so that a count that stops early has them
+        one.insert(place, ("nothing", 0.0, scatter))
     return one * seeds
 
 
