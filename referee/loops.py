@@ -259,16 +259,31 @@ def case(folder: Path, kind: str, strength: float, scatter: str, seed: int) -> d
         "kind": kind, "delta": strength if one else 0.0, "scatter": scatter, "seed": seed, "verdict": document["verdict"],
         "found": names, "probability": [f["probability"] for f in document["found"]],
         "written": [bool(f["written"]) for f in document["found"]], "refused": document["refused"],
+        "open_with": [f["cannot_be_told_from"] for f in document["found"]],
     }  # fmt: skip
     if one and one.names:
         row["right_first"] = bool(names) and names[0].startswith(one.names)
     before, _ = cutter.cut(part.points, part.normals, truth)
-    row |= {"rms_before_um": _rms(before), "largest_before_um": float(np.abs(before).max() * 1e3)}
+    row |= {
+        "rms_before_um": _rms(before),
+        "largest_before_um": float(np.abs(before).max() * 1e3),
+        "aligned_before_um": _rms(aligned(before, part)),
+    }
     if document["program"]:
         after = Cutter(read_program((folder / document["program"]).read_text()), RADIUS)
         departs, _ = after.cut(part.points, part.normals, truth)
-        row |= {"rms_after_um": _rms(departs), "largest_after_um": float(np.abs(departs).max() * 1e3)}
+        row |= {
+            "rms_after_um": _rms(departs),
+            "largest_after_um": float(np.abs(departs).max() * 1e3),
+            "aligned_after_um": _rms(aligned(departs, part)),
+        }
     return row
+
+
+def aligned(departs: Array, part: Part) -> Array:
+    """Departures (n,) less the best shift and turn of the part: as its points show them in the drawing frame."""
+    base = np.hstack([part.normals, np.cross(part.points / 100.0, part.normals)])
+    return np.asarray(departs - base @ np.linalg.lstsq(base, departs, rcond=None)[0])
 
 
 def _rms(values: Array) -> float:
