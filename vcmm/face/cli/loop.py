@@ -144,13 +144,11 @@ class Loop:
 
 def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool) -> Loop:
     """The program of the next part: compensated, cut on the machine with what was found, and written where it is no worse."""
-    from math import sqrt
-
     from vcmm.compensation.job import compensate
     from vcmm.compensation.source import write_source
     from vcmm.core.units import quantity
     from vcmm.face.cli.compensate import rewritable
-    from vcmm.face.cli.proof import proof_of
+    from vcmm.face.cli.proof import in_rounds
     from vcmm.shop.machining.job import measure_cut
     from vcmm.shop.machining.measured_part import left_of
 
@@ -158,12 +156,14 @@ def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopReques
     given = rewritable(folder / "next.toml" if found.improved else scenario)
     allowed = quantity(wanted.tolerance, "length", "--tolerance", "1 um")
     surface, notes = _surface(given.scenario, wanted.surface)
-    made = compensate(
-        given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
-        tolerance=allowed, decimals=wanted.decimals, surface=surface,
-    )  # fmt: skip
-    digits = min(made.rounding.largest, sqrt(3.0) * made.rounding.step)
-    proof = proof_of(given.scenario, made.data, given.program.suffix, allowed + digits)
+
+    def make(of_surface: Any) -> Any:
+        return compensate(
+            given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
+            tolerance=allowed, decimals=wanted.decimals, surface=of_surface,
+        )  # fmt: skip
+
+    made, proof = in_rounds(given.scenario, surface, given.program.suffix, allowed, make)
     program, refused, after = folder / f"{given.program.stem}-next{given.program.suffix}", proof.worse, None
     if proof.after is None:
         refused = f"the next part cannot be inspected: {proof.reason}"
