@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 SURE = 0.95  # probability of a name from which on what the part cannot show of it is corrected too
-OPEN = "which of these it is stays open ({}); the next part is corrected by what they share"
+SHARED = "the next part is corrected by what they share"
+OPEN = f"which of these it is stays open ({{}}); {SHARED}"
 WITHOUT = {"explained": "unexplained", "partly explained": "unexplained"}
 
 
@@ -154,8 +155,14 @@ def _shared(diagnosis: Any) -> Any:
 
 def _is_open(proof: Any, answers: Any) -> bool:
     """Does what the part cannot show rest on a name that is not sure?"""
-    sure = min((max(a.probability, a.family_probability) for a in answers), default=SURE)
+    sure = min((_certainty(a) for a in answers), default=SURE)
     return bool(sure < SURE and proof.unseen > 0.0)
+
+
+def _certainty(a: Any) -> float:
+    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone."""
+    shared = SHARED in a.remark
+    return float(max(a.probability, a.family_probability, 0.0 if shared else a.alias_probability))
 
 
 def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
