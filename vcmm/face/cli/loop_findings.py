@@ -73,8 +73,8 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
             named = machine_of(back.recording)[0]
             assert named is not None
             return LoopFindings(
-                back, tried, named, False, (back.recording.name,), back.cut.observed.rest, proof
-            )
+                back, tried, named, improved=False, written=(back.recording.name,), rest=back.cut.observed.rest, held_out=proof
+            )  # fmt: skip
         rest, proof = _proof(part, back.cut)
         if _is_open(proof, answers_to_write(tried.answer)):
             _leave_out_shift(part.folder / "machine.toml", proof.shift)
@@ -82,7 +82,9 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
         why = _why_not(proof, answers_to_write(tried.answer))
         if not why:
             names = (back.recording.name, *improved, "next.toml")
-            return LoopFindings(back, tried, part.folder / "machine.toml", True, names, rest, proof)
+            return LoopFindings(
+                back, tried, part.folder / "machine.toml", improved=True, written=names, rest=rest, held_out=proof
+            )  # fmt: skip
         for name in (*improved, "next.toml"):
             (part.folder / name).unlink(missing_ok=True)
         diagnosis = _without_last(diagnosis, why)

@@ -68,7 +68,8 @@ def found_scatter(
     other = rest @ rest.T + np.diag((single**2).sum(axis=1) + alone**2)
     groups = tuple(points.run.columns[name].astype(np.intp) for name in (MOVE, PASS))
     return scatter_sizes(
-        points.rest, other, machine_shapes(points, rigid), scatter, points.normals, (groups[0], groups[1]), float(max(stated, default=0.0)), alone
+        points.rest, other, machine_shapes(points, rigid), stated=scatter, normals=points.normals, groups=(groups[0], groups[1]),
+        u=float(max(stated, default=0.0)), u_point=alone,
     )  # fmt: skip
 
 
