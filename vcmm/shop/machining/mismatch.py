@@ -189,13 +189,11 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
 
 
 def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
-    """Columns (n, k) of everything that the machine, the tools or a bend of the part may do, scaled: covariates without labels of
-    features and lines, and the squares of positions along each axis."""
-    run, n = points.run, points.normals
-    asked = [c for c in covariates(points) if c.name not in ("feature", "NC line")]
-    squares = [n * _centre(run.position[a])[:, None] ** 2 for a in AXES if a in run.position]
-    columns = np.hstack([_nuisance(points, rigid), *(c.columns for c in asked), *squares])
-    return _scale_columns(columns)
+    """Columns (n, k) of what machine, tools or a bend of the part may do: covariates but features and lines, and squares of positions."""
+    place, n = points.run.position, points.normals
+    asked = [c.columns for c in covariates(points) if c.name not in ("feature", "NC line")]
+    squares = [n * _centre(place[a])[:, None] ** 2 for a in AXES if a in place]
+    return _scale_columns(np.hstack([_nuisance(points, rigid), *asked, *squares]))
 
 
 def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covariate]:

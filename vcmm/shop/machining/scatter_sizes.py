@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Law
@@ -166,6 +165,8 @@ def _posterior(y: Array, seen: list[Array], shares: Array) -> Array:
 
 
 def _log_likelihood(y: Array, cov: Array) -> float:
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
     try:
         factor = cho_factor(cov, lower=True, check_finite=False)
     except LinAlgError:
