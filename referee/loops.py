@@ -4,8 +4,9 @@ A part is cut by `referee.cutter` on the machine of `vcmm new measured_block` wi
 per point, per move or per pass, and handed to ``vcmm loop`` as points. Counted: the first name, what is said where there is no name,
 names where nothing was concealed, and the part that the written program makes, cut by the same cutter on the same machine.
 
-delta is the Mahalanobis length of the effect at the measured points, with everything in the covariance that the scenario states as
-uncertain: offset of the work, radius and length of the tools, squareness, scale, scatter of passes, noise of points.
+delta is the Mahalanobis length of the effect at the measured points, with everything in the covariance that differs from part to part:
+offset of the work, radius and length of the tools, squareness, scale, noise of points, and scatter. Nobody tells the loop whether that is drawn per
+pass or per move, so the smaller of both lengths counts. Where the part lay when it was measured is free: points are given in the drawing frame.
 """
 
 import argparse
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 RADIUS = {1: 8.0, 2: 6.0}
 SQUARENESS, SCALE = 20e-6, 20e-6  # what the machine file says of C0Y and of X
 U_SQUARENESS, U_SCALE, U_SETTING, U_PASS, U_POINT = 3e-6, 4e-6, 0.002, 0.0005, 0.0003
+FREE = 1.0  # mm: of the place of the part, and as much of its turns at 100 mm
 GAIN, FORWARD = 33.0, 0.98
 Shape = Callable[[Moment, Array], tuple[Array, Array]]
 
@@ -194,17 +196,21 @@ def uncertain(rng: np.random.Generator, scatter: str) -> Error:
     return error
 
 
-def delta(shape: Array, m: Moment, normals: Array) -> float:
-    """Mahalanobis length of deviations (n,) mm along the normals."""
+def delta(shape: Array, m: Moment, part: Part) -> float:
+    """Mahalanobis length of deviations (n,) mm along the normals, the smaller of scatter drawn per pass and per move."""
+    normals = part.normals
     wall = np.abs(normals[:, 2]) < 0.9
     columns = [U_SETTING * normals[:, k] for k in range(3)]
     for tool in (1, 2):
         columns += [U_SETTING * wall * (m.tool == tool), U_SETTING * normals[:, 2] * (m.tool == tool)]
     columns += [U_SQUARENESS * m.q[:, 1] * normals[:, 0], U_SCALE * m.q[:, 0] * normals[:, 0]]
-    g = np.column_stack(columns)
-    same = m.cutting[:, None] == m.cutting[None]
-    covariance = g @ g.T + U_PASS**2 * same * (normals @ normals.T) + U_POINT**2 * np.eye(len(shape))
-    return math.sqrt(float(shape @ np.linalg.solve(covariance, shape)))
+    g = np.column_stack([*columns, FREE * normals, FREE * np.cross(part.points / 100.0, normals)])
+    lengths = []
+    for group in (m.cutting, m.block):
+        same = group[:, None] == group[None]
+        covariance = g @ g.T + U_PASS**2 * same * (normals @ normals.T) + U_POINT**2 * np.eye(len(shape))
+        lengths.append(math.sqrt(float(shape @ np.linalg.solve(covariance, shape))))
+    return min(lengths)
 
 
 def name_of(found: dict) -> str:
@@ -225,7 +231,7 @@ def case(folder: Path, kind: str, strength: float, scatter: str, seed: int) -> d
         shape = one.draw(rng)
         base, moments = cutter.cut(part.points, part.normals, [known])
         tiny, _ = cutter.cut(part.points, part.normals, [known, _times(shape, 1e-6)])
-        size = strength / delta((tiny - base) / 1e-6, moments, part.normals) * rng.choice([-1.0, 1.0])
+        size = strength / delta((tiny - base) / 1e-6, moments, part) * rng.choice([-1.0, 1.0])
         if kind in ("growth", "wear", "lag_y", "bending"):
             size = abs(size)
         truth.append(_times(shape, size))
@@ -253,16 +259,31 @@ def case(folder: Path, kind: str, strength: float, scatter: str, seed: int) -> d
         "kind": kind, "delta": strength if one else 0.0, "scatter": scatter, "seed": seed, "verdict": document["verdict"],
         "found": names, "probability": [f["probability"] for f in document["found"]],
         "written": [bool(f["written"]) for f in document["found"]], "refused": document["refused"],
+        "open_with": [f["cannot_be_told_from"] for f in document["found"]],
     }  # fmt: skip
     if one and one.names:
         row["right_first"] = bool(names) and names[0].startswith(one.names)
     before, _ = cutter.cut(part.points, part.normals, truth)
-    row |= {"rms_before_um": _rms(before), "largest_before_um": float(np.abs(before).max() * 1e3)}
+    row |= {
+        "rms_before_um": _rms(before),
+        "largest_before_um": float(np.abs(before).max() * 1e3),
+        "aligned_before_um": _rms(aligned(before, part)),
+    }
     if document["program"]:
         after = Cutter(read_program((folder / document["program"]).read_text()), RADIUS)
         departs, _ = after.cut(part.points, part.normals, truth)
-        row |= {"rms_after_um": _rms(departs), "largest_after_um": float(np.abs(departs).max() * 1e3)}
+        row |= {
+            "rms_after_um": _rms(departs),
+            "largest_after_um": float(np.abs(departs).max() * 1e3),
+            "aligned_after_um": _rms(aligned(departs, part)),
+        }
     return row
+
+
+def aligned(departs: Array, part: Part) -> Array:
+    """Departures (n,) less the best shift and turn of the part: as its points show them in the drawing frame."""
+    base = np.hstack([part.normals, np.cross(part.points / 100.0, part.normals)])
+    return np.asarray(departs - base @ np.linalg.lstsq(base, departs, rcond=None)[0])
 
 
 def _rms(values: Array) -> float:
@@ -291,7 +312,10 @@ def cases(seeds: int) -> list[tuple[str, float, str]]:
     """Kind, delta and scatter of every case of one seed, repeated."""
     one = [(k, 10.0, s) for k, s in zip(NAMED, ("pass", "move") * len(NAMED), strict=False)]
     one += [(k, 15.0, s) for k, s in zip(UNNAMED, ("pass", "move") * len(UNNAMED), strict=False)]
-    one += [("nothing", 0.0, s) for s in NULLS]
+    for place, scatter in zip(
+        (2, 8, 14), NULLS, strict=True
+    ):  # among the others, so that a count that stops early has them
+        one.insert(place, ("nothing", 0.0, scatter))
     return one * seeds
 
 

@@ -10,7 +10,9 @@ fixed point, splits, proof.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -23,20 +25,31 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.moves import Move
 from vcmm.shop.cutting.contactmap import Contacts, Ints
-from vcmm.shop.cutting.envelope import CUT
+from vcmm.shop.cutting.envelope import CUT, CutSurface
 from vcmm.shop.machining.contact_path import contact_rows, surface_at, tool_side
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.milling import MillingProcess
 from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.process import GOUGE, ContactRows, PreparedCut
+from vcmm.shop.machining.process import GOUGE, ContactRows, PreparedCut, Words
 from vcmm.shop.machining.scenario import CutScenario
 
 SEARCH_PLACES = 24  # places along a move, for the share of a point that stands beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
+DAMPED = 0.5  # of what a round leaves, corrected in the next: at corners the whole of it swings
 LARGEST_ANGLE = 0.02  # rad between the normals with which two passes touch one point: chosen
 NEAR_BY = (
     3.0  # times the largest departure: cuts that stay farther off take no part in a correction of that size
 )
+
+
+@dataclass(frozen=True, eq=False)
+class SeenPoints:
+    """Points (n, 3) on features with their normals, the height (n,) mm of the surface without errors, and the cuts that reach them."""
+
+    at: Array
+    normals: Array
+    level: Array
+    cuts: Cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +66,7 @@ class SurfaceErrors:
     against: tuple[
         str, ...
     ]  # features on which most of it is left: their walls want the same tool to go two ways at once
+    seen: SeenPoints
 
     def at(self, low: Ints, high: Ints, tips: Array) -> Array:
         """e (k, 3) of tips (k, 3) on the nearest of moves low to high (k,)."""
@@ -98,17 +112,24 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
             "--surface corrects milling with the rotary axes at rest; on lathes and with turning rotary axes take --surface away: the path is "
             "corrected, and what belongs into the tool table stands in the answer of diagnose"
         )
-    cuts = _on_features(job)
+    seen = _on_features(job)
+    cuts = seen.cuts
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
     if largest < UNSEEN:
         return None
-    moves = job.program.moves
+    return _corrected(job.program.moves, seen, ids)
+
+
+def _corrected(moves: Sequence[Move], seen: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
+    """The shifts of the tool for what the cuts are above where the surface is to be."""
+    cuts = seen.cuts
+    largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
     knots, value, left = shifts_of(moves, cuts)
     feature, points = cuts.feature, len(left)
     rms = float(np.sqrt(np.mean(left**2)))
     names = [str(n) for n in np.unique(feature) if np.abs(left[feature == n]).max() > MUCH * largest]
     return SurfaceErrors(
-        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, left=rms, largest=largest, against=tuple(names),
+        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, left=rms, largest=largest, against=tuple(names), seen=seen,
     )  # fmt: skip
 
 
@@ -121,7 +142,22 @@ def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     return replace(machine, effects=rest, inputs=()), tuple(e.id for e in rest)
 
 
-def _on_features(job: PreparedCut) -> Cuts:
+def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) -> SurfaceErrors:
+    """A further round: what the part of the corrected program (all errors of the machine in it) still departs by is added to what its cuts are
+    corrected for. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
+    job = set_up(replace(scenario, program=program))
+    seen = first.seen
+    surface = surface_at(job, seen.at, seen.normals)
+    good = np.flatnonzero(surface.status == CUT)
+    contacts, errors, _ = _cut_at(job, surface.take(good), first.seen.cuts.feature[good])
+    still = np.zeros(len(seen.at))
+    still[good] = contacts.surface(errors) - seen.level[good]
+    cuts = seen.cuts
+    over = cuts.over + DAMPED * np.where(cuts.makes, still[cuts.point], 0.0)
+    return _corrected(first.moves, replace(seen, cuts=replace(cuts, over=over)), first.effects)
+
+
+def _on_features(job: PreparedCut) -> SeenPoints:
     """The cuts of points on the features of characteristics."""
     steps = gauge_plan(job.scenario.part, None).steps
     at, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
@@ -131,17 +167,24 @@ def _on_features(job: PreparedCut) -> Cuts:
         raise UsageError("the program cuts no feature of the part, so there is no surface to correct")
     surface = surface.take(good)
     feature = np.concatenate([np.full(len(s.points), s.feature) for s in steps])[good]
-    touch = np.array([str(i) for i in range(len(good))])
-    tool, contacts = tool_side(job, surface, touch, feature)
-    rows = contact_rows(job, surface)
-    errors = tool.errors()
-    errors[: len(rows.row)] -= _rounding(job, rows)
+    contacts, errors, rows = _cut_at(job, surface, feature)
     of_row = job.sweep.move[rows.row].astype(np.intp)
     point, candidate, over, makes = _reaching(contacts, errors, of_row)
     row, gain = contacts.row[point, candidate], contacts.gain[point, candidate]
     move, tips = of_row[row], rows.tip[row]
     share = np.array([float(nearest_share(job.program.moves[m], t[None])[0][0]) for m, t in zip(move, tips)])
-    return Cuts(point, move, share, gain=gain, over=over, makes=makes, feature=feature)
+    cuts = Cuts(point, move, share, gain=gain, over=over, makes=makes, feature=feature)
+    return SeenPoints(at[good], normals[good], contacts.surface(np.zeros_like(errors)), cuts)
+
+
+def _cut_at(job: PreparedCut, surface: CutSurface, feature: Words) -> tuple[Contacts, Array, ContactRows]:
+    """Contacts of points that are cut, errors of their rows without corners that the control rounds within a tolerance that nobody stated."""
+    touch = np.array([str(i) for i in range(len(feature))])
+    tool, contacts = tool_side(job, surface, touch, feature)
+    rows = contact_rows(job, surface)
+    errors = tool.errors()
+    errors[: len(rows.row)] -= _rounding(job, rows)
+    return contacts, errors, rows
 
 
 def _rounding(job: PreparedCut, rows: ContactRows) -> Array:

@@ -38,6 +38,12 @@ def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str
     return out
 
 
+def playing(effects: Iterable[Effect], axes: Iterable[str]) -> tuple[Effect, ...]:
+    """Those that make the play of any of these axes."""
+    letters = tuple(axes)
+    return tuple(e for e in effects if any(_is_play(e, letter) for letter in letters))
+
+
 def _is_play(effect: Effect, axis: str) -> bool:
     asked = required(effect)
     return (

@@ -14,7 +14,13 @@ from vcmm.core.declaration import reported_name
 from vcmm.face.cli import run
 
 EFFECTS = {e.id: e for e in concealed() if reported_name(type(e)) == e.name}
-CASES = [(name, PER[(k + seed) % len(PER)], seed) for seed in (1, 2) for k, name in enumerate(EFFECTS)]
+CASES = [
+    pytest.param(
+        name, PER[(k + seed) % len(PER)], seed, marks=pytest.mark.thorough if seed == 1 else pytest.mark.count
+    )
+    for seed in (1, 2)
+    for k, name in enumerate(EFFECTS)
+]
 QUICK = ("spindle_growth[Z]", "move", 1)
 
 
@@ -46,7 +52,6 @@ def test_a_growth_with_scatter_per_move_comes_to_its_end(tmp_path, capsys):
     check(to_the_end(tmp_path, capsys, *QUICK))
 
 
-@pytest.mark.count
 @pytest.mark.parametrize(("name", "per", "seed"), CASES, ids=lambda v: str(v))
 def test_every_effect_that_can_show_in_a_part_comes_to_its_end(tmp_path, capsys, name, per, seed):
     check(to_the_end(tmp_path, capsys, name, per, seed))

@@ -160,12 +160,10 @@ def _rewritten(
     given: _GivenProgram, out: Path | None, options: dict[str, Any], shown: tuple[bool, bool], json: bool
 ) -> int:
     """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline. shown: differences, page."""
-    from math import sqrt
-
     from vcmm.compensation.job import compensate
     from vcmm.compensation.source import write_source
     from vcmm.core.errors import UsageError
-    from vcmm.face.cli.proof import proved_by_cut
+    from vcmm.face.cli.proof import in_rounds, refuse_worse
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.terminal import progress, say
 
@@ -173,14 +171,19 @@ def _rewritten(
     target = out or Path(f"{program.stem}-compensated{program.suffix}")
     if target.exists() and program.exists() and target.samefile(program):
         raise UsageError(f"{target} is the program itself; choose another file with --out")
+    surface, others = options["surface"], {k: v for k, v in options.items() if k != "surface"}
     with progress() as report:
-        result = compensate(
-            program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
-            constants=given.constants, progress=report, follow=shown[1], **options,
-        )  # fmt: skip
-        report("cutting the new program, and inspecting it", 0.9)
-        digits = min(result.rounding.largest, sqrt(3.0) * result.rounding.step)
-        proof = proved_by_cut(given.scenario, result.data, program.suffix, options["tolerance"] + digits)
+
+        def make(of_surface: Any) -> Any:
+            made = compensate(
+                program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
+                constants=given.constants, progress=report, follow=shown[1], surface=of_surface, **others,
+            )  # fmt: skip
+            report("cutting the new program, and inspecting it", 0.9)
+            return made
+
+        result, proof = in_rounds(given.scenario, surface, program.suffix, options["tolerance"], make)
+    refuse_worse(given.scenario, proof)
     write_source(target, result.data)
     say(f"wrote {target}")
     if shown[1]:

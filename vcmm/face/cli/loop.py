@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from vcmm.face.cli.options import Decimals, Seed
+
+if TYPE_CHECKING:
+    from vcmm.face.cli.loop_findings import LoopFindings
 
 
 def loop_command(
@@ -44,17 +47,21 @@ def loop_command(
         Print one JSON document.
     """
     from vcmm.face.cli.cut import measured_points
+    from vcmm.face.cli.loop_findings import diagnose_cut
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say, say_warnings
-    from vcmm.show.pages.diagnosis import sentences
     from vcmm.show.tables.loops import loop_json, loop_text
 
     given = measured_points(measured, u_point)
     folder = output_folder(out or Path(f"{scenario.stem}-next"))
-    found = _diagnose_cut(scenario, given, frame == "machine", seed, folder)
+    found = diagnose_cut(scenario, given, frame == "machine", seed, folder)
     result = _next(
-        found, scenario, folder, _LoopRequest(tolerance, decimals, surface, given, frame == "machine")
+        found,
+        scenario,
+        folder,
+        _LoopRequest(tolerance, decimals, surface),
+        is_stated=given[1] is not None,
     )
     files = [*sources(scenario), measured]
     content = document("vcmm.loop/1", loop_json(result), seed=seed, files=files, warnings=result.warnings)
@@ -62,6 +69,8 @@ def loop_command(
     if json:
         print_json(content)
     else:
+        from vcmm.show.pages.diagnosis import sentences
+
         for line in loop_text(result, sentences(result.diagnosis)):
             print(line)
         say_warnings(result.warnings)
@@ -78,19 +87,6 @@ class _LoopRequest:
     tolerance: str
     decimals: int | None
     surface: bool
-    given: Any  # measured points, u of one or None
-    in_machine: bool
-
-
-@dataclass(frozen=True, eq=False)
-class _LoopFindings:
-    """The comparison, the diagnosis and the machine file to go on with."""
-
-    cut: Any
-    diagnosis: Any
-    machine: Path
-    improved: bool
-    written: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +98,13 @@ class Loop:
     machine: Path | None  # with what was found; None where nothing was added
     program: Path | None
     proof: Any
-    before: Any  # values of the characteristics of the part as it is predicted with what was found, and of the next one
-    after: Any
+    after: Any  # values of the characteristics of the next part
     refused: str
     warnings: tuple[str, ...]
     written: tuple[str, ...]
     stated: bool  # how well a point was measured
     rest: Any  # (n,) mm: what the machine file with what was found leaves of the measured points
+    held_out: Any = None  # the proof in passes held out of what was found; None where nothing was
 
     @property
     def left(self) -> str:
@@ -146,63 +142,28 @@ class Loop:
         return bool(self.proof.met and not (self.refused or self.left or self.setting))
 
 
-def _diagnose_cut(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path) -> _LoopFindings:
-    """Cut, compare and diagnose; the recording and the improved machine file are written."""
-    from vcmm.core.errors import UsageError
-    from vcmm.face.cli.cut_measured import came_back, machine_file
-    from vcmm.face.cli.diagnose import improved_files
-    from vcmm.face.cli.diagnose_several import read_back
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.recording import load_recording, machine_of
-    from vcmm.learn.diagnosis.job import diagnose
-    from vcmm.learn.diagnosis.later import Attempt
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.terminal import progress
-
-    loaded = load_cut(scenario)
-    named, why = machine_file(scenario)
-    if named is None:
-        raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
-    back = came_back(scenario, loaded, given, in_machine, None, folder)
-    written = back.recording
-    assert written is not None
-    recording, known = load_recording(written, None)
-    with progress() as report, about(written):
-        diagnosis = diagnose(recording, known, seed=seed, progress=report)
-    attempt = Attempt.none()
-    improved = improved_files(folder, written, None, known, diagnosis)
-    diagnosis, improved = read_back(folder, improved, [written], diagnosis, attempt)
-    diagnosis = replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures))
-    machine = folder / "machine.toml" if improved else machine_of(written)[0]
-    assert machine is not None
-    return _LoopFindings(back, diagnosis, machine, bool(improved), (written.name, *improved))
-
-
-def _next(found: _LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest) -> Loop:
+def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool) -> Loop:
     """The program of the next part: compensated, cut on the machine with what was found, and written where it is no worse."""
-    from math import sqrt
-
     from vcmm.compensation.job import compensate
     from vcmm.compensation.source import write_source
     from vcmm.core.units import quantity
     from vcmm.face.cli.compensate import rewritable
-    from vcmm.face.cli.proof import proof_of
+    from vcmm.face.cli.proof import in_rounds
     from vcmm.shop.machining.job import measure_cut
-    from vcmm.shop.machining.measured_part import left_of, measured_cut
+    from vcmm.shop.machining.measured_part import left_of
 
     written = found.written
-    if found.improved:
-        (folder / "next.toml").write_text(_next_scenario(scenario, folder), encoding="utf-8")
-        written = (*written, "next.toml")
     given = rewritable(folder / "next.toml" if found.improved else scenario)
     allowed = quantity(wanted.tolerance, "length", "--tolerance", "1 um")
     surface, notes = _surface(given.scenario, wanted.surface)
-    made = compensate(
-        given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
-        tolerance=allowed, decimals=wanted.decimals, surface=surface,
-    )  # fmt: skip
-    digits = min(made.rounding.largest, sqrt(3.0) * made.rounding.step)
-    proof = proof_of(given.scenario, made.data, given.program.suffix, allowed + digits)
+
+    def make(of_surface: Any) -> Any:
+        return compensate(
+            given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
+            tolerance=allowed, decimals=wanted.decimals, surface=of_surface,
+        )  # fmt: skip
+
+    made, proof = in_rounds(given.scenario, surface, given.program.suffix, allowed, make)
     program, refused, after = folder / f"{given.program.stem}-next{given.program.suffix}", proof.worse, None
     if proof.after is None:
         refused = f"the next part cannot be inspected: {proof.reason}"
@@ -210,13 +171,10 @@ def _next(found: _LoopFindings, scenario: Path, folder: Path, wanted: _LoopReque
         write_source(program, made.data)
         written = (*written, program.name)
         after = measure_cut(replace(given.scenario, program=program))
-    again = measured_cut(
-        given.scenario, wanted.given[0], in_machine=wanted.in_machine, u_point=wanted.given[1]
-    )
     return Loop(
         cut=found.cut.cut, diagnosis=found.diagnosis, machine=found.machine if found.improved else None,
-        program=None if refused else program, proof=proof, before=measure_cut(given.scenario), after=after, refused=refused,
-        warnings=tuple(dict.fromkeys((*found.cut.warnings, *notes, *made.warnings))), written=written, stated=wanted.given[1] is not None, rest=left_of(again),
+        program=None if refused else program, proof=proof, after=after, refused=refused,
+        warnings=tuple(dict.fromkeys((*found.cut.warnings, *notes, *made.warnings))), written=written, stated=is_stated, rest=left_of(found.cut.cut, found.rest), held_out=found.held_out,
     )  # fmt: skip
 
 
@@ -231,13 +189,3 @@ def _surface(scenario: Any, wanted: bool) -> tuple[Any, tuple[str, ...]]:
         return surface_errors(scenario), ()
     except UsageError as error:
         return None, (f"the path alone is corrected: {error}",)
-
-
-def _next_scenario(scenario: Path, folder: Path) -> str:
-    """Text of the scenario with the machine file that was found, its other files seen from the folder."""
-    from vcmm.files.toml_edits import editable, move_names, with_value_for_table
-
-    edited = editable(scenario)
-    move_names(edited, scenario.parent, folder)
-    with_value_for_table(edited, "machine", "machine.toml")
-    return str(edited.as_string())

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
+from math import sqrt
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +14,56 @@ NO_PART = (
 )
 
 
-def proved_by_cut(scenario: Any, data: bytes, suffix: str, allowed: float) -> Any:
-    """The proof (vcmm.shop.machining.proof) of a new program that is not written yet. scenario: None where the part is not known.
+ROUNDS = 4  # of further corrections of the finished surface: at corners, where moves share a shift, each leaves about half
 
-    Raises ModelLimit where the part comes out worse than with the program as it is.
-    """
-    from vcmm.core.errors import ModelLimit
+
+def in_rounds(
+    scenario: Any, surface: Any, suffix: str, tolerance: float, make: Callable[[Any], Any]
+) -> tuple[Any, Any]:
+    """The new program and its proof: where the finished surface is corrected and the part is not yet within what is allowed, what it still
+    departs by is corrected once more, up to `ROUNDS` times; the best of these is kept. make: from surface errors (or None) to the program; scenario: None where the part is not
+    known."""
     from vcmm.shop.machining.proof import proof_without_inspection
 
+    made = make(surface)
     if scenario is None:
-        return proof_without_inspection(NO_PART)
-    proof = proof_of(scenario, data, suffix, allowed)
+        return made, proof_without_inspection(NO_PART)
+    proof = _proof_of_made(scenario, made, suffix, tolerance)
+    last = made
+    for _ in range(ROUNDS):
+        if surface is None or proof.after is None or proof.met:
+            break
+        surface = _refined(scenario, surface, last.data, suffix)
+        last = make(surface)
+        again = _proof_of_made(scenario, last, suffix, tolerance)
+        if again.after is not None and again.after.largest < proof.after.largest:
+            made, proof = last, again
+    return made, proof
+
+
+def _proof_of_made(scenario: Any, made: Any, suffix: str, tolerance: float) -> Any:
+    digits = min(made.rounding.largest, sqrt(3.0) * made.rounding.step)
+    return proof_of(scenario, made.data, suffix, tolerance + digits)
+
+
+def _refined(scenario: Any, surface: Any, data: bytes, suffix: str) -> Any:
+    from vcmm.compensation.surface import refined_surface
+
+    with tempfile.TemporaryDirectory() as folder:
+        new = Path(folder) / f"new{suffix}"
+        new.write_bytes(data)
+        return refined_surface(scenario, surface, new)
+
+
+def refuse_worse(scenario: Any, proof: Any) -> None:
+    """Raises ModelLimit where the part comes out worse than with the program as it is."""
+    from vcmm.core.errors import ModelLimit
+
     if proof.worse:
         raise ModelLimit(
             f"{scenario.program}: cut and inspected, the part of the new program is worse than that of the program as it is: {proof.worse}; nothing was "
             "written. Correct the finished surface too (--surface), or leave the program as it is"
         )
-    return proof
 
 
 def proof_of(scenario: Any, data: bytes, suffix: str, allowed: float) -> Any:

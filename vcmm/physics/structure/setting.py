@@ -68,12 +68,20 @@ class ToolLength(Effect):
     about = About(
         cites="ISO 841:2001; JCGM 100, 4.3",
         trade=Trade("length of tool {where} as set", "measure the tool in the machine"),
+        words=Words(
+            seen="the tool is longer than its table says ({dl})",
+            causes="set wrongly, pulled out of its holder, or another tool",
+            confirm="set the tool again",
+            opposite=Opposite(
+                "dl",
+                "the tool is shorter than its table says ({dl})",
+                "set wrongly, pushed into its holder or worn",
+            ),
+        ),
         belongs_to="tool",
+        needs_cut=True,  # set by hand, and seen in the part only
     )
     per = "tool"
-    diagnosis = ForDiagnosis(
-        is_named=False,
-    )
     tool: str = at("", "tool number; empty = all")
     dl: float = param(
         0.0, "um", "actual minus set tool length", typical=Typical(5 * UM, "usual: tool setter 2-10 um")

@@ -20,7 +20,7 @@ from vcmm.program.setup import first_tool
 from vcmm.shop.cutting.contactmap import Contacts, Ints, upright
 from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.machining.own_logs import with_own_logs
-from vcmm.shop.machining.passes import pass_weights
+from vcmm.shop.machining.passes import MOVE, PASS, move_and_pass, pass_weights
 from vcmm.shop.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.shop.machining.spindle_load import LOAD, measured_share, power_log
 from vcmm.shop.machining.states import later_in_batch, states_at
@@ -115,6 +115,7 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         force = process.force(job, rows, job.blank.forces)
         columns |= by_axis("force_{}_N", force * share[:, None])
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
+    columns |= dict(zip((MOVE, PASS), move_and_pass(job.program, job.sweep, rows.row)))
     return logged_states(job, states.with_columns(columns)), known
 
 

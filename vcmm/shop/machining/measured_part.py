@@ -28,6 +28,12 @@ from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.mismatch import LEAST_SCATTER, MismatchEntry, ObservedPoints, locate_mismatch
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
+from vcmm.shop.machining.scatter_sizes import (
+    ScatterSizes,
+    found_scatter,
+    scatter_notes,
+    with_scatter,
+)
 from vcmm.shop.machining.scenario import IDEAL, OTHER, CutScenario
 from vcmm.shop.machining.waves import Wave
 from vcmm.shop.machining.world import Cutting
@@ -81,17 +87,27 @@ class MeasuredCut:
     off: Array = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) mm, of the measured points along the normals of the drawing
+    sizes: ScatterSizes | None = None
 
 
-def left_of(cut: MeasuredCut) -> Array:
-    """What the prediction leaves of the measured points (n,) mm along the normals of the drawing; where the part was aligned, less the best
-    rigid motion, which is the alignment's."""
-    rest = cut.observed.rest
+def left_of(cut: MeasuredCut, rest: Array) -> Array:
+    """What a prediction leaves, `rest` (n,) mm along the normals of the drawing; where the part was aligned, less the best rigid motion, which is
+    the alignment's."""
     if cut.in_machine:
         return rest
     n, arm = cut.observed.normals, cut.observed.place - cut.observed.place.mean(axis=0)
     rigid = np.hstack([n, np.cross(arm, n)])
     return np.asarray(rest - rigid @ np.linalg.lstsq(rigid, rest, rcond=None)[0])
+
+
+def rest_of(scenario: CutScenario, given: GivenPoints, in_machine: bool = False) -> Array:
+    """Measured less predicted (n,) mm along the normals, in the order of `measured_cut`."""
+    job = set_up(scenario)
+    job, points, _ = _cut_there(job, *_on_part(job, given, in_machine), given)
+    task, world, _ = finished_part(job)
+    touches = task.touches
+    predicted = ((build(task, world).points - touches.points) * touches.normals).sum(axis=1)
+    return np.asarray(((points - touches.points) * touches.normals).sum(axis=1) - predicted)
 
 
 def measured_cut(
@@ -116,6 +132,9 @@ def measured_cut(
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
     known = known_columns(model)
     observed = _observe(world, deviation - predicted, known.covariance)
+    sizes = found_scatter(observed, known.common, known.single, aligned, u_point, world.tool.inputs)
+    known = replace(known, common=with_scatter(known.common, sizes))
+    observed = replace(observed, covariance=known.covariance)
     found = locate_mismatch(observed, rigid=aligned, u_point=u_point)
     scatter = found.scatter
     values = evaluate_all(task, fit_features(task, points))
@@ -142,7 +161,8 @@ def measured_cut(
         ),
         wave=found.wave,
         off=deviation,
-        notes=(*notes, *more),
+        notes=(*notes, *more, *scatter_notes(sizes)),
+        sizes=sizes,
     )
 
 

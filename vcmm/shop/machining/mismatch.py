@@ -167,7 +167,7 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
     run, n = points.run, points.normals
     across = run.columns.get("across_tool", np.ones(run.n))
     yield Covariate("tool radius", "is the same wherever the side of the tool cuts", across[:, None])
-    yield Covariate("where the part lies", "is a shift or a turn of the whole part", _rigid_columns(points))
+    yield Covariate("where the part lies", "is a shift or a turn of the whole part", rigid_columns(points))
     for i, letter in enumerate(AXES):
         if letter in run.position:
             yield Covariate(
@@ -186,6 +186,14 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
         yield Covariate("cutting force", "goes with the cutting force", (n * force).sum(axis=1)[:, None])
     yield Covariate("place in the part", "is a bend of the part", _bends(points))
     yield from _label_covariates(points, across)
+
+
+def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
+    """Columns (n, k) of what machine, tools or a bend of the part may do: covariates but features and lines, and squares of positions."""
+    place, n = points.run.position, points.normals
+    asked = [c.columns for c in covariates(points) if c.name not in ("feature", "NC line")]
+    squares = [n * _centre(place[a])[:, None] ** 2 for a in AXES if a in place]
+    return _scale_columns(np.hstack([_nuisance(points, rigid), *asked, *squares]))
 
 
 def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
@@ -256,10 +264,10 @@ def _centre(values: Array) -> Array:
 # -- the test ---------------------------------------------------------------------------------------------------------
 def _nuisance(points: ObservedPoints, rigid: bool) -> Array:
     """Where the part was aligned is nobody's fault in the drawing frame."""
-    return _rigid_columns(points) if rigid else np.zeros((len(points.rest), 0))
+    return rigid_columns(points) if rigid else np.zeros((len(points.rest), 0))
 
 
-def _rigid_columns(points: ObservedPoints) -> Array:
+def rigid_columns(points: ObservedPoints) -> Array:
     """Three shifts and three turns (rad x 100 mm) of the part, as they show along the normals (n, 6)."""
     arm = (points.place - points.place.mean(axis=0)) / 100.0
     return np.hstack([points.normals, np.cross(arm, points.normals)])

@@ -14,6 +14,7 @@ from vcmm.program.moves import Program
 from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.cutting.sweeps import LINE, Sweep
 
+MOVE, PASS = "number_of_move", "number_of_pass"  # columns of a run of a cut
 LENGTH = 20.0  # mm along the pass
 CELL = 8  # places per correlation length that are told apart
 LEAST_VARIANCE = 1e-6  # of the variance of a pass that may be left out
@@ -40,11 +41,18 @@ def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length
     return np.concatenate(columns, axis=1) if columns else np.zeros((len(row), 0))
 
 
+def move_and_pass(program: Program, sweep: Sweep, row: Ints) -> tuple[Array, Array]:
+    """Numbers (n,) of the move that makes each row of a cut, and of its pass."""
+    move = sweep.move[row]
+    rapid = np.array([one.kind == "rapid" for one in program.moves])
+    return move.astype(float), np.cumsum(rapid)[move].astype(float)
+
+
 def _places(program: Program, sweep: Sweep, row: Ints, share: Array) -> tuple[Ints, Array]:
     """Number of the pass of each row and how far along the way of the tool it is, mm."""
-    rapid = np.array([move.kind == "rapid" for move in program.moves])[sweep.move]
     length = _lengths(sweep)
     before = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+    rapid = np.array([move.kind == "rapid" for move in program.moves])[sweep.move]
     return np.cumsum(rapid)[row], before[row] + share * length[row]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.expansions import unusual_expansion
+from vcmm.core.play import playing
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Series
 from vcmm.program.interpret import read_for
@@ -55,7 +57,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     program = _of_axes(scenario, program)
     _check_forces(scenario, program)
     _check_ends(scenario, program)
-    path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
+    path = _timed_path(program, scenario)
     _check_travels(scenario, path)
     _check_log(scenario, path)
     job = _prepare_cut(scenario, program, path)
@@ -63,6 +65,23 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     if refused is not None:
         raise refused
     return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
+
+
+_PATHS: dict[bytes, Toolpath] = {}
+MOST_PATHS = 2  # kept: a job cuts the program as it is and the new one, each several times
+
+
+def _timed_path(program: Program, scenario: CutScenario) -> Toolpath:
+    """The motion of the program; that of the same moves with the same axes and control is computed once. Of the errors of
+    the machine only its play changes it."""
+    machine = scenario.machine
+    axes = replace(machine, effects=playing(machine.effects, machine.axes), inputs=())
+    key = pickle.dumps((program.moves, axes, scenario.setup.control, scenario.step))
+    if key not in _PATHS:
+        while len(_PATHS) >= MOST_PATHS:
+            _PATHS.pop(next(iter(_PATHS)))
+        _PATHS[key] = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
+    return _PATHS[key]
 
 
 def _of_axes(scenario: CutScenario, program: Program) -> Program:

@@ -11,6 +11,7 @@ from vcmm.answer.evaluation.virtual_measurement import Measurement
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
+from vcmm.shop.machining.held_out import HeldOutProof
 from vcmm.shop.machining.measured_part import MeasuredCut
 from vcmm.shop.machining.proof import CutProof
 from vcmm.show.tables.proofs import proof_json
@@ -30,8 +31,6 @@ class LoopRecord(Protocol):
     @property
     def proof(self) -> CutProof: ...
     @property
-    def before(self) -> Measurement: ...
-    @property
     def after(self) -> Measurement | None: ...
     @property
     def refused(self) -> str: ...
@@ -41,6 +40,8 @@ class LoopRecord(Protocol):
     def setting(self) -> str: ...
     @property
     def rest(self) -> Array: ...
+    @property
+    def held_out(self) -> HeldOutProof | None: ...
     @property
     def met(self) -> bool: ...
 
@@ -64,6 +65,7 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
     return {
         "verdict": d.verdict, "found": found, "machine": _name(loop.machine), "program": _name(loop.program),
         "rms_um": {"before": _um(d.fit.before), "after": _um(d.fit.after), "noise": _um(d.fit.noise)},
+        "held_out": _held_out(loop.held_out), "scatter_um": _scatter(loop.cut),
         "open": loop.left or loop.setting or None, "part_now": now, "part_next": after, "refused": loop.refused or None, **proof_json(proof),
     }  # fmt: skip
 
@@ -119,6 +121,27 @@ def _values(found: Measurement | None) -> list[dict[str, Any]]:
         {"name": c.name, f"value_{c.unit}": c.value, f"deviation_{c.unit}": c.value - c.nominal}
         for c in (found.values if found else ())
     ]
+
+
+def _held_out(proof: HeldOutProof | None) -> dict[str, Any] | None:
+    """How what was found does in passes that it was not fitted to; null where nothing was to be written."""
+    if proof is None:
+        return None
+    return {
+        "holds": proof.holds, "evidence_nats": proof.evidence, "threshold_nats": proof.threshold, "held_out_nats": proof.gain, "seen_um2": proof.seen * 1e6, "unseen_um2": proof.unseen * 1e6,
+        "largest_unseen_um": proof.largest * 1e3,
+    }  # fmt: skip
+
+
+def _scatter(cut: MeasuredCut) -> dict[str, Any]:
+    """Standard deviations along one direction as the part shows them, and what the machine file states."""
+    size = cut.sizes
+    if size is None:
+        return {"point": cut.scatter * 1e3}
+    return {
+        "point": cut.scatter * 1e3, "per_move": size.per_move * 1e3, "per_pass": size.per_pass * 1e3, "along_pass": size.along * size.stated * 1e3,
+        "stated": size.stated * 1e3,
+    }  # fmt: skip
 
 
 def _um(value: float | None) -> float | None:

@@ -1,0 +1,206 @@
+"""What the loop goes on with: the comparison, the diagnosis, and of what was found only what predicts passes that it was not fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+SURE = 0.95  # probability of a name from which on what the part cannot show of it is corrected too
+SHARED = "the next part is corrected by what they share"
+OPEN = f"which of these it is stays open ({{}}); {SHARED}"
+WITHOUT = {"explained": "unexplained", "partly explained": "unexplained"}
+
+
+@dataclass(frozen=True, eq=False)
+class LoopFindings:
+    """The comparison, the diagnosis and the machine file to go on with; rest (n,) mm: what that file leaves of the measured points; held_out: its
+    proof, None where nothing was found to write."""
+
+    cut: Any
+    diagnosis: Any
+    machine: Path
+    improved: bool
+    written: tuple[str, ...]
+    rest: Any
+    held_out: Any
+
+
+@dataclass(frozen=True)
+class _Part:
+    """The measured part: scenario file, points with u of one or None, whether they are in the frame of the machine; seed; folder to write into."""
+
+    scenario: Path
+    given: Any
+    in_machine: bool
+    seed: int
+    folder: Path
+
+
+def diagnose_cut(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path) -> LoopFindings:
+    """Cut, compare and diagnose; the recording and the improved machine file are written."""
+    from vcmm.core.errors import UsageError
+    from vcmm.face.cli.cut_measured import came_back, machine_file
+    from vcmm.files.own.cut_scenario import load_cut
+    from vcmm.files.own.recording import load_recording
+    from vcmm.learn.diagnosis.job import diagnose
+    from vcmm.show.console.complaints import about
+    from vcmm.show.console.terminal import progress
+
+    named, why = machine_file(scenario)
+    if named is None:
+        raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
+    back = came_back(scenario, load_cut(scenario), given, in_machine, None, folder)
+    written = back.recording
+    assert written is not None
+    recording, known = load_recording(written, None)
+    with progress() as report, about(written):
+        diagnosis = diagnose(recording, known, seed=seed, progress=report)
+    part = _Part(scenario, given, in_machine, seed, folder)
+    return _what_holds(part, back, diagnosis, known)
+
+
+def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindings:
+    """Of what was found as much as holds in passes held out: all of it, else without the last name, and so on, else nothing."""
+    from vcmm.files.own.recording import machine_of
+    from vcmm.learn.diagnosis.acceptance import answers_to_write
+
+    proof = None
+    diagnosis = _shared(diagnosis)
+    while True:
+        tried, improved = _written(part, back.recording, diagnosis, known)
+        if not improved:
+            named = machine_of(back.recording)[0]
+            assert named is not None
+            return LoopFindings(
+                back, tried, named, improved=False, written=(back.recording.name,), rest=back.cut.observed.rest, held_out=proof
+            )  # fmt: skip
+        rest, proof = _proof(part, back.cut)
+        if _is_open(proof, answers_to_write(tried.answer)):
+            _leave_out_shift(part.folder / "machine.toml", proof.shift)
+            rest, proof = _proof(part, back.cut)
+        why = _why_not(proof, answers_to_write(tried.answer))
+        if not why:
+            names = (back.recording.name, *improved, "next.toml")
+            return LoopFindings(
+                back, tried, part.folder / "machine.toml", improved=True, written=names, rest=rest, held_out=proof
+            )  # fmt: skip
+        for name in (*improved, "next.toml"):
+            (part.folder / name).unlink(missing_ok=True)
+        diagnosis = _without_last(diagnosis, why)
+
+
+def _written(part: _Part, recording: Path, diagnosis: Any, known: Any) -> tuple[Any, dict[str, str]]:
+    """The machine file and the scenario of the next part, read again; no texts where there is nothing to write."""
+    from vcmm.face.cli.diagnose import improved_files
+    from vcmm.face.cli.diagnose_several import read_back
+    from vcmm.learn.diagnosis.later import Attempt
+
+    attempt = Attempt.none()
+    improved = improved_files(part.folder, recording, None, known, diagnosis)
+    found, improved = read_back(part.folder, improved, [recording], diagnosis, attempt)
+    found = replace(found, failed=(*found.failed, *attempt.failures))
+    if improved:
+        text = _next_scenario(part.scenario, part.folder)
+        (part.folder / "next.toml").write_text(text, encoding="utf-8")
+    return found, improved
+
+
+def _proof(part: _Part, cut: Any) -> tuple[Any, Any]:
+    """What the machine file that was written leaves of the measured points, and what the difference is worth in passes held out."""
+    from vcmm.files.own.cut_scenario import load_cut
+    from vcmm.shop.machining.held_out import held_out_proof
+    from vcmm.shop.machining.measured_part import rest_of
+
+    rest = rest_of(load_cut(part.folder / "next.toml"), part.given[0], part.in_machine)
+    shape = cut.observed.rest - rest
+    return rest, held_out_proof(cut.observed, shape, cut.scatter, not part.in_machine, part.seed)
+
+
+def _why_not(proof: Any, answers: Any) -> str:
+    """Why what was found is not to be written; "" where it is."""
+    if not proof.holds:
+        return (
+            f"its evidence is {proof.evidence:.1f} nats, where scatter alone reaches {proof.threshold:.1f}, and passes that it is not fitted to gain {proof.gain:.1f} nats by it: "
+            "cut and measure another part, or one with more passes under these conditions"
+        )
+    if _is_open(proof, answers) and proof.unseen > proof.seen:
+        return (
+            f"most of what it moves is a shift or turn of the whole part (up to {proof.largest * 1e3:.2f} µm), which points in the drawing frame cannot show, and its name is "
+            "open; measure in the frame of the machine (--frame machine), or the same part from its zero"
+        )
+    return ""
+
+
+def _shared(diagnosis: Any) -> Any:
+    """The diagnosis with names to write that are open between some that do the same to this part, where it is sure that it is one of
+    them: the next part is corrected by what they share, whichever it is."""
+    from vcmm.learn.diagnosis.acceptance import answers_to_write
+
+    if answers_to_write(diagnosis.answer):
+        return diagnosis
+    answer = tuple(
+        replace(
+            a,
+            alias_probability=a.with_rivals,
+            remark="; ".join(filter(None, (a.remark, OPEN.format(", ".join(a.cannot_be_told_from))))),
+        )
+        if a.improbable and a.cannot_be_told_from and a.with_rivals >= SURE
+        else a
+        for a in diagnosis.answer
+    )
+    if not answers_to_write(answer):
+        return diagnosis
+    verdict = {"unexplained": "partly explained"}.get(diagnosis.verdict, diagnosis.verdict)
+    return replace(diagnosis, answer=answer, verdict=verdict)
+
+
+def _is_open(proof: Any, answers: Any) -> bool:
+    """Does what the part cannot show rest on a name that is not sure?"""
+    sure = min((_certainty(a) for a in answers), default=SURE)
+    return bool(sure < SURE and proof.unseen > 0.0)
+
+
+def _certainty(a: Any) -> float:
+    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone."""
+    shared = SHARED in a.remark
+    return float(max(a.probability, a.family_probability, 0.0 if shared else a.alias_probability))
+
+
+def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
+    """What the name moves the whole part by is taken off in the machine file: the points, aligned to themselves, do not show it."""
+    text = machine.read_text(encoding="utf-8")
+    for direction, amount in zip("xyz", shift):
+        text += (
+            "\n# a shift of the whole part, which the measured points cannot show, is left out of what was found\n"
+            f'[[effects]]\neffect = "work_offset"\ndirection = "{direction}"\nshift = "{-amount * 1e3:.4f} um"\n'
+        )
+    machine.write_text(text, encoding="utf-8")
+
+
+def _without_last(diagnosis: Any, why: str) -> Any:
+    """The diagnosis with the last of the names to write withheld; without any, a mistake of the table is left alone too."""
+    from vcmm.learn.diagnosis.acceptance import answers_to_write
+    from vcmm.learn.diagnosis.verdict import doubts
+
+    written = [id(a) for a in answers_to_write(diagnosis.answer)]
+    kept = [a for a in diagnosis.answer if id(a) in written or (a.renewed is not None and not a.withheld)]
+    if not kept:
+        return replace(diagnosis, mistake=None, verdict=WITHOUT.get(diagnosis.verdict, diagnosis.verdict))
+    answer = tuple(replace(a, withheld=why) if a is kept[-1] else a for a in diagnosis.answer)
+    left = len(kept) > 1 or diagnosis.mistake is not None
+    verdict = diagnosis.verdict if left else WITHOUT.get(diagnosis.verdict, diagnosis.verdict)
+    if left and verdict == "explained":
+        verdict = "partly explained"
+    reasons = tuple(dict.fromkeys((*diagnosis.reasons, *doubts(answer))))
+    return replace(diagnosis, answer=answer, verdict=verdict, reasons=reasons)
+
+
+def _next_scenario(scenario: Path, folder: Path) -> str:
+    """Text of the scenario with the machine file that was found, its other files seen from the folder."""
+    from vcmm.files.toml_edits import editable, move_names, with_value_for_table
+
+    edited = editable(scenario)
+    move_names(edited, scenario.parent, folder)
+    with_value_for_table(edited, "machine", "machine.toml")
+    return str(edited.as_string())
