@@ -33,6 +33,7 @@ from vcmm.learn.calibration.result import Calibration
 from vcmm.learn.calibration.reversal_readings import read_jointly
 from vcmm.learn.calibration.rotary import average_line
 from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, normal_equations, project, solve
+from vcmm.learn.calibration.touching import is_touched, touched_errors
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
@@ -106,6 +107,8 @@ def calibrate(
     check_instruments(certificates or {})
     spans = spans_of(recordings)
     ranges = _looked_at(spans, machine, kind, growth)
+    if not only and is_touched(recordings, certificates or {}):
+        only = touched_errors(ranges_of(spans, machine))
     job = _Job(
         recordings,
         machine,

@@ -22,6 +22,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.model import ErrorModel, number_of
 from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.probe_frame import with_probe_frame
 from vcmm.task.instruments.tracker import settle_stations
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer, lacking, noise_u
@@ -69,7 +70,7 @@ def readings(
     observer = Observer(recording, machine)
     nuisance, names = nuisance_columns(recording, machine)
     turns = _tool_turns(recording, machine, observer)
-    own = certificate.unknowns(recording, observer.run) if certificate else []
+    own = certificate.unknowns(recording, with_probe_frame(observer.run, machine)) if certificate else []
     u, stated, dof = _noise(recording, machine)
     return Readings(
         recording=recording,
@@ -124,7 +125,8 @@ def freed(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str,
                 f"{recording.name}: some rows read along the travel and some across it; across it the line of the instrument is "
                 'unknown: put them into two recordings, or state [nuisance] alignment = "..." where both share one artefact'
             )
-    if recording.kind in ("probe", "path") and not {"rigid", "alignment"} & set(has):
+    placed = bool({"rigid", "alignment"} & set(has)) or has.get("offset") == "feature"
+    if recording.kind in ("probe", "path") and not placed:
         added["rigid"] = "pose" if "pose" in recording.run.labels else ""
     words = tuple(
         f"{recording.name}: {word} is taken as unknown ({f'one per {label}' if label else 'one for all rows'}); "
