@@ -14,8 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from vcmm.core.axes import in_order, is_rotary
+from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.model import LOCATIONS, PAIR_AXES
+from vcmm.task.instruments.artefact import DIAMETER
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.touch_probe import TOUCH_PROBE
 from vcmm.task.response.recording import Recording
@@ -40,3 +44,24 @@ def touched_errors(ranges: Mapping[str, tuple[float, float]]) -> tuple[str, ...]
     linear = [a for a in "XYZ" if a in ranges]
     pairs = [p for p, needed in PAIR_AXES.items() if set(needed) <= set(linear)]
     return (*(f"E{a}{a}" for a in linear), *pairs)
+
+
+def free_probe_errors(
+    recording: Recording, run: Run, certificate: InstrumentCertificate | None
+) -> tuple[Array, tuple[str, ...]]:
+    """(m, k) columns of what a touch probe may have and its certificate does not state, and that in words: it is free.
+
+    run: with the normals in the frame of the probe. Its size is the nuisance `radius`, so no `diameter` is added here.
+    """
+    nothing = np.zeros((recording.m, 0))
+    if certificate is None or certificate.instrument.name != TOUCH_PROBE.name:
+        return nothing, ()
+    names = [e.name for e in TOUCH_PROBE.errors if e.name not in certificate.u and e.name != DIAMETER.name]
+    if not names:
+        return nothing, ()
+    columns = [TOUCH_PROBE.error(name).column(recording, run) for name in names]
+    text = (
+        f"{recording.name}: {', '.join(names)} of the touch probe: not stated in [instrument] u, so taken as unknown. An offset that is unknown is one "
+        "with the place of the first rotary axis: state its u, or touch with the spindle at 0 and at 180 degrees (spindle_angle_deg)"
+    )
+    return np.concatenate(columns, axis=1), (text,)
