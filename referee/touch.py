@@ -14,6 +14,7 @@ then its pre-travel further; the control takes the ball off along that line and 
 import argparse
 import json
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -23,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .kinematics import turn
+from referee.kinematics import turn
 
 Array = NDArray[np.float64]
 LOCATIONS = ("Y0A", "Z0A", "B0A", "C0A", "X0C", "Y0C", "A0C", "B0C")
@@ -188,18 +189,46 @@ def write(folder: Path, machine: Five, rng: np.random.Generator) -> tuple[list[s
 
 
 def ask(folder: Path, names: list[str], errors: str) -> dict:
-    """Document of vcmm calibrate, and what its files state: name -> (value, u), mm and rad."""
-    out = folder / f"found_{names[0]}"
-    words = [sys.executable, "-m", "vcmm", "calibrate", "fit", *names, "--machine", "machine.toml", "--json", "--out", out.name]
+    """What vcmm calibrate writes: name, for a curve with its position, -> (value, u), mm and rad."""
+    out = folder / f"found_{Path(names[0]).stem}.toml"
+    words = [command(), "calibrate", "fit", *names, "--machine", "machine.toml", "--json", "--out", out.name]
     words += ["--errors", errors] if errors else []
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}\n{done.stderr}")
-    return json.loads(done.stdout)
+    values = stated_errors((folder / f"{out.stem}_errors.csv").read_text())
+    found = {}
+    for k, line in enumerate((folder / f"{out.stem}_covariance.csv").read_text().splitlines()[1:]):
+        cells = line.split(",")
+        name, at = cells[0], cells[1]
+        value = values[name][float(at)] if at else values[name]
+        found[f"{name}@{at}" if at else name] = (value, math.sqrt(max(float(cells[2 + k]), 0.0)))
+    return found
+
+
+def command() -> str:
+    """The command line that is judged."""
+    found = shutil.which("vcmm") or str(Path(sys.executable).parent / "vcmm")
+    if not Path(found).exists():
+        raise SystemExit("there is no command vcmm; install the package first")
+    return found
+
+
+def stated_errors(text: str) -> dict:
+    """An error table: name -> value, or of a curve -> position -> value."""
+    found: dict = {}
+    for block in text.split("#"):
+        rows = [r.split() for r in block.strip().splitlines() if r.strip() and not r.startswith("//")]
+        if rows and rows[0][0] in "ABCXYZ":
+            for name, column in zip(rows[0][1:], range(1, len(rows[0]))):
+                found[name] = {float(r[0]): float(r[column]) for r in rows[1:]}
+        elif rows:
+            found |= {name: float(value) for name, value in zip(rows[0], rows[1])}
+    return found
 
 
 def one(seed: int, number: int) -> dict:
-    """Truth, and what touches and R-tests say: name -> [value, u] in um and urad."""
+    """Pulls (found - true) / u of every number, and u of the locations in um and urad, by touches and by R-tests."""
     rng = np.random.default_rng([seed, number])
     machine = draw(rng)
     with tempfile.TemporaryDirectory() as text:
@@ -207,9 +236,69 @@ def one(seed: int, number: int) -> dict:
         touched, tested = write(folder, machine, rng)
         errors = " ".join(("EAA", "ECC", *LOCATIONS))
         found = {"touches": ask(folder, touched, ""), "R-test": ask(folder, tested, errors)}
-    return {"number": number, "truth": {n: v * scale(n) for n, v in machine.place.items()}, "found": found}
+    result: dict = {"number": number, "seed": seed}
+    for way, numbers in found.items():
+        result[way] = {
+            name: [(value - truth(machine, name)) / u, u * scale(name), (value - truth(machine, name)) * scale(name)]
+            for name, (value, u) in numbers.items()
+            if u > 0
+        }
+    return result
+
+
+def truth(machine: Five, name: str) -> float:
+    """Of a location error, or of an angular position error at "EAA@position"."""
+    if "@" in name:
+        axis, at = name[1], float(name.split("@")[1])
+        return float(machine.angular(axis, np.array([at]))[0])
+    return machine.place[name]
+
+
+def table(lines: list[dict]) -> str:
+    """Markdown: per parameter and way how often the 95 % interval holds the truth, rms error and rms u."""
+    rows = ["| parameter | touches: held | rms error | rms u | R-test: held | rms error | rms u |", "|---|---|---|---|---|---|---|"]
+    for name in (*LOCATIONS, "EAA", "ECC"):
+        cells = []
+        for way in ("touches", "R-test"):
+            mine = [v for line in lines for n, v in line[way].items() if n.split("@")[0] == name]
+            pull, u, error = np.array(mine).T
+            unit = "um" if name[0] in "XYZ" else "urad"
+            held = int((np.abs(pull) <= HELD).sum())
+            cells += [f"{held} of {len(pull)}", f"{math.sqrt((error**2).mean()):.3g} {unit}", f"{math.sqrt((u**2).mean()):.3g} {unit}"]
+        rows.append(f"| {name} | {' | '.join(cells)} |")
+    for way in ("touches", "R-test"):
+        pulls = np.array([v[0] for line in lines for n, v in line[way].items() if "@" not in n])
+        rows.append("")
+        rows.append(f"{way}: locations {int((np.abs(pulls) <= HELD).sum())} of {len(pulls)}, {(np.abs(pulls) <= HELD).mean():.3f}, in {len(lines)} machines")
+    return "\n".join(rows)
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command line of this file."""
+    parser = argparse.ArgumentParser(prog="referee.touch", description=__doc__)
+    parser.add_argument("--machines", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("touch.jsonl"))
+    parser.add_argument("--table", type=Path)
+    chosen = parser.parse_args(words)
+    if chosen.table is not None:
+        print(table([json.loads(line) for line in chosen.table.read_text().splitlines()]))
+        return 0
+    done = set()
+    if chosen.out.exists():
+        done = {json.loads(line)["number"] for line in chosen.out.read_text().splitlines()}
+    for number in range(chosen.machines):
+        if number not in done:
+            result = json.dumps(one(chosen.seed, number))
+            with chosen.out.open("a") as file:
+                file.write(result + "\n")
+    return 0
 
 
 def scale(name: str) -> float:
     """um or urad of mm or rad."""
     return 1e3 if name[0] in "XYZ" else 1e6
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
