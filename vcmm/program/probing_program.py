@@ -160,7 +160,7 @@ def _sinumerik(job: ProbingJob, control: str) -> list[str]:
 
 
 def _heidenhain(job: ProbingJob, control: str) -> list[str]:
-    """TCH PROBE 427 goes over the clearance height by itself; its heights are those of the lowest point of the ball, but for a touch along Z."""
+    """TCH PROBE 427 goes over the clearance height by itself; Q261 is the height of the middle of the ball, of a touch along Z that of the surface."""
     lines = [f"BEGIN PGM {job.name} MM", f"TOOL CALL {job.tool} Z S0", f"L Z{job.clear:+.4f} R0 FMAX"]
     if job.offset != "G54":
         raise UsageError("a HEIDENHAIN program works in the preset in force; leave the work offset at G54")
@@ -171,10 +171,9 @@ def _heidenhain(job: ProbingJob, control: str) -> list[str]:
         if orients:
             lines += ["CYCL DEF 13.0 ORIENTATION", f"CYCL DEF 13.1 ANGLE {touch.spindle:g}", "M19"]
         x, y, z = touch.surface
-        height = z if touch.axis == 2 else z - job.ball
         lines += [
             "TCH PROBE 427 MEASURE COORDINATE ~", f"  Q263={x:+.4f} ;1ST POINT 1ST AXIS ~", f"  Q264={y:+.4f} ;1ST POINT 2ND AXIS ~",
-            f"  Q261={height:+.4f} ;MEASURING HEIGHT ~", f"  Q320={job.standoff:+.4f} ;SET-UP CLEARANCE ~",
+            f"  Q261={z:+.4f} ;MEASURING HEIGHT ~", f"  Q320={job.standoff:+.4f} ;SET-UP CLEARANCE ~",
             f"  Q272={touch.axis + 1:+d} ;MEASURING AXIS ~", f"  Q267={touch.sense:+d} ;TRAVERSE DIRECTION ~",
             f"  Q260={job.clear:+.4f} ;CLEARANCE HEIGHT ~", "  Q281=+0 ;MEASURING LOG ~", "  Q288=+0 ;MAXIMUM LIMIT ~",
             "  Q289=+0 ;MINIMUM LIMIT ~", "  Q309=+0 ;PGM STOP IF ERROR ~", "  Q330=+0 ;TOOL",
