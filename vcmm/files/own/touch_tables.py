@@ -23,13 +23,17 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 class TouchedTable(Table):
-    """A feature on the table: workpiece axes, where it stands while every rotary axis is at zero; to a millimetre is enough."""
+    """A feature on the table: workpiece axes, where it stands while every rotary axis is at zero; to a millimetre is enough.
+
+    part: faces of one block name the same; what lies between them is then as stated (a calibrated length), and the block lies anywhere.
+    """
 
     type: Literal["sphere", "plane", "ring"] = "sphere"
     point: Point = Field(examples=['"150 0 80 mm"'])
     diameter: Distance = 0.0
     normal: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, 1]"])
     axis: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, 1]"])
+    part: str = Field(default="", examples=['"block"'])
 
 
 class TouchTable(Table):
@@ -61,7 +65,7 @@ def surfaces_of(table: TouchTable) -> dict[str, TouchedSurface]:
             raise TableProblems([(key, "normal or axis is 0 0 0; it is a direction")])
         unit = way / np.linalg.norm(way)
         place, axis = (tuple(float(v) for v in w) for w in (one.point, unit))
-        out[name] = TouchedSurface(one.type, place, axis, one.diameter / 2)  # type: ignore[arg-type]
+        out[name] = TouchedSurface(one.type, place, axis, one.diameter / 2, one.part)  # type: ignore[arg-type]
     return out
 
 

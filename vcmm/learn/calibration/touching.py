@@ -13,12 +13,13 @@ Int. J. Mach. Tools Manuf. 58 (2012) 48.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from vcmm.core.axes import in_order, is_rotary
 from vcmm.core.run import Array, Run
-from vcmm.learn.calibration.model import LOCATIONS, PAIR_AXES
+from vcmm.learn.calibration.model import LINEAR, LOCATIONS, PAIR_AXES, Curve
 from vcmm.task.instruments.artefact import DIAMETER
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.touch_probe import TOUCH_PROBE
@@ -44,6 +45,13 @@ def touched_errors(ranges: Mapping[str, tuple[float, float]]) -> tuple[str, ...]
     linear = [a for a in "XYZ" if a in ranges]
     pairs = [p for p, needed in PAIR_AXES.items() if set(needed) <= set(linear)]
     return (*(f"E{a}{a}" for a in linear), *pairs)
+
+
+def as_line(curve: Curve) -> Curve:
+    """An error of a linear axis as a straight line over the travel that was read: a scale. Those of rotary axes stay."""
+    if curve.rotary or curve.kept:
+        return curve
+    return replace(curve, nodes=curve.nodes[[0, -1]], kind=LINEAR, kept=True)
 
 
 def free_probe_errors(

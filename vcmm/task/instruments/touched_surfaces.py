@@ -34,12 +34,16 @@ LEAST = 3  # touches that find the middle of a sphere; fewer move it along their
 
 @dataclass(frozen=True)
 class TouchedSurface:
-    """kind: sphere, plane or ring; point (3,) mm in workpiece axes, rotary axes at zero; axis (3,): normal of a plane, axis of a ring; radius mm."""
+    """kind: sphere, plane or ring; point (3,) mm in workpiece axes, rotary axes at zero; axis (3,): normal of a plane, axis of a ring; radius mm.
+
+    part: faces of one block have the same; they stand to one another as stated. Nothing: the feature is a part by itself.
+    """
 
     kind: str
     point: tuple[float, float, float]
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     radius: float = 0.0
+    part: str = ""
 
     @property
     def across(self) -> Array:
@@ -75,7 +79,11 @@ def recording_of_touches(
             f"offset in [touch], and the centre of the rotary axes of the machine ({len(far)} touches are further than {FAR:g} mm)"
         )
     columns = {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
-    labels = dict(run.labels) | {"pose": np.array([str(k + 1) for k in poses], dtype=np.str_)}
+    parts = [surfaces[str(f)].part or str(f) for f in features]
+    labels = dict(run.labels) | {
+        "pose": np.array([str(k + 1) for k in poses], dtype=np.str_),
+        "part": np.array(parts, dtype=np.str_),
+    }
     return Recording(
         "",
         "probe",
@@ -93,7 +101,8 @@ def recording_of_touches(
 def usual_nuisance(surfaces: Mapping[str, TouchedSurface], features: np.ndarray) -> dict[str, str]:
     """What nobody knows of touched features: where they stand, and their size with the mean pre-travel."""
     planes = any(surfaces[str(f)].kind == PLANE for f in features)
-    return {"rigid" if planes else "offset": "feature", "radius": ""}
+    where = {"rigid": "part"} if planes else {"offset": "feature"}
+    return {**where, "radius": ""}
 
 
 def _poses(run: Run) -> Ints:
