@@ -239,7 +239,11 @@ def one(seed: int, number: int) -> dict:
     result: dict = {"number": number, "seed": seed}
     for way, numbers in found.items():
         result[way] = {
-            name: [(value - truth(machine, name)) / u, u * scale(name), (value - truth(machine, name)) * scale(name)]
+            name: [
+                (value - truth(machine, name)) / u,
+                u * scale(name),
+                (value - truth(machine, name)) * scale(name),
+            ]
             for name, (value, u) in numbers.items()
             if u > 0
         }
@@ -256,7 +260,10 @@ def truth(machine: Five, name: str) -> float:
 
 def table(lines: list[dict]) -> str:
     """Markdown: per parameter and way how often the 95 % interval holds the truth, rms error and rms u."""
-    rows = ["| parameter | touches: held | rms error | rms u | R-test: held | rms error | rms u |", "|---|---|---|---|---|---|---|"]
+    rows = [
+        "| parameter | touches: held | rms error | rms u | R-test: held | rms error | rms u |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for name in (*LOCATIONS, "EAA", "ECC"):
         cells = []
         for way in ("touches", "R-test"):
@@ -264,12 +271,18 @@ def table(lines: list[dict]) -> str:
             pull, u, error = np.array(mine).T
             unit = "um" if name[0] in "XYZ" else "urad"
             held = int((np.abs(pull) <= HELD).sum())
-            cells += [f"{held} of {len(pull)}", f"{math.sqrt((error**2).mean()):.3g} {unit}", f"{math.sqrt((u**2).mean()):.3g} {unit}"]
+            cells += [
+                f"{held} of {len(pull)}",
+                f"{math.sqrt((error**2).mean()):.3g} {unit}",
+                f"{math.sqrt((u**2).mean()):.3g} {unit}",
+            ]
         rows.append(f"| {name} | {' | '.join(cells)} |")
     for way in ("touches", "R-test"):
         pulls = np.array([v[0] for line in lines for n, v in line[way].items() if "@" not in n])
         rows.append("")
-        rows.append(f"{way}: locations {int((np.abs(pulls) <= HELD).sum())} of {len(pulls)}, {(np.abs(pulls) <= HELD).mean():.3f}, in {len(lines)} machines")
+        rows.append(
+            f"{way}: locations {int((np.abs(pulls) <= HELD).sum())} of {len(pulls)}, {(np.abs(pulls) <= HELD).mean():.3f}, in {len(lines)} machines"
+        )
     return "\n".join(rows)
 
 

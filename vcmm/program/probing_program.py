@@ -138,7 +138,14 @@ def _rotary(touch: PlannedTouch) -> str:
 
 def _sinumerik(job: ProbingJob, control: str) -> list[str]:
     """CYCLE978 goes along its axis from where the probe stands; X, Y and Z of the printed line as for the others."""
-    lines = ["; touches of spheres", "DEF INT _ERR", f"G71 G17 G90 G94 {job.offset}", f"T{job.tool}", "M6", "D1"]
+    lines = [
+        "; touches of spheres",
+        "DEF INT _ERR",
+        f"G71 G17 G90 G94 {job.offset}",
+        f"T{job.tool}",
+        "M6",
+        "D1",
+    ]
     lines.append(f"G0 Z{_number(job.clear)}")
     for touch, turns, orients in _visits(job):
         if turns:

@@ -23,7 +23,8 @@ def test_lines_of_four_controls_read_the_same(tmp_path):
     for letter, value in {"X": 137.5041, "Y": 20, "Z": -5, "A": -30, "C": 60, "I": -1}.items():
         assert found.values[letter] == pytest.approx([value] * 4)
     assert list(found.lines) == [2, 3, 4, 5]
-    assert isinstance(found.values["S"], np.ndarray) and not found.values["S"].any()
+    assert isinstance(found.values["S"], np.ndarray)
+    assert not found.values["S"].any()
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,8 @@ def test_chosen_poses_are_better_than_chance(plan):
 
 def test_without_a_budget_the_fewest_that_come_near_all(plan):
     chosen = best_poses(plan, None)
-    assert plan.volume(chosen) <= 1.05 * plan.volume(range(40)) and len(chosen) < 40
+    assert plan.volume(chosen) <= 1.05 * plan.volume(range(40))
+    assert len(chosen) < 40
     with pytest.raises(UsageError, match="too short for one pose, which takes 2 min"):
         best_poses(plan, 1.0)
 
@@ -79,13 +80,15 @@ def control(program: str, machine: own.Five, rng: np.random.Generator) -> list[s
     at, turned, lines, value = np.zeros(3), {}, [], 0.0
     standing = [np.array(s) + rng.normal(size=3) * 0.1 for s in own.SPHERES]
     for block in program.splitlines():
-        words = {k: float(v) for k, v in re.findall(r"([ACXYZ])(-?\d*\.?\d+|-?\d+\.)", block.split("P98")[-1])}
+        words = {
+            k: float(v) for k, v in re.findall(r"([ACXYZ])(-?\d*\.?\d+|-?\d+\.)", block.split("P98")[-1])
+        }
         if block.startswith("G0 A"):
             turned = words
         elif "P9810" in block:
             at = np.array([words.get(letter, at[i]) for i, letter in enumerate("XYZ")])
         elif "P9811" in block:
-            (letter, expected), = ((k, v) for k, v in words.items() if k in "XYZ")
+            ((letter, expected),) = ((k, v) for k, v in words.items() if k in "XYZ")
             axis = "XYZ".index(letter)
             way = np.eye(3)[axis] * np.sign(expected - at[axis])
             middle = at + [0, 0, own.BALL] + np.array(own.ZERO)
@@ -104,16 +107,31 @@ def control(program: str, machine: own.Five, rng: np.random.Generator) -> list[s
 def test_program_log_and_calibration_close(folder, capsys):
     """Plan -> program of Fanuc -> a control of our own on a drawn machine -> its log -> the errors of that machine."""
     out = folder / "written"
-    words = ["calibrate", "program", str(folder / "plan.toml"), "--control", "fanuc", "--out", str(out), "--json"]
+    words = [
+        "calibrate",
+        "program",
+        str(folder / "plan.toml"),
+        "--control",
+        "fanuc",
+        "--out",
+        str(out),
+        "--json",
+    ]
     assert run(words) == 0
     said = json.loads(capsys.readouterr().out)
-    assert said["poses"] == 10 and said["read_back"]["farthest_mm"] < 1e-4
+    assert said["poses"] == 10
+    assert said["read_back"]["farthest_mm"] < 1e-4
     rng = np.random.default_rng(11)
     machine = own.draw(rng)
     lines = control((out / "TOUCH.nc").read_text(), machine, rng)
     assert len(lines) == said["touches"]
     (out / "TOUCH.LOG").write_text("%\n" + "\n".join(lines) + "\n%\n")
-    assert run(["calibrate", "fit", str(out / "touch.toml"), "--machine", str(folder / "machine.toml"), "--json"]) == 0
+    assert (
+        run(
+            ["calibrate", "fit", str(out / "touch.toml"), "--machine", str(folder / "machine.toml"), "--json"]
+        )
+        == 0
+    )
     found = {f["error"]: f for f in json.loads(capsys.readouterr().out)["identified"]}
     for name, true in machine.place.items():
         assert abs(found[name]["value"] - true * own.scale(name)) < 4 * found[name]["u"], name
@@ -124,7 +142,8 @@ def test_program_log_and_calibration_close(folder, capsys):
 def test_design_document_says_poses_and_u(folder, capsys):
     assert run(["calibrate", "design", str(folder / "plan.toml"), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
-    assert len(said["poses"]) == 10 and set(said["poses"][0]) >= {"A_deg", "C_deg", "touches"}
+    assert len(said["poses"]) == 10
+    assert set(said["poses"][0]) >= {"A_deg", "C_deg", "touches"}
     names = [one["error"] for one in said["expected"]]
     assert names == ["EAA", "ECC", *own.LOCATIONS]
     assert all(one["u"] >= one["u_all_poses"] for one in said["expected"])
@@ -135,5 +154,6 @@ def test_simulated_touches_follow_the_plan(folder, capsys):
     assert run([*words, "--out", str(folder / "read"), "--json"]) == 0
     capsys.readouterr()
     recording, _ = load_recording(folder / "read" / "spheres.toml")
-    assert recording.m == 552 and recording.nuisance == {"offset": "feature", "radius": ""}
+    assert recording.m == 552
+    assert recording.nuisance == {"offset": "feature", "radius": ""}
     assert Path(folder / "read" / "spheres.csv").exists()

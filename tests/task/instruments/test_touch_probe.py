@@ -13,7 +13,10 @@ from vcmm.task.response.recording import Recording
 
 CHAIN = parse_structure("w C' b Y X Z t")
 TABLE = Machine(
-    "table", "machine-tool", CHAIN, {a: Axis(a, (-9.0, 9.0) if a == "C" else (-500.0, 500.0)) for a in CHAIN.letters}
+    "table",
+    "machine-tool",
+    CHAIN,
+    {a: Axis(a, (-9.0, 9.0) if a == "C" else (-500.0, 500.0)) for a in CHAIN.letters},
 )
 SIDES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1.0]])
 
@@ -56,7 +59,9 @@ def test_a_table_that_stands_elsewhere_is_read_along_the_normals():
     tips = np.concatenate([there + 15 * SIDES, back + 15 * SIDES])
     run = run_of(tips)
     run = Run(run.position | {"C": np.repeat([0.0, np.pi], 5)}, run.offset, {}, run.labels)
-    read = recording_of_touches(TABLE, run, {"1": TouchedSurface("sphere", (100, 0, 0), radius=12.0)}, 3.0, np.arange(10))
+    read = recording_of_touches(
+        TABLE, run, {"1": TouchedSurface("sphere", (100, 0, 0), radius=12.0)}, 3.0, np.arange(10)
+    )
     along = (read.value * read.direction[:, 0])[np.abs(read.direction[:, 0]) > 0.5]
     assert along == pytest.approx([0.01, 0.01, -0.01, -0.01], abs=1e-9)
     assert set(read.run.labels["pose"]) == {"1", "2"}
@@ -65,7 +70,8 @@ def test_a_table_that_stands_elsewhere_is_read_along_the_normals():
 def test_a_ring_and_a_face():
     # ring of 20 mm radius, ball 3 mm: the middle stops at 17 mm; at 17.003 mm the surface is read 3 um inside the material: -3 um
     ring = recorded(17.003 * SIDES[:4], TouchedSurface("ring", (0, 0, 0), radius=20.0))
-    assert ring.value == pytest.approx(-0.003, abs=1e-9) and ring.direction == pytest.approx(-SIDES[:4], abs=1e-9)
+    assert ring.value == pytest.approx(-0.003, abs=1e-9)
+    assert ring.direction == pytest.approx(-SIDES[:4], abs=1e-9)
     # a face x = 50 that looks to +X: ball of 3 mm stops at 53; at 53.004: +4 um
     face = recorded([[53.004, 7, 8]], TouchedSurface("plane", (50, 0, 0), (1, 0, 0)))
     assert face.value == pytest.approx(0.004, abs=1e-9)
@@ -89,7 +95,13 @@ def test_the_frame_of_the_probe_turns_with_the_spindle_and_not_with_the_table():
 
 def test_touches_where_the_stem_is_are_left_out():
     tilted = parse_structure("w A' b Y X Z t")
-    machine = Machine("a", "machine-tool", tilted, {a: Axis(a, (-9.0, 9.0) if a == "A" else (-900.0, 900.0)) for a in tilted.letters})
+    machine = Machine(
+        "a",
+        "machine-tool",
+        tilted,
+        {a: Axis(a, (-9.0, 9.0) if a == "A" else (-900.0, 900.0)) for a in tilted.letters},
+    )
     # A = 90 deg: Z of the table lies along a Y of the machine; from that side all is free, from the other one is the stem
     read = touches(machine, [(0, 0, 100)], 15.0, [{"A": np.pi / 2}], SIDES, 1e-3)
-    assert read.m == 4 and read.direction[:, 2].min() > -0.51
+    assert read.m == 4
+    assert read.direction[:, 2].min() > -0.51

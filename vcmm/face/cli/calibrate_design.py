@@ -8,9 +8,9 @@ from typing import Any
 
 def design_command(path: Path, json: bool) -> int:
     """What the set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
+    from vcmm.face.cli.calibrate_poses import poses_command
     from vcmm.files.own.design import load_design
     from vcmm.learn.calibration.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
-    from vcmm.face.cli.calibrate_poses import poses_command
     from vcmm.learn.calibration.pose_design import is_pose_design
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources

@@ -75,14 +75,27 @@ def _show(plan: Any, chosen: list[int], everything: list[int], body: dict[str, A
     from vcmm.show.tables.table import listing
 
     rows = [
-        (what, str(len(some)), str(sum(plan.candidates[i].touches for i in some)), f"{plan.minutes(some):.3g}", f"{plan.volume(some) * 1e3:.3g}")
+        (
+            what,
+            str(len(some)),
+            str(sum(plan.candidates[i].touches for i in some)),
+            f"{plan.minutes(some):.3g}",
+            f"{plan.volume(some) * 1e3:.3g}",
+        )
         for what, some in (("chosen", chosen), ("all of the plan", everything))
     ]
     show_table(listing("poses", ("", "poses", "touches", "minutes", "left over the volume / um"), rows))
     angles = [k for k in body["poses"][0] if k.endswith("_deg")]
     steps = [(str(k + 1), *(f"{one[a]:g}" for a in angles)) for k, one in enumerate(body["poses"])]
-    show_table(listing("rotary positions, in this order", ("", *(a.replace("_deg", " / deg") for a in angles)), steps))
-    said = [(e["error"], f"{e['u']:.2g} {e['unit']}", f"{e['u_all_poses']:.2g} {e['unit']}") for e in body["expected"]]
+    show_table(
+        listing(
+            "rotary positions, in this order", ("", *(a.replace("_deg", " / deg") for a in angles)), steps
+        )
+    )
+    said = [
+        (e["error"], f"{e['u']:.2g} {e['unit']}", f"{e['u_all_poses']:.2g} {e['unit']}")
+        for e in body["expected"]
+    ]
     show_table(listing("u expected", ("error", "chosen", "all of the plan"), said))
     for c in plan.identified(everything).combinations:
         print(f"not identified, even by all: {c.text}")

@@ -43,11 +43,15 @@ def program_command(plan: Path, control: str, out: Path, tool: int, json: bool) 
     if json:
         print_json(document("vcmm.probing_program/1", body, seed=None, files=sources(plan)))
     else:
-        print(f"{len(job.touches)} touches at {len(chosen)} rotary positions, about {minutes:.3g} min; rotary axes turn at Z {job.clear:g} mm")
+        print(
+            f"{len(job.touches)} touches at {len(chosen)} rotary positions, about {minutes:.3g} min; rotary axes turn at Z {job.clear:g} mm"
+        )
         print(f"read back: {len(job.touches)} touches, farthest {farthest * 1e3:.2f} um from the plan")
         say(f"wrote {', '.join(str(out / name) for name in texts)}")
         say("collisions are not looked for: run it first above the table, with reduced rapids")
-        say(f"next: copy {LOG} of the control beside touch.toml, then vcmm calibrate fit {out / 'touch.toml'} --machine machine.toml --out found.toml")
+        say(
+            f"next: copy {LOG} of the control beside touch.toml, then vcmm calibrate fit {out / 'touch.toml'} --machine machine.toml --out found.toml"
+        )
     return 0
 
 
@@ -76,7 +80,9 @@ def _read_back(job: Any, texts: dict[str, str], control: str) -> float:
     setup = Setup(tools={job.tool: probe}, offsets={job.offset: (0.0, 0.0, 0.0)}, strict=False)
     read = interpret(next(iter(texts.values())), control, setup, job.name)
     if len(read.touches) != len(job.touches):
-        raise VcmmError(f"the program reads back with {len(read.touches)} touches of {len(job.touches)}; nothing is written")
+        raise VcmmError(
+            f"the program reads back with {len(read.touches)} touches of {len(job.touches)}; nothing is written"
+        )
     farthest = 0.0
     for one, met in zip(job.touches, read.touches):
         middle = np.array(met.tip) + [0.0, 0.0, job.ball]

@@ -55,13 +55,17 @@ def read_touch_log(path: str | Path) -> TouchLog:
             raise DataError(f"{path}:{number}: {error}") from None
         lines.append(number)
     if not rows:
-        raise DataError(f"{path}:1: no line begins with TOUCH; a touch reads: TOUCH F1 I-1 J0 K0 X137.5 Y20 Z-5 A-30 C60")
+        raise DataError(
+            f"{path}:1: no line begins with TOUCH; a touch reads: TOUCH F1 I-1 J0 K0 X137.5 Y20 Z-5 A-30 C60"
+        )
     stated = frozenset(letter for row in rows for letter in row)
     for letter in "ABC":
         some = [row for row in rows if letter in row]
         if some and len(some) < len(rows):
             at = next(n for n, row in zip(lines, rows) if letter not in row)
-            raise DataError(f"{path}:{at}: {letter} is missing, which other lines state; add it, or it would stand at zero")
+            raise DataError(
+                f"{path}:{at}: {letter} is missing, which other lines state; add it, or it would stand at zero"
+            )
     values = {letter: np.array([row.get(letter, 0.0) for row in rows]) for letter in LETTERS if letter != "F"}
     features = np.array([f"{row['F']:.0f}" for row in rows], dtype=np.str_)
     return TouchLog(features, values, np.array(lines, dtype=np.intp), stated)
@@ -71,7 +75,9 @@ def _words(text: str) -> dict[str, float]:
     """Letter -> number of one line. Raises ValueError in words."""
     head = HEAD.match(text)
     if head is None:
-        raise ValueError(f'"{text.strip()[:40]}" is neither a touch (TOUCH F1 X... Y... Z...) nor a comment (% ( ; #); remove it')
+        raise ValueError(
+            f'"{text.strip()[:40]}" is neither a touch (TOUCH F1 X... Y... Z...) nor a comment (% ( ; #); remove it'
+        )
     at, out = head.end(), {}
     while text[at:].strip():
         word = WORD.match(text, at)
@@ -95,6 +101,8 @@ def _check(row: dict[str, float]) -> None:
     """Raises ValueError for a direction that is no unit vector, and a feature that is no whole number."""
     way = [row.get(letter, 0.0) for letter in "IJK"]
     if any(letter in row for letter in "IJK") and abs(math.hypot(*way) - 1.0) > 2e-3:
-        raise ValueError(f"I J K = {way[0]:g} {way[1]:g} {way[2]:g} has the length {math.hypot(*way):.4g}; it is a unit vector")
+        raise ValueError(
+            f"I J K = {way[0]:g} {way[1]:g} {way[2]:g} has the length {math.hypot(*way):.4g}; it is a unit vector"
+        )
     if row["F"] != round(row["F"]) or row["F"] < 0:
         raise ValueError(f"F{row['F']:g} is no number of a feature; these are 0, 1, 2 ...")

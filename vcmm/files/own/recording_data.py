@@ -46,7 +46,9 @@ def read_data(
     if model.shape == "touches":
         _check_kind(model, "probe")
         if model.touch is None or not model.measuring:
-            raise UsageError('format = "touches" needs the table [touch] with tip_diameter and features, and observed = "indicated - true"')
+            raise UsageError(
+                'format = "touches" needs the table [touch] with tip_diameter and features, and observed = "indicated - true"'
+            )
         touch = model.touch
         return problems.attempt(("touch",), lambda: read_touches(touch, path, machine))
     if model.shape == "klipper":

@@ -111,7 +111,9 @@ class RecordingFile(Table):
     name: str = ""
     date: str = Field(default="", pattern=DATE, examples=['"2026-11-22"'])
     data: str = Field(examples=['"touches.csv"'])
-    format: Literal["", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper", "touches"] = ""
+    format: Literal[
+        "", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper", "touches"
+    ] = ""
     equinox: Literal["", "date", "J2000"] = ""
     machine: str | dict[str, Any] | None = Field(default=None, examples=['"machine.toml"'])
     kind: Literal["probe", "displacement", "length", "angle", "path"] = Field(examples=['"probe"'])

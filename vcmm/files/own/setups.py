@@ -52,7 +52,9 @@ class SetupTable(Table):
     across: Point | None = None
     spheres: list[Point] = Field(default_factory=list, examples=['["150 0 80 mm", "-80 120 140 mm"]'])
     tip_diameter: Distance = 0.0
-    rotary: dict[str, list[str]] = Field(default_factory=dict, examples=['{ A = ["-60 deg", "0 deg"], C = ["0 deg", "90 deg"] }'])
+    rotary: dict[str, list[str]] = Field(
+        default_factory=dict, examples=['{ A = ["-60 deg", "0 deg"], C = ["0 deg", "90 deg"] }']
+    )
     spindle: list[str] = Field(default_factory=list, examples=['["0 deg", "180 deg"]'])
     zero: Point = (0.0, 0.0, 0.0)
 

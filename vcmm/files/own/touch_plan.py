@@ -57,7 +57,9 @@ def load_touch_plan(path: str | Path) -> TouchPlan:
     model = DesignFile.model_validate(read_toml(path).data)
     if len(setups) != 1 or setups[0][3].instrument.name != TOUCH_PROBE.name:
         names = ", ".join(f"{s[0]} ({s[3].instrument.name})" for s in setups)
-        raise UsageError(f'{path}: a probing program is written for one set-up with "touch probe"; this plan has {names}')
+        raise UsageError(
+            f'{path}: a probing program is written for one set-up with "touch probe"; this plan has {names}'
+        )
     table = model.setups[0]
     turning = [a for a in machine.chain.tool if is_rotary(a)]
     if turning:
@@ -65,7 +67,9 @@ def load_touch_plan(path: str | Path) -> TouchPlan:
             f"{path}: the head turns by {' '.join(turning)}; programs are written for rotary axes that carry the table, along X, Y and Z of the machine"
         )
     if not table.tip_diameter:
-        raise UsageError(f'{path}: the set-up "{table.name}" needs tip_diameter, that of the ball of the stylus, such as "6 mm"')
+        raise UsageError(
+            f'{path}: the set-up "{table.name}" needs tip_diameter, that of the ball of the stylus, such as "6 mm"'
+        )
     _check_axes(machine, path)
     file = path.parent / model.machine if model.machine else None
     return TouchPlan(path, file, table, setups[0], machine, poses_of(table, machine), budget)
@@ -81,12 +85,16 @@ def _check_axes(machine: Machine, path: Path) -> None:
             raise UsageError(f"{path}: rotary axes are A, B and C")
 
 
-def probing_job(given: TouchPlan, poses: Sequence[dict[str, float]], standoff: float, above: float, tool: int) -> ProbingJob:
+def probing_job(
+    given: TouchPlan, poses: Sequence[dict[str, float]], standoff: float, above: float, tool: int
+) -> ProbingJob:
     """Touches in the work offset, sphere after sphere at every rotary position. standoff, above: mm."""
     table, machine = given.table, given.machine
     spindle = [quantity(text, "angle", "spindle", "180 deg") for text in table.spindle] or [0.0]
     spheres = [list(s) for s in table.spheres]
-    made = touches(machine, spheres, given.sphere + given.ball, poses, SIDES, 1e-3, table.tip, spindle=spindle)
+    made = touches(
+        machine, spheres, given.sphere + given.ball, poses, SIDES, 1e-3, table.tip, spindle=spindle
+    )
     run = made.run
     zero, offset = np.array(table.zero), np.array(table.tip)
     axes = np.stack([run.q(a) for a in "XYZ"], axis=1)
@@ -114,7 +122,9 @@ def _heights(machine: Machine, spheres: Sequence[Sequence[float]], radius: float
         return [float(s[2] + radius - zero[2]) for s in spheres]
     middle = centres[0]
     apart = sum(float(np.linalg.norm(c - middle)) for c in centres[1:])
-    return [float(np.linalg.norm(np.array(s) - middle) + apart + radius + middle[2] - zero[2]) for s in spheres]
+    return [
+        float(np.linalg.norm(np.array(s) - middle) + apart + radius + middle[2] - zero[2]) for s in spheres
+    ]
 
 
 def _raised(run: Run, z: float) -> Run:
@@ -126,11 +136,17 @@ def recording_text(given: TouchPlan, log: str) -> str:
     """The recording file for the log that the program prints."""
     table = given.table
     machine = f'machine = "{given.machine_file.resolve()}"\n' if given.machine_file else ""
-    parts = [f'vcmm = "recording/1"\nname = "touch"\ndata = "{log}"\nformat = "touches"\n{machine}kind = "probe"\n[noise]\nu = "{table.u}"\n']
+    parts = [
+        f'vcmm = "recording/1"\nname = "touch"\ndata = "{log}"\nformat = "touches"\n{machine}kind = "probe"\n[noise]\nu = "{table.u}"\n'
+    ]
     parts.append(instrument_text(given.setup[3]))
-    parts.append(f'[touch]\ntip_diameter = "{table.tip_diameter:g} mm"\noffset = "{_three(table.tip)}"\nzero = "{_three(table.zero)}"\n')
+    parts.append(
+        f'[touch]\ntip_diameter = "{table.tip_diameter:g} mm"\noffset = "{_three(table.tip)}"\nzero = "{_three(table.zero)}"\n'
+    )
     for k, place in enumerate(table.spheres, 1):
-        parts.append(f'[touch.features.{k}]\npoint = "{_three(place)}"\ndiameter = "{2 * given.sphere:g} mm"\n')
+        parts.append(
+            f'[touch.features.{k}]\npoint = "{_three(place)}"\ndiameter = "{2 * given.sphere:g} mm"\n'
+        )
     return "".join(parts)
 
 

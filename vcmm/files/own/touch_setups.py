@@ -25,10 +25,21 @@ def touch_setup(table: Any, machine: Machine, u: float) -> tuple[Recording, ...]
             raise UsageError(f'the set-up "{table.name}" with "touch probe" needs {key}')
     radius = quantity(table.radius, "length", "radius", "12.5 mm")
     if radius <= 0:
-        raise UsageError(f'the set-up "{table.name}": radius = "{table.radius}" is that of the spheres, above zero')
+        raise UsageError(
+            f'the set-up "{table.name}": radius = "{table.radius}" is that of the spheres, above zero'
+        )
     spindle = [quantity(text, "angle", "spindle", "180 deg") for text in table.spindle] or [0.0]
     spheres = [list(s) for s in table.spheres]
-    made = touches(machine, spheres, radius + table.tip_diameter / 2, poses_of(table, machine), SIDES, u, table.tip, spindle=spindle)
+    made = touches(
+        machine,
+        spheres,
+        radius + table.tip_diameter / 2,
+        poses_of(table, machine),
+        SIDES,
+        u,
+        table.tip,
+        spindle=spindle,
+    )
     return (made,)
 
 
@@ -43,5 +54,7 @@ def poses_of(table: Any, machine: Machine) -> list[dict[str, float]]:
     }
     empty = [a for a, angles in grid.items() if not angles]
     if empty:
-        raise UsageError(f'the set-up "{table.name}" states no position of {empty[0]}; write {empty[0]} = ["0 deg", "90 deg"]')
+        raise UsageError(
+            f'the set-up "{table.name}" states no position of {empty[0]}; write {empty[0]} = ["0 deg", "90 deg"]'
+        )
     return [dict(zip(grid, angles)) for angles in product(*grid.values())]

@@ -81,9 +81,13 @@ def read_touches(table: TouchTable, path: Path, machine: Machine) -> Recording:
         )
     absent = [a for a in "ABC" if a in found.stated and a not in machine.chain.letters]
     if absent:
-        raise UsageError(f"the log turns {' '.join(absent)}, which the machine {machine.chain.structure} does not have")
+        raise UsageError(
+            f"the log turns {' '.join(absent)}, which the machine {machine.chain.structure} does not have"
+        )
     try:
-        return recording_of_touches(machine, _run(table, found, machine), surfaces, table.tip_diameter / 2, found.lines)
+        return recording_of_touches(
+            machine, _run(table, found, machine), surfaces, table.tip_diameter / 2, found.lines
+        )
     except UsageError as error:
         raise UsageError(f"{path}: {error}") from None
 
@@ -115,7 +119,9 @@ def _ways(found: TouchLog) -> Array:
     size = np.linalg.norm(way, axis=1)
     if (size == 0).any():
         line = int(found.lines[int(np.flatnonzero(size == 0)[0])])
-        raise UsageError(f'line {line}: the way of the probe I J K is missing, along which the control took the ball off; add it, or write log = "centre"')
+        raise UsageError(
+            f'line {line}: the way of the probe I J K is missing, along which the control took the ball off; add it, or write log = "centre"'
+        )
     return way / size[:, None]
 
 

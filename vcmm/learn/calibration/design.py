@@ -117,7 +117,12 @@ def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
     factor = scale_factor(prior(model, lengths), usual(model))
     minutes = np.array([s.minutes for s in setups])
     return SetupPlan(
-        model, tuple(s.name for s in setups), tuple(information), minutes, volume_field(model, machine), factor
+        model,
+        tuple(s.name for s in setups),
+        tuple(information),
+        minutes,
+        volume_field(model, machine),
+        factor,
     )
 
 

@@ -32,6 +32,7 @@ from vcmm.learn.calibration.readings import Readings, readings
 from vcmm.learn.calibration.solve import Before, columns_of
 from vcmm.learn.calibration.touching import touched_errors
 from vcmm.task.instruments.touch_probe import TOUCH_PROBE
+from vcmm.task.response.recording import Ints
 
 FREE = 1.0  # mm: standard uncertainty of what is free, large beside every reading
 ENOUGH = 1.05  # of the volume of all poses: the fewest poses that come so near, where no budget is stated
@@ -152,10 +153,12 @@ def pose_plan(setups: Sequence[PlannedSetup], machine: Machine) -> PosePlan:
             candidates.append(one)
     lengths = {c.component: 0.35 * c.travel for c in model.curves}
     factor = scale_factor(prior(model, lengths), usual(model))
-    return PosePlan(model, tuple(candidates), np.array(grams), len(names), factor, volume_field(model, machine))
+    return PosePlan(
+        model, tuple(candidates), np.array(grams), len(names), factor, volume_field(model, machine)
+    )
 
 
-def _by_pose(setup: PlannedSetup, part: Readings) -> list[tuple[PoseCandidate, Array]]:
+def _by_pose(setup: PlannedSetup, part: Readings) -> list[tuple[PoseCandidate, Ints]]:
     """Every rotary position of a set-up, and which of its readings belong to it."""
     recording = part.recording
     values, codes = recording.groups("pose")

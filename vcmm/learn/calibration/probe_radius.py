@@ -28,7 +28,9 @@ def probe_radii(
     parts: Sequence[Readings], post: ErrorPosterior, identified: Sequence[str]
 ) -> list[dict[str, object]]:
     """Per recording of touches and copy of its nuisance `radius`: input, value and u in um. Those that nothing parts from the errors are left out."""
-    named = [(i, k, n) for i, p in enumerate(parts) for k, n in enumerate(p.names) if n.split("[")[0] == "radius"]
+    named = [
+        (i, k, n) for i, p in enumerate(parts) for k, n in enumerate(p.names) if n.split("[")[0] == "radius"
+    ]
     named = [one for one in named if parts[one[0]].recording.kind == "probe"]
     if not named:
         return []
@@ -52,7 +54,13 @@ def probe_radii(
         at = starts[i] + k
         if known[at] > 1 - 1e-6:
             u = float(np.sqrt(covariance[at, at]))
-            out.append({"input": f"{parts[i].recording.name}: {name}", "value_um": float(found[at]) * 1e3, "u_um": u * 1e3})
+            out.append(
+                {
+                    "input": f"{parts[i].recording.name}: {name}",
+                    "value_um": float(found[at]) * 1e3,
+                    "u_um": u * 1e3,
+                }
+            )
     return out
 
 

@@ -28,9 +28,7 @@ from vcmm.task.response.recording import Recording
 TURNED = 1e-6  # rad: an axis that turned less stood still
 
 
-def is_touched(
-    recordings: Sequence[Recording], certificates: Mapping[str, InstrumentCertificate]
-) -> bool:
+def is_touched(recordings: Sequence[Recording], certificates: Mapping[str, InstrumentCertificate]) -> bool:
     """Did nothing but touch probes read the machine?"""
     used = [certificates.get(r.name) for r in recordings]
     return bool(used) and all(one is not None and one.instrument.name == TOUCH_PROBE.name for one in used)

@@ -96,7 +96,9 @@ def simulate_reading(
         size = np.full(len(names), TURN)
     value = value + columns @ (size * rng.standard_normal(len(names)))
     read = replace(recording, value=value)
-    for name, own in certificate.unknowns(read, with_probe_frame(observer.run, machine)) if certificate else ():
+    for name, own in (
+        certificate.unknowns(read, with_probe_frame(observer.run, machine)) if certificate else ()
+    ):
         if name not in drawn:
             drawn[name] = np.asarray(rng.standard_normal(own.shape[1]))
         value = value + own @ drawn[name]

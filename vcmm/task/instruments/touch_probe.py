@@ -55,7 +55,9 @@ def axial_share(recording: Recording, run: Run) -> Array:
 
 
 OFFSET = OwnError("offset", "um", ball_beside_axis, "u of where its ball stands: beside the axis, and length")
-LOBING = OwnError("lobing", "um", lobes, "u of its pre-travel over the direction, each of two and three lobes")
+LOBING = OwnError(
+    "lobing", "um", lobes, "u of its pre-travel over the direction, each of two and three lobes"
+)
 AXIAL = OwnError("axial", "um", axial_share, "u of pre-travel along the stylus less that across it")
 TOUCH_PROBE = Instrument(
     "touch probe",
