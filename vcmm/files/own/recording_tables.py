@@ -13,7 +13,7 @@ from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, usual
 from vcmm.files.columns import LABELS
 from vcmm.files.own.scenario import PoseTable
-from vcmm.files.own.touch_tables import TouchTable
+from vcmm.files.own.touch_tables import TouchesTable
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.schema import Distance, Point, Table
 from vcmm.files.toml import Location
@@ -131,7 +131,7 @@ class RecordingFile(Table):
     counter: CounterTable | None = None
     instrument: InstrumentTable | None = None
     reversal: ReversalTable | None = None
-    touch: TouchTable | None = None
+    touch: TouchesTable | None = None
 
     @property
     def shape(self) -> str:

@@ -72,7 +72,15 @@ def load_touch_plan(path: str | Path) -> TouchPlan:
         )
     _check_axes(machine, path)
     file = path.parent / model.machine if model.machine else None
-    return TouchPlan(path, file, table, setups[0], machine, poses_of(table, machine), budget)
+    return TouchPlan(
+        path=path,
+        machine_file=file,
+        table=table,
+        setup=setups[0],
+        machine=machine,
+        poses=poses_of(table, machine),
+        budget=budget,
+    )
 
 
 def _check_axes(machine: Machine, path: Path) -> None:
@@ -93,7 +101,14 @@ def probing_job(
     spindle = [quantity(text, "angle", "spindle", "180 deg") for text in table.spindle] or [0.0]
     spheres = [list(s) for s in table.spheres]
     made = touches(
-        machine, spheres, given.sphere + given.ball, poses, SIDES, 1e-3, table.tip, spindle=spindle
+        machine,
+        spheres,
+        given.sphere + given.ball,
+        poses,
+        directions=SIDES,
+        u=1e-3,
+        offset=table.tip,
+        spindle=spindle,
     )
     run = made.run
     zero, offset = np.array(table.zero), np.array(table.tip)

@@ -35,9 +35,9 @@ def touch_setup(table: Any, machine: Machine, u: float) -> tuple[Recording, ...]
         spheres,
         radius + table.tip_diameter / 2,
         poses_of(table, machine),
-        SIDES,
-        u,
-        table.tip,
+        directions=SIDES,
+        u=u,
+        offset=table.tip,
         spindle=spindle,
     )
     return (made,)

@@ -36,7 +36,7 @@ class TouchedTable(Table):
     part: str = Field(default="", examples=['"block"'])
 
 
-class TouchTable(Table):
+class TouchesTable(Table):
     """With what, where (format touches). log: X Y Z are of the surface (the control has taken the ball off along I J K), or of the middle of the ball.
 
     zero: where the work offset of the program lies for the tip, in the axes of the machine, rotary axes at zero.
@@ -49,7 +49,7 @@ class TouchTable(Table):
     log: Literal["surface", "centre"] = "surface"
 
 
-def surfaces_of(table: TouchTable) -> dict[str, TouchedSurface]:
+def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
     """The features by name. Raises TableProblems with the key."""
     out = {}
     for name, one in table.features.items():
@@ -69,7 +69,7 @@ def surfaces_of(table: TouchTable) -> dict[str, TouchedSurface]:
     return out
 
 
-def read_touches(table: TouchTable, path: Path, machine: Machine) -> Recording:
+def read_touches(table: TouchesTable, path: Path, machine: Machine) -> Recording:
     """The log as touches along their normals. Raises DataError and UsageError with lines, TableProblems with the key."""
     surfaces = surfaces_of(table)
     found = read_touch_log(path)
@@ -92,7 +92,7 @@ def read_touches(table: TouchTable, path: Path, machine: Machine) -> Recording:
         raise UsageError(f"{path}: {error}") from None
 
 
-def _run(table: TouchTable, found: TouchLog, machine: Machine) -> Run:
+def _run(table: TouchesTable, found: TouchLog, machine: Machine) -> Run:
     """Positions of the axes: the middle of the ball, less its offset, plus the zero."""
     place = np.stack([found.values[c] for c in "XYZ"], axis=1)
     if table.log == "surface":
@@ -125,4 +125,4 @@ def _ways(found: TouchLog) -> Array:
     return way / size[:, None]
 
 
-__all__ = ["PLANE", "TouchTable", "TouchedTable", "read_touches", "surfaces_of"]
+__all__ = ["PLANE", "TouchesTable", "TouchedTable", "read_touches", "surfaces_of"]

@@ -109,17 +109,8 @@ def calibrate(
     ranges = _looked_at(spans, machine, kind, growth)
     alone = not only and is_touched(recordings, certificates or {})
     only = touched_errors(ranges_of(spans, machine)) if alone else only
-    job = _Job(
-        recordings,
-        machine,
-        certificates or {},
-        ranges,
-        tuple(only),
-        correlated or {},
-        progress=progress,
-        growth=growth,
-        lines=alone,
-    )
+    given = (recordings, machine, certificates or {}, ranges, tuple(only), correlated or {})
+    job = _Job(*given, progress=progress, growth=growth, lines=alone)
     progress("reading", 0.1)
     parts, post, known = job.best() if kind == SPLINE else job.refit_as(kind)
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
