@@ -125,4 +125,4 @@ def _ways(found: TouchLog) -> Array:
     return way / size[:, None]
 
 
-__all__ = ["PLANE", "TouchesTable", "TouchedTable", "read_touches", "surfaces_of"]
+__all__ = ["PLANE", "TouchedTable", "TouchesTable", "read_touches", "surfaces_of"]
