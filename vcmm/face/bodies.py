@@ -27,6 +27,7 @@ def calibration_json(found: Any, out: Path | None) -> dict[str, Any]:
         "residual_um": rms(found.residual) * 1e3,
         "residuals": records(RESIDUALS, residuals(found).rows),
         "instruments": [{"input": name, "pull": float(v)} for name, v in pulls],
+        "probe_radius": found.probe_radii(),
         "nodes": {c.axis: len(c.nodes) for c in found.kept.curves},
         "figures": records(FIGURES, volume_figures(load_machine(out))) if out is not None else [],
     }

@@ -256,6 +256,10 @@ def _show(found: Any) -> None:
     show_answers(calibration_answers(found))
     show_table(errors(found))
     print(f"residuals: {rms(found.residual) * 1e3:.3f} µm rms; condition {found.identified.condition:.3g}")
+    for one in found.probe_radii():
+        print(
+            f"{one['input']}: surfaces read {one['value_um']:+.2f} ± {2 * one['u_um']:.2g} µm further out (k = 2): ball and size less pre-travel"
+        )
     for c in found.identified.combinations:
         print(f"not identified: {c.text}")
     say_warnings(found.warnings)

@@ -8,16 +8,21 @@ from typing import Any
 
 def design_command(path: Path, json: bool) -> int:
     """What the set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
+    from vcmm.face.cli.calibrate_poses import poses_command
     from vcmm.files.own.design import load_design
     from vcmm.learn.calibration.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
+    from vcmm.learn.calibration.pose_design import is_pose_design
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import show_table
     from vcmm.show.tables.calibration import setups
 
     made, machine, budget = load_design(path)
+    setups_made = [PlannedSetup(*one) for one in made]
+    if is_pose_design(setups_made):
+        return poses_command(path, setups_made, machine, budget, json)
     with about(path, "setups"):
-        plan = plan_of([PlannedSetup(*one) for one in made], machine)
+        plan = plan_of(setups_made, machine)
     everything = proposal(plan, range(len(plan.names)))
     best = None if budget is None else proposal(plan, best_within(plan, budget))
     complete = cheapest_complete(plan)

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-JOB_NAMES = ("fit", "design", "simulate", "thermal", "nodes", "compare")  # of vcmm.face.cli.calibrate_jobs
+JOB_NAMES = (
+    "fit",
+    "design",
+    "program",
+    "simulate",
+    "thermal",
+    "nodes",
+    "compare",
+)  # of vcmm.face.cli.calibrate_jobs
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""vcmm calibrate fit | design | simulate | thermal | nodes | compare: each with the options it has, and no others.
+"""vcmm calibrate fit | design | program | simulate | thermal | nodes | compare: each with the options it has, and no others.
 
 Without such a word `vcmm calibrate` takes all options at once, as before (`--design`, `--thermal` ...).
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
@@ -78,6 +78,34 @@ def design_command(plan: Path, *, json: Json = False) -> int:
         Print one JSON document.
     """
     return calibrate_command(design=plan, json=json)
+
+
+def program_command(
+    plan: Path,
+    *,
+    control: Literal["fanuc", "haas", "sinumerik", "heidenhain"],
+    tool: int = 20,
+    json: Json = False,
+    out: Path,
+) -> int:
+    """Write the touches of a plan as a program of the control, with the recording file for its log.
+
+    Parameters
+    ----------
+    plan
+        Plan (design/1) with one set-up of a "touch probe"; with a budget the best rotary positions within it, else all.
+    control
+        Whose macros: fanuc and haas (G65 P9811), sinumerik (CYCLE978), heidenhain (TCH PROBE 427).
+    tool
+        Number of the probe in the tool table.
+    json
+        Print one JSON document.
+    out
+        Folder for the program, touch.toml and setup.toml.
+    """
+    from vcmm.face.cli.calibrate_program import program_command as write_program
+
+    return write_program(plan, control, out, tool, json)
 
 
 def simulate_command(
@@ -193,6 +221,7 @@ def compare_command(
 JOBS: dict[str, Callable[..., int]] = {
     "fit": fit_command,
     "design": design_command,
+    "program": program_command,
     "simulate": simulate_command,
     "thermal": thermal_command,
     "nodes": nodes_command,

@@ -2,7 +2,7 @@
 
 `format` says how the data are written: "table" (columns of a recording, the default), "points" (nominal and measured
 points of a CMM), "iso230" (positioning runs), "rtl" (laser), "scope" (trace of a controller), "tpoint" and "altaz" (pointing
-lists), "klipper" (thermal logs). All give the same thing; what follows (logs, history of the axes, nuisance, noise) does not know which it was.
+lists), "klipper" (thermal logs), "touches" (a log of touches). All give the same thing; what follows (logs, history of the axes, nuisance, noise) does not know which it was.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _check_document(
     if recording is None or machine is None or logs is None or problems.found:
         return None
     name, data = model.name or document.path.stem, folder / model.data
-    recording = replace(recording, name=name, nuisance=model.nuisance, noise=noise)
+    recording = replace(recording, name=name, nuisance=model.nuisance or recording.nuisance, noise=noise)
     known = model.known
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data)),

@@ -18,6 +18,7 @@ from vcmm.files.foreign.rtl import read_rtl
 from vcmm.files.observations import Sense, read_observations
 from vcmm.files.own.recording_tables import LineTable, RecordingFile, ScopeTable, StylusTable, other_positions
 from vcmm.files.own.scope import read_scope, recording_of_scope
+from vcmm.files.own.touch_tables import read_touches
 from vcmm.files.problems import Problems
 from vcmm.task.response.recording import Recording
 
@@ -42,6 +43,14 @@ def read_data(
         _check_kind(model, "angle")
         found = read_altaz(path) if model.shape == "altaz" else read_tpoint(path, model.equinox or "date")
         return recording_of_pointings(found, machine, model.measuring)
+    if model.shape == "touches":
+        _check_kind(model, "probe")
+        if model.touch is None or not model.measuring:
+            raise UsageError(
+                'format = "touches" needs the table [touch] with tip_diameter and features, and observed = "indicated - true"'
+            )
+        touch = model.touch
+        return problems.attempt(("touch",), lambda: read_touches(touch, path, machine))
     if model.shape == "klipper":
         return _read_klipper(model, path, machine, problems)
     runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)

@@ -13,6 +13,7 @@ from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, usual
 from vcmm.files.columns import LABELS
 from vcmm.files.own.scenario import PoseTable
+from vcmm.files.own.touch_tables import TouchesTable
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.schema import Distance, Point, Table
 from vcmm.files.toml import Location
@@ -110,7 +111,9 @@ class RecordingFile(Table):
     name: str = ""
     date: str = Field(default="", pattern=DATE, examples=['"2026-11-22"'])
     data: str = Field(examples=['"touches.csv"'])
-    format: Literal["", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper"] = ""
+    format: Literal[
+        "", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper", "touches"
+    ] = ""
     equinox: Literal["", "date", "J2000"] = ""
     machine: str | dict[str, Any] | None = Field(default=None, examples=['"machine.toml"'])
     kind: Literal["probe", "displacement", "length", "angle", "path"] = Field(examples=['"probe"'])
@@ -128,6 +131,7 @@ class RecordingFile(Table):
     counter: CounterTable | None = None
     instrument: InstrumentTable | None = None
     reversal: ReversalTable | None = None
+    touch: TouchesTable | None = None
 
     @property
     def shape(self) -> str:
@@ -151,6 +155,7 @@ TABLES_OF = {
     "pose": ("points",),
     "stylus": ("points",),
     "scope": ("scope",),
+    "touch": ("touches",),
 }
 
 

@@ -15,7 +15,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, usual
-from vcmm.files.schema import Point, Table
+from vcmm.files.own.touch_setups import touch_setup
+from vcmm.files.schema import Distance, Point, Table
 from vcmm.task.instruments import artefact, ball_bar, circular, find, laser, level, rotary, straight, tracker
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
@@ -49,6 +50,13 @@ class SetupTable(Table):
     ball: Point | None = None
     along: Point | None = None
     across: Point | None = None
+    spheres: list[Point] = Field(default_factory=list, examples=['["150 0 80 mm", "-80 120 140 mm"]'])
+    tip_diameter: Distance = 0.0
+    rotary: dict[str, list[str]] = Field(
+        default_factory=dict, examples=['{ A = ["-60 deg", "0 deg"], C = ["0 deg", "90 deg"] }']
+    )
+    spindle: list[str] = Field(default_factory=list, examples=['["0 deg", "180 deg"]'])
+    zero: Point = (0.0, 0.0, 0.0)
 
     @property
     def tip(self) -> list[float]:
@@ -263,4 +271,5 @@ MAKERS: dict[str, Callable[[Any, Machine, float], Recordings]] = {
     "sphere": _sphere,
     "R-test": _r_test,
     "rotary indexer": _indexer,
+    "touch probe": touch_setup,
 }

@@ -117,7 +117,12 @@ def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
     factor = scale_factor(prior(model, lengths), usual(model))
     minutes = np.array([s.minutes for s in setups])
     return SetupPlan(
-        model, tuple(s.name for s in setups), tuple(information), minutes, _field(model, machine), factor
+        model,
+        tuple(s.name for s in setups),
+        tuple(information),
+        minutes,
+        volume_field(model, machine),
+        factor,
     )
 
 
@@ -130,7 +135,7 @@ def _marginal_information(gram: Array, own: int) -> Array:
     return np.asarray(gram[:k, :k] - gram[:k, k:] @ np.linalg.solve(inner, gram[k:, :k]))
 
 
-def _field(model: ErrorModel, machine: Machine) -> Array:
+def volume_field(model: ErrorModel, machine: Machine) -> Array:
     """(3 n, size): tip error x y z on a grid of the volume with three tips, per unit of theta."""
     letters = [a for a in "XYZ" if a in machine.axes]
     steps = [np.linspace(*machine.axes[a].travel, GRID) for a in letters]

@@ -219,7 +219,8 @@ def _curve_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
     if curve.reversal:
         return ["level", *SHAPES[:2]], [np.ones(len(x)), powers[:, 0], powers[:, 1]]
     first = 1 if curve.straightness else 0
-    return list(SHAPES[first:]), [curve.projector @ powers[:, i] for i in range(first, 3)]
+    last = min(3, powers.shape[1])  # a line of two nodes has its slope alone
+    return list(SHAPES[first:last]), [curve.projector @ powers[:, i] for i in range(first, last)]
 
 
 def _turning_shapes(curve: Curve) -> tuple[list[str], list[Array]]:

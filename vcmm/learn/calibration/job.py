@@ -33,6 +33,7 @@ from vcmm.learn.calibration.result import Calibration
 from vcmm.learn.calibration.reversal_readings import read_jointly
 from vcmm.learn.calibration.rotary import average_line
 from vcmm.learn.calibration.solve import Before, ErrorPosterior, columns_of, normal_equations, project, solve
+from vcmm.learn.calibration.touching import as_line, is_touched, touched_errors
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
@@ -106,16 +107,10 @@ def calibrate(
     check_instruments(certificates or {})
     spans = spans_of(recordings)
     ranges = _looked_at(spans, machine, kind, growth)
-    job = _Job(
-        recordings,
-        machine,
-        certificates or {},
-        ranges,
-        tuple(only),
-        correlated or {},
-        progress=progress,
-        growth=growth,
-    )
+    alone = not only and is_touched(recordings, certificates or {})
+    only = touched_errors(ranges_of(spans, machine)) if alone else only
+    given = (recordings, machine, certificates or {}, ranges, tuple(only), correlated or {})
+    job = _Job(*given, progress=progress, growth=growth, lines=alone)
     progress("reading", 0.1)
     parts, post, known = job.best() if kind == SPLINE else job.refit_as(kind)
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
@@ -213,6 +208,7 @@ class _Job:
     correlated: Mapping[str, Array]
     progress: Progress
     growth: float
+    lines: bool = False  # errors of linear axes are straight lines over the travel
 
     def best(self) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """Splines; more nodes where a curve is so rough that it runs otherwise between them."""
@@ -252,7 +248,8 @@ class _Job:
             model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
         moved = ranges_of(spans_of(self.recordings), self.machine)
         kept = {a: q for a, q in turns.items() if a not in moved or len(q) > 2 * nodes - 1}
-        curves = (replace(c, nodes=kept[c.axis], kept=True) if c.axis in kept else c for c in model.curves)
+        curves = [replace(c, nodes=kept[c.axis], kept=True) if c.axis in kept else c for c in model.curves]
+        curves = [as_line(c) if self.lines and not stated else c for c in curves]
         return ErrorModel(tuple(curves), model.pairs)
 
     def read(self, model: ErrorModel) -> list[Readings]:
@@ -287,7 +284,7 @@ class _Job:
             due = max(known_nodes(self.machine), LEAST)
             turns = {axis: len(nodes) for axis, nodes in known_turns(self.machine).items()}
             return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
-        if left_between(best, coarse) > BETWEEN:
+        if coarse.size == best.model.size or left_between(best, coarse) > BETWEEN:
             return False
         fewer = smoothness(best.information.project_onto(coarse, lift))
         return fewer.log_evidence > best.smooth.log_evidence - BETTER

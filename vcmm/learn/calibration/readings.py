@@ -21,7 +21,9 @@ from vcmm.core.laws import Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.model import ErrorModel, number_of
+from vcmm.learn.calibration.touching import free_probe_errors
 from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.probe_frame import with_probe_frame
 from vcmm.task.instruments.tracker import settle_stations
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer, lacking, noise_u
@@ -69,19 +71,21 @@ def readings(
     observer = Observer(recording, machine)
     nuisance, names = nuisance_columns(recording, machine)
     turns = _tool_turns(recording, machine, observer)
-    own = certificate.unknowns(recording, observer.run) if certificate else []
+    in_frame = with_probe_frame(observer.run, machine)
+    own = certificate.unknowns(recording, in_frame) if certificate else []
+    probe, told = free_probe_errors(recording, in_frame, certificate)
     u, stated, dof = _noise(recording, machine)
     return Readings(
         recording=recording,
         errors=error_columns(observer, model),
         own=tuple(own),
-        nuisance=np.concatenate([nuisance, turns], axis=1),
+        nuisance=np.concatenate([nuisance, turns, probe], axis=1),
         names=names,
         value=recording.value - observer.baseline(),
         u=u,
         stated=stated,
         dof=dof,
-        assumed=assumed,
+        assumed=(*assumed, *told),
         moved=way,
     )
 
@@ -124,7 +128,8 @@ def freed(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str,
                 f"{recording.name}: some rows read along the travel and some across it; across it the line of the instrument is "
                 'unknown: put them into two recordings, or state [nuisance] alignment = "..." where both share one artefact'
             )
-    if recording.kind in ("probe", "path") and not {"rigid", "alignment"} & set(has):
+    placed = bool({"rigid", "alignment"} & set(has)) or has.get("offset") == "feature"
+    if recording.kind in ("probe", "path") and not placed:
         added["rigid"] = "pose" if "pose" in recording.run.labels else ""
     words = tuple(
         f"{recording.name}: {word} is taken as unknown ({f'one per {label}' if label else 'one for all rows'}); "

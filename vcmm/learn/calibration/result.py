@@ -74,6 +74,12 @@ class Calibration(Readable):
         drawn: Axes = draw(self, name, ax)
         return drawn
 
+    def probe_radii(self) -> list[dict[str, object]]:
+        """Of touches: how much further out than stated surfaces read all round, um; see `vcmm.learn.calibration.probe_radius`."""
+        from vcmm.learn.calibration.probe_radius import probe_radii
+
+        return probe_radii(self.readings, self.posterior, self.identified.names)
+
     def figures(self) -> list[Mapping[str, object]]:
         """One row per identified error: size and uncertainty, um or urad."""
         out: list[Mapping[str, object]] = []

@@ -2,7 +2,8 @@
 
 Source: HEIDENHAIN, TNC 640 User's Manual, "Programming of Measuring Cycles for Workpieces and Tools". A measured angle turns, a measured
 datum shifts the preset of Q305 (0: that in force; 1 to 6: G54 to G59 of the set-up), so that the datum reads Q331 and Q332 (Q405, Q333).
-Between its touches the probe goes over the clearance height Q260 wherever it is given. Heights are those of the lowest point of the ball.
+Between its touches the probe goes over the clearance height Q260 wherever it is given. The measuring height Q261 is that of the middle of the ball
+("coordinate of the ball tip center"), the clearance height that of its lowest point.
 """
 
 from __future__ import annotations

@@ -52,9 +52,11 @@ class TouchCycle:
         r.straight((x, y, r.p[2]), True)
 
     def stand(self, x: float, y: float, height: float | None = None) -> None:
-        """At a place, at the measuring height."""
+        """At a place, the lowest point of the ball at `height`; without one its middle at the measuring height Q261."""
         self.over(x, y)
-        self.recorder.straight(at(self.recorder.p, 2, self.value("Q261") if height is None else height), True)
+        if height is None:
+            height = self.value("Q261") - self.feeler.radius
+        self.recorder.straight(at(self.recorder.p, 2, height), True)
 
     def leave(self) -> None:
         r = self.recorder

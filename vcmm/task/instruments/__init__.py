@@ -11,6 +11,7 @@ from vcmm.task.instruments.laser import LASER_ANGLE, LASER_LINEAR, LASER_STRAIGH
 from vcmm.task.instruments.level import LEVEL
 from vcmm.task.instruments.rotary import INDEXER, R_TEST
 from vcmm.task.instruments.straight import CAPACITANCE, OPTICAL, SQUARE, STRAIGHTEDGE
+from vcmm.task.instruments.touch_probe import TOUCH_PROBE
 from vcmm.task.instruments.tracker import LASER_TRACER, TRACKER
 
 ALL: tuple[Instrument, ...] = (
@@ -34,6 +35,7 @@ ALL: tuple[Instrument, ...] = (
     SPHERE,
     R_TEST,
     INDEXER,
+    TOUCH_PROBE,
 )
 
 

@@ -11,6 +11,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.probe_frame import with_probe_frame
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Recording
@@ -95,7 +96,9 @@ def simulate_reading(
         size = np.full(len(names), TURN)
     value = value + columns @ (size * rng.standard_normal(len(names)))
     read = replace(recording, value=value)
-    for name, own in certificate.unknowns(read, observer.run) if certificate else ():
+    for name, own in (
+        certificate.unknowns(read, with_probe_frame(observer.run, machine)) if certificate else ()
+    ):
         if name not in drawn:
             drawn[name] = np.asarray(rng.standard_normal(own.shape[1]))
         value = value + own @ drawn[name]

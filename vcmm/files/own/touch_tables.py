@@ -1,0 +1,128 @@
+"""[touch] of a recording file: what was touched, with what, and in which zero; and the log of the control to a Recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from vcmm.core.axes import is_rotary
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.files.foreign.touch_log import TouchLog, read_touch_log
+from vcmm.files.problems import TableProblems
+from vcmm.files.schema import Distance, Point, Table
+from vcmm.task.instruments.probe_frame import SPINDLE
+from vcmm.task.instruments.touched_surfaces import PLANE, TouchedSurface, recording_of_touches
+from vcmm.task.response.recording import Recording
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class TouchedTable(Table):
+    """A feature on the table: workpiece axes, where it stands while every rotary axis is at zero; to a millimetre is enough.
+
+    part: faces of one block name the same; what lies between them is then as stated (a calibrated length), and the block lies anywhere.
+    """
+
+    type: Literal["sphere", "plane", "ring"] = "sphere"
+    point: Point = Field(examples=['"150 0 80 mm"'])
+    diameter: Distance = 0.0
+    normal: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, 1]"])
+    axis: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, 1]"])
+    part: str = Field(default="", examples=['"block"'])
+
+
+class TouchesTable(Table):
+    """With what, where (format touches). log: X Y Z are of the surface (the control has taken the ball off along I J K), or of the middle of the ball.
+
+    zero: where the work offset of the program lies for the tip, in the axes of the machine, rotary axes at zero.
+    """
+
+    features: dict[str, TouchedTable]
+    tip_diameter: Distance = Field(examples=['"6 mm"'])
+    offset: Point = ORIGIN
+    zero: Point = ORIGIN
+    log: Literal["surface", "centre"] = "surface"
+
+
+def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
+    """The features by name. Raises TableProblems with the key."""
+    out = {}
+    for name, one in table.features.items():
+        key = ("features", name)
+        if one.type == "plane" and (one.normal is None or one.axis is not None or one.diameter):
+            raise TableProblems([(key, "a plane takes point and normal, no axis and no diameter")])
+        if one.type != "plane" and (not one.diameter or one.normal is not None):
+            raise TableProblems([(key, f"a {one.type} takes point and diameter, no normal")])
+        if one.type == "sphere" and one.axis is not None:
+            raise TableProblems([(key, "a sphere has no axis")])
+        way = np.array(one.normal or one.axis or [0.0, 0.0, 1.0], dtype=float)
+        if not np.linalg.norm(way) > 0:
+            raise TableProblems([(key, "normal or axis is 0 0 0; it is a direction")])
+        unit = way / np.linalg.norm(way)
+        place, axis = (tuple(float(v) for v in w) for w in (one.point, unit))
+        out[name] = TouchedSurface(one.type, place, axis, one.diameter / 2, one.part)  # type: ignore[arg-type]
+    return out
+
+
+def read_touches(table: TouchesTable, path: Path, machine: Machine) -> Recording:
+    """The log as touches along their normals. Raises DataError and UsageError with lines, TableProblems with the key."""
+    surfaces = surfaces_of(table)
+    found = read_touch_log(path)
+    head = [a for a in machine.chain.tool if is_rotary(a)]
+    if head:
+        raise UsageError(
+            f"the log says where the tip was, but the head turns by {' '.join(head)}, so that does not say where the axes were: give a table (columns X_mm ... "
+            "nx ny nz d_um) instead"
+        )
+    absent = [a for a in "ABC" if a in found.stated and a not in machine.chain.letters]
+    if absent:
+        raise UsageError(
+            f"the log turns {' '.join(absent)}, which the machine {machine.chain.structure} does not have"
+        )
+    try:
+        return recording_of_touches(
+            machine, _run(table, found, machine), surfaces, table.tip_diameter / 2, found.lines
+        )
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _run(table: TouchesTable, found: TouchLog, machine: Machine) -> Run:
+    """Positions of the axes: the middle of the ball, less its offset, plus the zero."""
+    place = np.stack([found.values[c] for c in "XYZ"], axis=1)
+    if table.log == "surface":
+        way = _ways(found)
+        place = place - way * table.tip_diameter / 2
+    offset = np.array(table.offset)
+    at = place + np.array(table.zero) - offset
+    n = len(at)
+    position: dict[str, Array] = {}
+    for letter in machine.chain.letters:
+        if is_rotary(letter):
+            position[letter] = np.radians(found.values.get(letter[0], np.zeros(n)))
+        else:
+            position[letter] = at[:, "XYZ".index(letter)]
+    columns = {"time_s": found.values["T"]} if "T" in found.stated else {}
+    if "S" in found.stated and np.any(found.values["S"]):
+        columns[SPINDLE] = np.radians(found.values["S"])
+    return Run(position, np.tile(offset, (n, 1)), columns, {"feature": found.features})
+
+
+def _ways(found: TouchLog) -> Array:
+    """(n, 3): unit way of the probe. Raises UsageError where a line leaves it out."""
+    way = np.stack([found.values[c] for c in "IJK"], axis=1)
+    size = np.linalg.norm(way, axis=1)
+    if (size == 0).any():
+        line = int(found.lines[int(np.flatnonzero(size == 0)[0])])
+        raise UsageError(
+            f'line {line}: the way of the probe I J K is missing, along which the control took the ball off; add it, or write log = "centre"'
+        )
+    return way / size[:, None]
+
+
+__all__ = ["PLANE", "TouchedTable", "TouchesTable", "read_touches", "surfaces_of"]

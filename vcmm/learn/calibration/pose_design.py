@@ -1,0 +1,216 @@
+"""Which rotary positions to touch at, and what they tell: a design of poses for a touch probe.
+
+Every pose gives information on the errors, the own errors of the probe and what nobody knows of the spheres, all at once:
+
+    A = sum over poses of X' W X        X = [errors behind their prior | own errors, unit variance | nuisance]
+
+so places and sizes of the spheres, which all poses share, are marginalised after the sum (Schur complement), not pose by pose. Chosen
+are the poses that leave the smallest root mean variance of the tip error over the volume (as `design`), one added at a time and
+then swapped while that pays: no proof of the best. Source: Fedorov, Theory of Optimal Experiments (1972), exchange; the criterion
+is that of I-optimality.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.core.axes import is_rotary
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.learn.calibration.design import NODES, PlannedSetup, volume_field
+from vcmm.learn.calibration.evidence import NormalEquations
+from vcmm.learn.calibration.identifiability import Identifiability, identify, is_angle
+from vcmm.learn.calibration.job import ranges_of, spans_of
+from vcmm.learn.calibration.model import ErrorModel, error_model
+from vcmm.learn.calibration.prior import prior, scale_factor, usual
+from vcmm.learn.calibration.readings import Readings, readings
+from vcmm.learn.calibration.solve import Before, columns_of
+from vcmm.learn.calibration.touching import touched_errors
+from vcmm.task.instruments.touch_probe import TOUCH_PROBE
+from vcmm.task.response.recording import Ints
+
+FREE = 1.0  # mm: standard uncertainty of what is free, large beside every reading
+ENOUGH = 1.05  # of the volume of all poses: the fewest poses that come so near, where no budget is stated
+PAYS = 1e-3  # of the volume: a swap that gains less ends the search
+
+
+@dataclass(frozen=True, eq=False)
+class PoseCandidate:
+    """One rotary position of one set-up: its angles (rad), how long it takes (minutes), its touches."""
+
+    setup: str
+    angles: dict[str, float]
+    minutes: float
+    touches: int
+
+
+@dataclass(frozen=True, eq=False)
+class PosePlan:
+    """grams (k, p, p): information of each pose on errors, own errors and nuisance; factor (size, r) of the prior of the errors."""
+
+    model: ErrorModel
+    candidates: tuple[PoseCandidate, ...]
+    grams: Array
+    own: int
+    factor: Array
+    field: Array
+
+    @cached_property
+    def behind(self) -> Array:
+        """(k, p', p'): the same on the numbers behind the prior."""
+        size = self.model.size
+        lift = np.zeros((self.grams.shape[1], self.factor.shape[1] + self.grams.shape[1] - size))
+        lift[:size, : self.factor.shape[1]] = self.factor
+        lift[size:, self.factor.shape[1] :] = np.eye(self.grams.shape[1] - size)
+        return np.asarray(lift.T @ self.grams @ lift)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Mean square of the tip error over the volume per unit variance of these numbers."""
+        seen = self.field @ self.factor
+        return np.asarray(seen.T @ seen / (len(seen) / 3))
+
+    def covariance(self, chosen: Sequence[int]) -> Array:
+        """(r, r) of the numbers behind the prior, after the poses."""
+        r = self.factor.shape[1]
+        known = np.full(self.behind.shape[1], 1.0 / FREE**2)
+        known[: r + self.own] = 1.0
+        full = np.diag(known) + self.behind[list(chosen)].sum(axis=0)
+        return np.asarray(np.linalg.inv(full)[:r, :r])
+
+    def volume(self, chosen: Sequence[int]) -> float:
+        """Root mean variance of the tip error over the volume, mm."""
+        return float(np.sqrt((self.covariance(chosen) * self.weight).sum()))
+
+    def minutes(self, chosen: Sequence[int]) -> float:
+        return float(sum(self.candidates[i].minutes for i in chosen))
+
+    def expected_covariance(self, chosen: Sequence[int]) -> Array:
+        """(size, size) of the errors, mm and rad."""
+        return np.asarray(self.factor @ self.covariance(chosen) @ self.factor.T)
+
+    def expected(self, chosen: Sequence[int]) -> dict[str, float]:
+        """Name -> standard uncertainty, mm or rad; of a curve the rms over its travel."""
+        variance = np.diag(self.expected_covariance(chosen))
+        return {name: float(np.sqrt(variance[self.model.slices[name]].mean())) for name in self.model.names}
+
+    def correlated(self, chosen: Sequence[int], above: float = 0.9) -> list[tuple[str, str, float]]:
+        """Pairs of location errors whose correlation is larger, largest first."""
+        names = self.model.pairs
+        rows = [self.model.slices[n].start for n in names]
+        full = self.expected_covariance(chosen)[np.ix_(rows, rows)]
+        u = np.sqrt(np.diag(full))
+        pairs = [
+            (names[i], names[j], float(full[i, j] / (u[i] * u[j])))
+            for i in range(len(names))
+            for j in range(i)
+            if u[i] * u[j] > 0
+        ]
+        return sorted((p for p in pairs if abs(p[2]) > above), key=lambda p: -abs(p[2]))
+
+    def identified(self, chosen: Sequence[int]) -> Identifiability:
+        """What the poses identify, judged against next to nothing known before; own errors have their u."""
+        size, own = self.model.size, self.own
+        full = self.grams[list(chosen)].sum(axis=0)
+        inner = full[size:, size:].copy()
+        inner[:own, :own] += np.eye(own)
+        rest = np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
+        a = full[:size, :size] - full[:size, size:] @ rest @ full[size:, :size]
+        return identify(NormalEquations((a + a.T) / 2, np.zeros(size), self.model))
+
+
+def is_pose_design(setups: Sequence[PlannedSetup]) -> bool:
+    """Do all set-ups of a plan touch with a probe in the spindle?"""
+    used = [s.certificate for s in setups]
+    return bool(used) and all(c is not None and c.instrument.name == TOUCH_PROBE.name for c in used)
+
+
+def pose_plan(setups: Sequence[PlannedSetup], machine: Machine) -> PosePlan:
+    """The information of every rotary position of every set-up. Raises UsageError where nothing turns."""
+    ranges = ranges_of(spans_of([r for s in setups for r in s.recordings]), machine)
+    if not any(is_rotary(a) for a in ranges):
+        raise UsageError(
+            "no rotary axis turns in the set-ups; a design of poses chooses rotary positions: add rotary = { C = [...] }"
+        )
+    model = error_model(ranges, NODES, touched_errors(ranges))
+    parts = [(s, readings(r, machine, model, s.certificate)) for s in setups for r in s.recordings]
+    columns, names = columns_of([p for _, p in parts], Before.nothing(model))
+    widths = [p.nuisance.shape[1] for _, p in parts]
+    starts = np.cumsum([columns[0].shape[1], *widths])
+    grams, candidates = [], []
+    for (setup, part), seen, start, width in zip(parts, columns, starts, widths):
+        full = np.zeros((part.m, int(starts[-1])))
+        full[:, : seen.shape[1]] = seen
+        full[:, start : start + width] = part.nuisance
+        for one, rows in _by_pose(setup, part):
+            x = full[rows] / part.u[rows, None]
+            grams.append(x.T @ x)
+            candidates.append(one)
+    lengths = {c.component: 0.35 * c.travel for c in model.curves}
+    factor = scale_factor(prior(model, lengths), usual(model))
+    return PosePlan(
+        model, tuple(candidates), np.array(grams), len(names), factor, volume_field(model, machine)
+    )
+
+
+def _by_pose(setup: PlannedSetup, part: Readings) -> list[tuple[PoseCandidate, Ints]]:
+    """Every rotary position of a set-up, and which of its readings belong to it."""
+    recording = part.recording
+    values, codes = recording.groups("pose")
+    out = []
+    for code in range(len(values)):
+        rows = np.flatnonzero(codes == code)
+        run, first = recording.run, int(recording.row[rows[0]])
+        angles = {a: float(q[first]) for a, q in run.position.items() if is_rotary(a)}
+        out.append((PoseCandidate(setup.name, angles, setup.minutes / len(values), len(rows)), rows))
+    return out
+
+
+def best_poses(plan: PosePlan, budget: float | None) -> list[int]:
+    """Numbers of the poses within the budget (minutes); without one the fewest that come near what all tell.
+
+    Raises UsageError where the budget is too short for a single pose.
+    """
+    everything = range(len(plan.candidates))
+    aim = 0.0 if budget is not None else ENOUGH * plan.volume(everything)
+    chosen: list[int] = []
+    while len(chosen) < len(plan.candidates):
+        left = np.inf if budget is None else budget + 1e-9 - plan.minutes(chosen)
+        free = [i for i in everything if i not in chosen and plan.candidates[i].minutes <= left]
+        if not free or (chosen and plan.volume(chosen) <= aim):
+            break
+        chosen = [*chosen, min(free, key=lambda i: plan.volume([*chosen, i]))]
+    if not chosen:
+        least = min(c.minutes for c in plan.candidates)
+        raise UsageError(f"the budget of {budget:g} min is too short for one pose, which takes {least:g} min")
+    return _swap_poses(plan, chosen, budget)
+
+
+def _swap_poses(plan: PosePlan, chosen: list[int], budget: float | None) -> list[int]:
+    """One pose for another while the volume gains."""
+    now = plan.volume(chosen)
+    while True:
+        swaps = [
+            [*(j for j in chosen if j != out), new]
+            for out in chosen
+            for new in range(len(plan.candidates))
+            if new not in chosen
+        ]
+        swaps = [s for s in swaps if budget is None or plan.minutes(s) <= budget + 1e-9]
+        if not swaps:
+            return sorted(chosen)
+        best = min(swaps, key=plan.volume)
+        value = plan.volume(best)
+        if value >= now * (1 - PAYS):
+            return sorted(chosen)
+        chosen, now = best, value
+
+
+def unit_of(name: str) -> tuple[str, float]:
+    """Unit of an error as it is printed, and how many are in 1 mm or 1 rad."""
+    return ("urad", 1e6) if is_angle(name) else ("um", 1e3)

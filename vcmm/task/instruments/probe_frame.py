@@ -1,0 +1,45 @@
+"""The frame of a touch probe: that of the last tool-side axis, turned with the spindle (right-hand about +Z of that frame)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import Motion, tip_motion
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.task.response.recording import Recording
+
+IN_PROBE = ("probe_nx", "probe_ny", "probe_nz")  # columns: outward normal in the frame of the probe
+SPINDLE = "spindle_angle_rad"
+
+
+def tool_directions(machine: Machine, run: Run) -> Array:
+    """(n, 3, 3): X, Y and Z of the last tool-side frame in workpiece axes, as rows."""
+    ways = [
+        tip_motion(machine.chain, machine.axes, run, [Motion("tool", "motion", np.tile(one, (run.n, 1)))])[
+            :, :3
+        ]
+        for one in np.eye(6)[:3]
+    ]
+    return np.stack(ways, axis=1)
+
+
+def with_probe_frame(run: Run, machine: Machine) -> Run:
+    """The run with the outward normals in the frame of the probe; unchanged where it has no normals."""
+    if not all(f"n{c}" in run.columns for c in "xyz") or IN_PROBE[0] in run.columns:
+        return run
+    n = np.einsum("nij,nj->ni", tool_directions(machine, run), run.normal)
+    turn = run.columns.get(SPINDLE, np.zeros(run.n))
+    x = np.cos(turn) * n[:, 0] + np.sin(turn) * n[:, 1]
+    y = -np.sin(turn) * n[:, 0] + np.cos(turn) * n[:, 1]
+    return run.with_columns(dict(zip(IN_PROBE, (x, y, n[:, 2]))))
+
+
+def normals_in_probe(recording: Recording, run: Run) -> Array:
+    """(m, 3): outward normals in the frame of the probe. Raises UsageError where the run was not made ready for a probe."""
+    if not all(name in run.columns for name in IN_PROBE):
+        raise UsageError(
+            f'{recording.name}: the own errors of a "touch probe" need the outward normals nx ny nz of its touches'
+        )
+    return run.vector(*IN_PROBE)[recording.row]
