@@ -250,6 +250,12 @@ def _dispatch(words: list[str]) -> int:
     if words == ["--version"]:
         print(f"vcmm {__version__}")
         return 0
+    if len(words) in (2, 3) and words[-1] in ("--help", "-h"):
+        from vcmm.face.cli.verb_help import verb_help
+
+        if (page := verb_help(words[:-1], CODES)) is not None:
+            print(page)
+            return 0
     from cyclopts import CycloptsError
     from rich.console import Console
 
