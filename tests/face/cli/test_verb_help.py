@@ -22,7 +22,7 @@ def parameters_of(words: list[str]) -> dict[str, Any]:
     for word in words:
         app = app[word]
     if app.default_command is None:
-        app = app[words[-1]] if words[-1] in app else app
+        app = app.get(words[-1], app)
     return {a.field_info.name: a for a in app.assemble_argument_collection() if not a.keys}
 
 
