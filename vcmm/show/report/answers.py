@@ -126,8 +126,7 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     value, said = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
     if not math.isfinite(expanded):
         return f"{value}, U unbounded", f"p = {whole(c.p)}"
-    middle = sum(c.interval) / 2
-    if abs(middle - c.value) <= ABOUT_ITS_MIDDLE * expanded and c.half_width is None:
+    if is_about_value(c):
         factor = (
             "known bias in U, "
             if c.bias_in_U
@@ -141,6 +140,12 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     ends = [f"{(x - c.nominal) * scale + 0.0:.{digits}f}".replace("-", MINUS) for x in c.interval]
     from_nominal = "" if c.nominal == 0 else " from nominal"
     return f"{value}, U = {said}", f"p = {whole(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
+
+
+def is_about_value(c: Any) -> bool:
+    """Whether value ± U is the interval, but for the scatter of drawn ends."""
+    middle = sum(c.interval) / 2
+    return abs(middle - c.value) <= ABOUT_ITS_MIDDLE * c.stated[0] and c.half_width is None
 
 
 def limits_text(c: Any) -> str:

@@ -38,6 +38,7 @@ from vcmm.show.report.scene_items import (
 )
 from vcmm.show.report.scene_traces import arrow_ends, ellipsoid_arrays
 
+INK = hex_of("ink")
 SIZE = (1100, 800)
 NEEDS = "install libegl1 and libgl1-mesa-dri (Debian) or mesa-libEGL (Fedora); reports and notebooks do not need them"
 
@@ -120,18 +121,35 @@ def _mesh(plotter: Any, item: SceneMesh) -> None:
     plotter.add_mesh(
         mesh, scalars=item.unit or "value", cmap=list(scale.colours), clim=(scale.levels[0], scale.levels[-1]),
         n_colors=len(scale.colours), nan_color="lightgrey", opacity=item.opacity,
+        scalar_bar_args={"title": item.unit, "n_labels": len(scale.levels), "color": INK, "vertical": True, "position_x": 0.88, "position_y": 0.3, "height": 0.5, "width": 0.05},
     )  # fmt: skip
+
+
+def keys_of(items: Sequence[Item]) -> list[list[str]]:
+    """Name and colour of every item that has a name, each once."""
+    found = {i.name: hex_of(getattr(i, "colour", "muted")) for i in items if getattr(i, "name", "")}
+    return [[name, colour] for name, colour in found.items()]
 
 
 def main(words: Sequence[str]) -> None:
     """What the child does."""
     import pyvista as pv
 
+    from vcmm.show.report.scene import magnification
+
     items, title = pickle.loads(Path(words[0]).read_bytes())
     plotter: Any = pv.Plotter(off_screen=len(words) > 1, window_size=list(SIZE), title=title)
     for item in items:
         _draw_item(plotter, item)
     plotter.add_axes()
+    plotter.show_bounds(grid="back", location="outer", xtitle="X / mm", ytitle="Y / mm", ztitle="Z / mm", font_size=9, color="dimgrey")  # fmt: skip
+    plotter.add_text(
+        f"{title}\n{magnification(items)}".strip(), position="upper_left", font_size=10, color=INK
+    )
+    if keys := keys_of(items):
+        plotter.add_legend(
+            keys, bcolor=None, face="rectangle", size=(0.22, 0.035 * len(keys)), loc="lower right"
+        )
     plotter.camera.enable_parallel_projection()
     plotter.view_vector((0.46, -0.8, 0.37))
     plotter.camera.zoom(1.2)
