@@ -146,13 +146,13 @@ def main(words: Sequence[str]) -> None:
     plotter.add_text(
         f"{title}\n{magnification(items)}".strip(), position="upper_left", font_size=10, color=INK
     )
-    if keys := keys_of(items):
-        plotter.add_legend(
-            keys, bcolor=None, face="rectangle", size=(0.22, 0.035 * len(keys)), loc="lower right"
-        )
+    for row, (name, colour) in enumerate(keys_of(items)):
+        at = 0.96 - 0.028 * row
+        plotter.add_text("==", position=(0.74, at), viewport=True, font_size=11, font="courier", color=colour)
+        plotter.add_text(name, position=(0.775, at), viewport=True, font_size=9, color=INK)
     plotter.camera.enable_parallel_projection()
     plotter.view_vector((0.46, -0.8, 0.37))
-    plotter.camera.zoom(1.2)
+    plotter.camera.zoom(1.0)
     if len(words) > 1:
         plotter.screenshot(words[1])
     else:
