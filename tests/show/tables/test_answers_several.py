@@ -84,11 +84,20 @@ def test_several_parts_are_one_line_per_characteristic_with_the_worst():
     ]
     (line,) = answers_parts.parts_answers(parts)
     assert line.name == "bore, 3 parts"
-    assert line.verdict == "2 undecided, 1 conforms"
+    assert line.verdict == "2 undecided, 1 conform"
     assert line.kind == "warning"
     assert line.result == "30.0105 mm ± 1.0 µm"
     assert line.coverage.endswith("the worst: part 3")
     assert line.numbers["undecided"] == 2
+    sure: Any = [
+        SimpleNamespace(
+            part=n, characteristics=[SimpleNamespace(name="bore", result=Judged(v, "conforms", 1.0))]
+        )
+        for n, v in (("17", 30.001), ("18", 30.002))
+    ]
+    assert (
+        "worst: part 18" in answers_parts.parts_answers(sure)[0].coverage
+    )  # both 1.0: 8 um from the limit, the other 9
     alone = answers_parts.parts_answers(parts[:1])
     assert alone == [answer_of(parts[0].characteristics[0].result)]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, ForDiagnosis, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -26,6 +26,7 @@ class TipForm(Effect):
     """
 
     name = "tip_form"
+    trade = Trade("form of the tip {where}", "a rounder tip, or a better form of the probing system (P_Form)")
     diagnosis = ForDiagnosis(
         shared_physics="lobes",
     )

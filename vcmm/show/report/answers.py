@@ -98,7 +98,7 @@ def answer_of(c: Any) -> AnswerLine:
     return AnswerLine(
         c.name, result, coverage=coverage, limits=limits_text(c), verdict=verdict, kind=STATE.get(verdict.split(",")[0], "muted"),
         because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if known else "",
-        change=what_to_change(owner) if known else "",
+        change=_what_helps(c, owner) if known else "",
         link=f"{c.name} ({c.type})",
         numbers={
             "name": c.name, f"value_{c.unit}": c.value, f"U_{c.unit}": c.stated[0], "k": c.stated[1], "p": c.p,
@@ -106,6 +106,13 @@ def answer_of(c: Any) -> AnswerLine:
             "p_conform": p, "contributor": owner.input if known else None, "share": owner.share if known else None,
         },
     )  # fmt: skip
+
+
+def _what_helps(c: Any, owner: Any) -> str:
+    """What makes U smaller; where it has no bound, why."""
+    if math.isfinite(c.stated[0]) or not getattr(c, "why_not_shown", ""):
+        return what_to_change(owner)
+    return str(c.why_not_shown)
 
 
 def whole(share: float) -> str:

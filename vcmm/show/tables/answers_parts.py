@@ -28,6 +28,7 @@ from vcmm.show.tables.answers_machine import diagnosis_answers
 from vcmm.show.tables.loops import LoopRecord
 
 ORDER = ("does not conform", "undecided", "conforms")  # the worst first
+PLURAL = {"does not conform": "do not conform", "undecided": "undecided", "conforms": "conform"}
 MOST_E_N = 1.0  # ISO/IEC 17043: |E_n| above it is a departure beyond both uncertainties
 
 
@@ -44,7 +45,7 @@ def _of_all(results: Sequence[tuple[str, CharacteristicResult]]) -> AnswerLine:
     counts = {
         text: sum(c.decision is not None and c.decision.text == text for _, c in results) for text in ORDER
     }
-    said = [f"{n} {text}" for text, n in counts.items() if n]
+    said = [f"{n} {PLURAL[text]}" for text, n in counts.items() if n]
     line = answer_of(worst)
     kind: Kind = next((STATE[text] for text in ORDER if counts[text]), "muted")
     return replace(
@@ -58,12 +59,13 @@ def _of_all(results: Sequence[tuple[str, CharacteristicResult]]) -> AnswerLine:
     )  # fmt: skip
 
 
-def _badness(c: CharacteristicResult) -> tuple[int, float]:
-    """Least for the worst: by decision, then by the probability of conformity, then by the departure from nominal."""
-    if c.decision is None:
-        return len(ORDER), -abs(c.value - c.nominal)
+def _badness(c: CharacteristicResult) -> tuple[int, float, float]:
+    """Least for the worst: by decision, the probability of conformity, and how far it lies within its limits; without them from nominal."""
+    if c.decision is None or c.tolerance is None:
+        return len(ORDER), 0.0, -abs(c.value - c.nominal)
+    low, high = c.tolerance
     p = c.decision.p_conform
-    return ORDER.index(c.decision.text), abs(c.value - c.nominal) * -1.0 if p is None else p
+    return ORDER.index(c.decision.text), 0.0 if p is None else p, min(high - c.value, c.value - low)
 
 
 def measured_answers(m: Measurement) -> list[AnswerLine]:
