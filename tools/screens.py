@@ -47,7 +47,7 @@ SCREENS = (
     Screen("place", "place plate.toml --evaluations 300 --scan 256 --trials 5000 --out placed", "placed/report.html", narrow=True),
     Screen("diagnose", "diagnose ballbar.toml --out diagnosed", "diagnosed/report.html", narrow=True),
     Screen("acceptance", "test axis.toml --iso 230-2 --report axis/report.html", "axis/report.html"),
-    Screen("calibrate", 'calibrate fit traced_cmm.toml --structure "w b Y X Z t" --report calibrated.html', "calibrated.html", narrow=True),
+    Screen("calibrate", "calibrate traced_cmm.toml --machine traced_cmm/machine.toml --report calibrated.html", "calibrated.html", narrow=True),
     Screen("field", "field ballbar/machine.toml --out field", "field/field.html"),
     Screen("compare", "compare ballbar.toml --machine ballbar/machine.toml --out compared", "compared/report.html"),
     Screen("cut", CUT, "cut/report.html", narrow=True),
