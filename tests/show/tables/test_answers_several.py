@@ -115,7 +115,9 @@ def test_figures_with_a_limit_come_first_the_worst_of_them_on_top():
     ]
     assert lines[0].limits == "at most 8 µm"
     free = answers_runs.acceptance_answers([Figure(f"A {i}", float(i), None) for i in range(9)])
-    assert [x.name for x in free] == ["A 8", "A 7", "A 6", "A 5", "A 4"]
+    assert [x.name for x in free] == ["A 0", "A 1", "A 2", "A 3", "A 4"]
+    ways = [Figure(n, 1.0, None) for n in ("A X", "A+ X", "A- X", "R X")]
+    assert [x.name for x in answers_runs.acceptance_answers(ways)] == ["A X", "R X"]
 
 
 def test_a_certificate_says_u_and_what_one_more_fact_gives():

@@ -116,11 +116,11 @@ def _next_line(track: Track, planned: Planned) -> AnswerLine:
 
 
 def acceptance_answers(figures: Sequence[Figure]) -> list[AnswerLine]:
-    """Figures that have a limit, worst first; of figures without one the largest."""
+    """Figures that have a limit, worst first; without limits the first of those over both directions, as the standard has them."""
     limited = sorted((f for f in figures if f.p_pass is not None), key=lambda f: f.p_pass or 0.0)
-    rest = sorted((f for f in figures if f.value_um is not None), key=lambda f: -abs(f.value_um or 0.0))[
-        :MOST
-    ]
+    known = [f for f in figures if f.value_um is not None]
+    whole = [f for f in known if not set("+-") & set(f.name)]  # of both directions, before those of one
+    rest = (whole or known)[:MOST]
     return [_figure_line(f) for f in limited or rest]
 
 
