@@ -46,8 +46,8 @@ def _callout(c: CharacteristicResult, spots: Sequence[Array]) -> Callout:
     verdict = "" if c.decision is None else c.decision.text
     deviation, expanded = (c.value - c.nominal) * scale, c.stated[0] * scale
     return Callout(
-        c.name, _text(c, deviation, expanded, word), np.array(spots), verdict,
-        STATE.get(verdict, "muted"), deviation, expanded, word,
+        c.name, _text(c, deviation, expanded, word), np.array(spots), verdict=verdict, colour=STATE.get(verdict, "muted"),
+        value=deviation, expanded=expanded, unit=word,
     )  # fmt: skip
 
 
