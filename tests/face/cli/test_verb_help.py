@@ -26,7 +26,7 @@ def parameters_of(words: list[str]) -> dict[str, Any]:
     return {a.field_info.name: a for a in app.assemble_argument_collection() if not a.keys}
 
 
-def options_of(words: list[str]) -> list[verb_help.Option]:
+def options_of(words: list[str]) -> list[verb_help.HelpOption]:
     here = Path(verb_help.__file__).parent
     source = here / (f"{words[0]}.py" if len(words) == 1 else f"{words[0]}_jobs.py")
     return verb_help.options_of(ast.parse(source.read_text(encoding="utf-8")), f"{words[-1]}_command")

@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 
 
 @dataclass(frozen=True)
-class Option:
+class HelpOption:
     """One parameter of a verb. default: as it is typed, empty where there is none; is_word: by its place, without a name."""
 
     parameter: str  # of the function
@@ -57,7 +57,7 @@ def _jobs(path: Path) -> Iterator[tuple[str, str]]:
             yield node.name.removesuffix("_command"), (ast.get_docstring(node) or "").splitlines()[0]
 
 
-def options_of(tree: ast.Module, name: str) -> list[Option]:
+def options_of(tree: ast.Module, name: str) -> list[HelpOption]:
     """The parameters of a verb. StopIteration: there is no function of this name."""
     command = _function(tree, name)
     known = _aliases(tree) | _aliases(ast.parse((HERE / "options.py").read_text(encoding="utf-8")))
@@ -89,14 +89,14 @@ def _option(
     known: dict[str, ast.expr],
     is_word: bool = False,
     is_many: bool = False,
-) -> Option:
+) -> HelpOption:
     nodes = list(_parts(argument.annotation, known))
     given = {k.arg: k.value for n in nodes if isinstance(n, ast.Call) for k in n.keywords}
     name = _text(given["name"]) if "name" in given else "--" + argument.arg.replace("_", "-")
     names = [n.id for n in nodes if isinstance(n, ast.Name)]
     is_flag = "bool" in names
     is_on = is_flag and isinstance(default, ast.Constant) and default.value is True
-    return Option(
+    return HelpOption(
         parameter=argument.arg,
         name=argument.arg.upper().replace("_", "-") if is_word else name,
         kind="" if is_flag else next((KINDS[n] for n in names if n in KINDS), "TEXT"),
@@ -165,19 +165,19 @@ def _page(words: list[str], tree: ast.Module, name: str, jobs: list[tuple[str, s
     return "\n".join([*lines, "", *textwrap.wrap(codes, width)])
 
 
-def _typed(o: Option) -> str:
+def _typed(o: HelpOption) -> str:
     name = f"{o.name}..." if o.is_many else o.name
     return name if o.is_required else f"[{name}]"
 
 
-def _shown(o: Option) -> str:
+def _shown(o: HelpOption) -> str:
     if o.is_word:
         return o.name
     many = " (repeated)" if o.is_many else ""
     return " ".join(filter(None, (o.name, o.off, "CHOICE" if o.choices else o.kind))) + many
 
 
-def _words(o: Option, said: dict[str, str]) -> str:
+def _words(o: HelpOption, said: dict[str, str]) -> str:
     """Description, choices and default."""
     text = said.get(o.parameter, "").replace("`", "")
     choices = f" [choices: {', '.join(o.choices)}]" if o.choices else ""
