@@ -36,7 +36,7 @@ for c in result.characteristics:
     print(f"{c.name:20s} y = {c.value:.5f} mm  U = {c.expanded * 1e3:.2f} um  {c.decision.text}  ({c.tier})")
 
 # %% [markdown]
-# Which influence owns U? `redraw` says how often it is drawn anew, and that decides most of U.
+# Which influence contributes most to U? `redraw` says how often it is drawn anew, and that decides most of U.
 
 # %%
 for line in result.characteristics[0].budget[:4]:

@@ -217,12 +217,12 @@ def beside_oracles(rows: list[Counted]) -> str:
     held, own, oracle = (
         sum(getattr(one, k) for one in found) / len(found) for k in ("belts_held", "own_held", "oracle_held")
     )
-    return f"""*Length* is the mean length of the intervals over the prior in lengths of an oracle's. The oracle knows which family of forms every part
+    return f"""*Length* is the mean length of the intervals over the prior in lengths of the theoretical best, which knows which family of forms every part
 came from, how the sizes of its forms are spread, and the noise: its interval is the central 95 % of the true values of the parts of that family that
-indicated as much (and whose residuals are as large, where the inverse uses them). {len(ratios)} tasks: {ratios[0]:.2f} to {ratios[-1]:.2f} oracle's lengths,
+indicated as much (and whose residuals are as large, where the inverse uses them). {len(ratios)} tasks: {ratios[0]:.2f} to {ratios[-1]:.2f} times the theoretical best,
 the middle one {ratios[len(ratios) // 2]:.2f}; of the {len(claimed)} claimed ones {claimed[0]:.2f} to {claimed[-1]:.2f}, the middle one {claimed[len(claimed) // 2]:.2f}.
 
-The bar over the prior was 93 to 97 %, and most tasks lie above it. Why, in means over the tasks: the oracle attains {oracle:.1%}; the
+The bar over the prior was 93 to 97 %, and most tasks lie above it. Why, in means over the tasks: the theoretical best attains {oracle:.1%}; the
 belts of the part's own family {own:.1%}, because they hold at every size of the form, also where a perfect part would do and only the upper end can
 miss; the belts of both families together, which are given, {held:.1%}, because nobody knows which family a part is of. Both are the
 price of holding at a fixed form and for forms of another kind; shorter intervals with 95 % over the prior would fail there."""

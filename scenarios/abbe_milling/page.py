@@ -197,6 +197,21 @@ def _corners(result: AbbeTwin) -> tb.ResultTable[CornerEffect]:
     return tb.ResultTable("Where the arms matter most", CORNERS, result.corners, caption)
 
 
+def answers(result: AbbeTwin) -> list[r.AnswerLine]:
+    """By how much both models miss the milled slots."""
+    return [
+        r.AnswerLine(
+            f"{row.draws[0].place}, {row.draws[0].alignment}",
+            f"{row.of(lambda one: one.missed[CONSISTENT]):.1f} µm missed",
+            coverage=f"consistent model, median of {result.draws} mills",
+            limits=f"{row.of(lambda one: one.missed[CONVENTIONAL]):.1f} µm",
+            verdict=f"nearer on {row.share(_nearer):.0%}",
+            labels=("conventional model", "", ""),
+        )
+        for row in _validation(result).rows
+    ]
+
+
 def twin_page(scenario: CutScenario, result: AbbeTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
@@ -208,7 +223,13 @@ def twin_page(scenario: CutScenario, result: AbbeTwin) -> str:
     blocks += [r.heading("Walls of the slots"), *_profiles(result)]
     blocks += [r.heading("The slot in the far corner"), _scene(result)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
-    return r.page("Spline slots and Abbe's principle", blocks, subtitle=scenario.machine.name, footer=footer)
+    return r.page(
+        "Spline slots and Abbe's principle",
+        blocks,
+        subtitle=scenario.machine.name,
+        footer=footer,
+        answers=answers(result),
+    )
 
 
 def _measured(result: AbbeTwin) -> str:

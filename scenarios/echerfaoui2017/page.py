@@ -16,7 +16,7 @@ from .twin import METHODS, EcherfaouiTwin
 
 PAPER_MAXIMA = (35.0, 30.0, 25.0)  # um
 CHOSEN_ROW = list(calibration.LAYOUTS).index(calibration.BEST_LAYOUT)
-BARE = "no figure of theirs"
+BARE, MOST_ANSWERS = "no figure of theirs", 6
 WHAT = (
     "A bridge CMM of 400 x 400 x 400 mm is drawn with errors of the published size, read axis by axis with the 6-D laser of the "
     "paper's Table 2, learnt by one feed-forward net per axis, put together over the volume and compensated. Everything is repeated "
@@ -159,6 +159,17 @@ def _best(result: EcherfaouiTwin) -> str:
     return f"here {result.machines[0].layouts[first].layout} leaves least on positions held out ({wins} of {len(totals)} machines)."
 
 
+def answers(result: EcherfaouiTwin) -> list[r.AnswerLine]:
+    """The paper's figures beside ours, first on the page and in the terminal."""
+    return [
+        r.AnswerLine(
+            row.what, f"{_range(row.values)} {row.unit}", coverage="median (range) of drawn machines", limits=row.paper,
+            verdict=f"{row.verdict} within" if row.bounds else BARE, link="The paper's figures", labels=("paper", "", ""),
+        )
+        for row in compared(result)[:MOST_ANSWERS]
+    ]  # fmt: skip
+
+
 def twin_page(result: EcherfaouiTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT)]
@@ -174,4 +185,5 @@ def twin_page(result: EcherfaouiTwin) -> str:
         blocks,
         subtitle="6-D laser, neural nets, compensation",
         footer=footer,
+        answers=answers(result),
     )

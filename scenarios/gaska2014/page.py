@@ -200,6 +200,19 @@ def span(ends: tuple[float, float]) -> str:
     return f"{ends[0] * 1e3:.2f} … {ends[1] * 1e3:.2f}"
 
 
+def answers(result: GaskaTwin) -> list[r.AnswerLine]:
+    """U of form and distance at the five places, beside the paper's."""
+    return [
+        r.AnswerLine(
+            f"place {row.place}, {what}", f"U = {1e3 * c.expanded:.2f} µm", coverage=f"{span(ends)} µm over {result.draws} machines",
+            limits=f"{paper[row.place]:.1f} µm", link="One machine from the middle, at five places", labels=("paper", "", ""),
+        )
+        for what, paper in (("form", PAPER_FORM_U), ("distance", PAPER_DISTANCE_U))
+        for row in result.rows
+        for c, ends in [(row.form, row.form_range) if what == "form" else (row.distance, row.distance_range)]
+    ]  # fmt: skip
+
+
 def twin_page(scenario: Scenario, result: GaskaTwin, first: Sequence[str] = ()) -> str:
     """One self-contained HTML file. first: blocks of one plain part, which stand before the published one."""
     blocks = (
@@ -225,7 +238,13 @@ def twin_page(scenario: Scenario, result: GaskaTwin, first: Sequence[str] = ()) 
         if first
         else "Gąska 2014, virtually measured"
     )
-    return r.page(title, blocks, subtitle="" if first else scenario.machine.name, footer=footer)
+    return r.page(
+        title,
+        blocks,
+        subtitle="" if first else scenario.machine.name,
+        footer=footer,
+        answers=answers(result),
+    )
 
 
 HEIGHT = 125.0  # mm, between the two lower layers of nodes

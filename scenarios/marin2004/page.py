@@ -274,6 +274,17 @@ def _missed(result: MarinTwin, minute: int, model: str, name: str) -> float:
     return float(np.sqrt(np.mean((guess.predicted[name] - real.departure[name]) ** 2)))
 
 
+def answers(result: MarinTwin) -> list[r.AnswerLine]:
+    """How far off every program runs, rewritten and as it was."""
+    return [
+        r.AnswerLine(
+            row.name, f"at most {row.after:.2f} µm", coverage="rewritten, by the model that corrects", limits=f"{row.before:.1f} µm",
+            link="Any program", labels=("as it was", "", ""),
+        )
+        for row in result.programs
+    ]  # fmt: skip
+
+
 def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
@@ -284,7 +295,11 @@ def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
     blocks += [r.heading("The drawn day"), _day(result), r.heading("The surface, warm"), _scenes(result)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
     return r.page(
-        "Marin 2004: chain, warm-up, rewritten program", blocks, subtitle=scenario.machine.name, footer=footer
+        "Marin 2004: chain, warm-up, rewritten program",
+        blocks,
+        subtitle=scenario.machine.name,
+        footer=footer,
+        answers=answers(result),
     )
 
 

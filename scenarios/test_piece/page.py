@@ -63,6 +63,15 @@ def _short(feature: str) -> str:
     )
 
 
+def answers(result: PieceTwin) -> list[r.AnswerLine]:
+    """Where each error shows most."""
+    most = [int(abs(um).argmax()) for um in result.um]
+    return [
+        r.AnswerLine(error, f"{um[i]:+.2f} µm", because=result.features[i], labels=("", "shows most in", ""))
+        for error, um, i in zip(result.errors, result.um, most)
+    ]
+
+
 def twin_page(scenario: CutScenario, result: PieceTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
@@ -74,4 +83,10 @@ def twin_page(scenario: CutScenario, result: PieceTwin) -> str:
     ]
     blocks += [r.columns(*circles[i : i + 2]) for i in range(0, len(circles), 2)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
-    return r.page("Which error shows in which feature", blocks, subtitle=scenario.name, footer=footer)
+    return r.page(
+        "Which error shows in which feature",
+        blocks,
+        subtitle=scenario.name,
+        footer=footer,
+        answers=answers(result),
+    )

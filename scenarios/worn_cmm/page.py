@@ -105,6 +105,23 @@ def _job(result: WornTwin) -> tb.ResultTable[Moved]:
     )
 
 
+def answers(result: WornTwin) -> list[r.AnswerLine]:
+    """What was concealed, and whether it was found."""
+    return [
+        r.AnswerLine(
+            f"{p.fault.effect} {' '.join(p.fault.where.values())}, {p.name}",
+            "not found" if p.said is None else f"{p.said.value:.2f} {p.unit}",
+            coverage=f"95 %: {_interval(p)}",
+            limits=f"{p.true:.2f} {p.unit}",
+            verdict="" if p.probability is None else f"probability {p.probability:.3f}",
+            kind="bad" if p.said is None else "good",
+            link="What was concealed, and what was found",
+            labels=("true", "", ""),
+        )
+        for p in _concealed(result).rows
+    ]
+
+
 def twin_page(result: WornTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning"), r.heading("What the diagnosis says")]
@@ -113,5 +130,9 @@ def twin_page(result: WornTwin) -> str:
         blocks += tb.titled_html(table)
     footer = f"vcmm {__version__}. Measuring error = indicated - true."
     return r.page(
-        "Two faults concealed in the log of a CMM", blocks, subtitle=result.machine.name, footer=footer
+        "Two faults concealed in the log of a CMM",
+        blocks,
+        subtitle=result.machine.name,
+        footer=footer,
+        answers=answers(result),
     )

@@ -28,7 +28,7 @@ from .twin import (
     XczTwin,
 )
 
-BARE = "no figure of theirs"
+BARE, MOST_ANSWERS = "no figure of theirs", 6
 WHAT = (
     "A lathe with spindle C on slide X and an optical probe on Z is drawn with errors of the published size, its four selected errors are "
     "measured by the paper's three reversals, and an optical flat is scanned in a spiral, compensated by the error map and compared with an "
@@ -196,6 +196,17 @@ def _added(lathes: Sequence[OneLathe]) -> tb.ResultTable[LeftOut]:
     )  # fmt: skip
 
 
+def answers(result: XczTwin) -> list[r.AnswerLine]:
+    """The paper's figures beside ours, first on the page and in the terminal."""
+    return [
+        r.AnswerLine(
+            row.what, f"{_range(row.values)} {row.unit}", coverage="median (range) of drawn machines", limits=row.paper,
+            verdict=f"{row.verdict} within" if row.bounds else BARE, link="", labels=("paper", "", ""),
+        )
+        for row in compared(result)[:MOST_ANSWERS]
+    ]  # fmt: skip
+
+
 def twin_page(result: XczTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT)]
@@ -215,6 +226,7 @@ def twin_page(result: XczTwin) -> str:
         blocks,
         subtitle="reversals, error map, an optical flat",
         footer=footer,
+        answers=answers(result),
     )
 
 

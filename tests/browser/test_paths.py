@@ -80,4 +80,14 @@ def test_the_report_of_a_cut_shows_its_path(unplugged: Any, reports: Path) -> No
         figure.scroll_into_view_if_needed()
         assert figure.locator("select[name=colour] option").all_inner_texts() == ["error", "feed", "tool"]
         assert "of 243" in figure.locator("output").inner_text()
+        program = figure.locator(".listing ol")
+        program.locator("li", has_text="G2").first.click()  # from the program to the path
+        said = figure.locator("output").inner_text()
+        assert "G2" in said
+        assert program.locator("li[aria-current]").inner_text() in said
+        program.press("ArrowDown")
+        assert figure.locator("output").inner_text() != said
+        figure.locator("input[type=search]").fill("G41")
+        assert all("G41" in line for line in program.locator("li:visible").all_inner_texts())
+        assert float(figure.get_attribute("data-scale")) > 0
         assert seen.complaints == []

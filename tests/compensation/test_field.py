@@ -56,6 +56,6 @@ def test_what_a_path_cannot_correct_is_left_and_said() -> None:
 
 def test_a_move_beyond_the_travel_is_named_by_its_line() -> None:
     of = field(mill(ScaleFactor("X", 1e-4), travel=120.0))
-    with pytest.raises(ModelLimit, match="line 5 leaves the machine: row 1: axis X = 150 mm") as caught:
+    with pytest.raises(ModelLimit, match="line 5 is out of travel: row 1: axis X = 150 mm") as caught:
         errors(of, 150.0)
     assert caught.value.line == 5

@@ -99,6 +99,14 @@ def seconds_of(*words: str, times: int = 5) -> float:
     return least
 
 
-@pytest.mark.parametrize("code", ["import vcmm", "from vcmm.face.cli import main; main(['--help'])"])
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import vcmm",
+        "from vcmm.face.cli import main; main(['--help'])",
+        "from vcmm.face.cli import main; main(['uncertainty', '--help'])",
+        "from vcmm.face.cli import main; main(['calibrate', 'fit', '--help'])",
+    ],
+)
 def test_it_starts_in_less_than_ten_starts_of_python(code: str):
     assert seconds_of("-c", code) < 10 * seconds_of("-c", "pass")

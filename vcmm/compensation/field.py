@@ -265,7 +265,7 @@ class PathErrors:
                 raise
             line = self.moves[move[limit.row]].source.line
             raise ModelLimit(
-                f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
+                f"line {line} is out of travel: {limit}; check work offset and tool length", line=line
             ) from None
         taken = self._setting(run, move) if self.set_here else np.zeros_like(error)
         led = self._leads_tip(move)[:, None]  # the control turns its zero with the part

@@ -47,7 +47,9 @@ def playing(effects: Iterable[Effect], axes: Iterable[str]) -> tuple[Effect, ...
 def _is_play(effect: Effect, axis: str) -> bool:
     asked = required(effect)
     return (
-        not effect.about.is_random and f"sense_{axis}" in asked and all(c.startswith(PLAY_COLUMNS) for c in asked)
+        not effect.about.is_random
+        and f"sense_{axis}" in asked
+        and all(c.startswith(PLAY_COLUMNS) for c in asked)
     )
 
 

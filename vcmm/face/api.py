@@ -308,7 +308,7 @@ def cut(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
 ) -> CutResult:
-    """Machine a part virtually: deviations of its features with U, who owns them, cycle time, the surface.
+    """Machine a part virtually: deviations of its features with U, their main contributors, cycle time, the surface.
 
     Parameters
     ----------

@@ -182,7 +182,7 @@ def test_an_undecided_characteristic_says_why(tmp_path: Path, capsys: pytest.Cap
     scenario, values = corrected(tmp_path), tmp_path / "values.csv"
     values.write_text("characteristic,deviation_um\nbore diameter,0.4\n")  # the lower limit, its bias on it
     assert run(["evaluate", str(scenario), "--values", str(values), "--out", str(tmp_path / "out")]) == 0
-    why = "bore diameter is undecided: it conforms with a probability of"
+    why = "bore diameter is undecided: probability of conformity"
     assert why in " ".join(capsys.readouterr().err.split())
     assert why in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 

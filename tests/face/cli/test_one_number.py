@@ -140,9 +140,26 @@ def check_pictures(page: str, characteristics: list[dict[str, Any]]) -> None:
             {n: of[n] for n in picture["names"]}
         )
         assert picture["total"] == pytest.approx(in_um(c)["u"])
+    check_labels(page, {c["name"]: c for c in characteristics})
+    for picture in charts(page, "waterfall"):
+        assert any(math.isclose(picture["total"], in_um(c)["u"], rel_tol=1e-6) for c in characteristics)
     values = [in_um(c)["value"] for c in characteristics]
     for picture in charts(page, "distribution"):
         assert any(math.isclose(picture["marks"]["y"], v, abs_tol=1e-6) for v in values)
+
+
+def check_labels(page: str, of: dict[str, dict[str, Any]]) -> None:
+    """The labels on the part: deviation and U with the digits of U, and the decision."""
+    (picture,) = charts(page, "callouts")
+    assert picture["names"]
+    texts, verdicts = (picture[key].split(" | ") for key in ("texts", "verdicts"))
+    for name, value, half, text, verdict in zip(
+        picture["names"], picture["values"], picture["U"], texts, verdicts, strict=True
+    ):
+        one = in_um(of[name])
+        assert (value, half) == pytest.approx((one["value"], one["U"]), abs=1e-6)
+        agree(text, one["value"], *([one["U"]] if one["U"] > 0 else []))
+        assert verdict == (one["decision"] or "")
 
 
 def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,7 +64,7 @@ def test_a_cut_off_the_machine_names_the_line(job):
     short = {**job.machine.axes, "X": Axis("X", (0.0, 355.0))}
     small = replace(job, scenario=replace(job.scenario, machine=replace(job.machine, axes=short)))
     with pytest.raises(
-        ModelLimit, match="the cut leaves the machine, line 10 of the program: row 1: axis X"
+        ModelLimit, match="some point of the cut is out of travel, line 10 of the program: row 1: axis X"
     ) as caught:
         tool_side(small, surface_at(job, POINTS, NORMALS), NAMES, np.full(2, "boss"))
     assert caught.value.row == 0

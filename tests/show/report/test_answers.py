@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import pytest
 
 from vcmm.show.report.answers import (
     AnswerLine,
+    answer_of,
     answer_text,
     answers_block,
     percent,
@@ -126,3 +128,23 @@ def test_the_terminal_says_the_same() -> None:
     assert answer_text([one]) == (
         "bore: 30.000 mm ± 12 µm (k = 2.00); limits 29.99 … 30.01 mm: undecided, 80.0 %\n    mostly the probe; to improve: more points"
     )
+
+
+def test_the_room_is_a_temperature_and_not_an_error_of_the_machine():
+    line = SimpleNamespace(
+        input="environment.room", what="room temperature, common to part, scales", redraw="machine"
+    )
+    assert contributor(line) == "temperature of the room"
+    assert what_to_change(line) == "a steadier room, longer soaking, or thermometers on part and scales"
+
+
+def test_u_without_a_bound_says_why():
+    line = SimpleNamespace(input="scatter.value", what="repeatability", redraw="touch", u=0.0003, share=0.84)
+    c = SimpleNamespace(
+        name="flat", type="flatness", unit="mm", value=0.0, nominal=0.0, u=0.0003, stated=(math.nan, math.nan), p=0.95, interval=(0.0, math.inf),
+        half_width=None, bias_in_U=0.0, tolerance=(0.0, 0.005), budget=[line], decision=SimpleNamespace(text="undecided", p_conform=None),
+        why_not_shown="the points hardly meet some forms; more points help",
+    )  # fmt: skip
+    made = answer_of(c)
+    assert made.result == "0.000 µm, U unbounded"
+    assert made.change == "the points hardly meet some forms; more points help"

@@ -41,3 +41,11 @@ def test_one_path_without_errors_is_drawn_by_feed_or_tool():
     made = path_picture(picture(()))
     assert "error" not in data(made)
     assert re.findall(r"<option[^>]*>(.*?)</option>", made) == ["feed", "tool"]
+
+
+def test_the_program_stands_beside_its_path_and_is_searched():
+    made = path_picture(picture(()))
+    assert data(made)["text"] == {"1": "G0 </script>", "2": "G1"}
+    assert '<input type="search" aria-label="search the program"' in made
+    assert '<ol tabindex="0" aria-label="program;' in made
+    assert '<div data-scale="tool"' in made

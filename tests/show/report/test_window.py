@@ -10,7 +10,8 @@ import pytest
 from tests.show.report.test_scene import everything
 from vcmm.core.errors import Environment
 from vcmm.face.cli import run
-from vcmm.show.report.window import show
+from vcmm.show.report.scene_items import Label, Lines
+from vcmm.show.report.window import keys_of, show
 
 
 def test_a_picture_holds_every_kind_of_item(tmp_path: Path) -> None:
@@ -49,3 +50,14 @@ def test_only_machines_and_measurements_are_viewed(
     assert "a scenario/1 or machine/1 is shown" in capsys.readouterr().err
     assert run(["view", str(tmp_path / "part.toml"), "--png", str(tmp_path / "a.jpg")]) == 2
     assert "name it picture.png" in capsys.readouterr().err
+
+
+def test_keys_are_names_and_colours_each_once() -> None:
+    line = np.zeros((2, 3))
+    items = [
+        Lines(line, "accent", name="touches"),
+        Lines(line, "accent", name="touches"),
+        Lines(line),
+        Label([0, 0, 0], "no key"),
+    ]
+    assert keys_of(items) == [["touches", "#2a63a5"]]  # of the light palette

@@ -13,7 +13,7 @@ from vcmm import __version__
 from vcmm.core.errors import UsageError, VcmmError, choose_from
 
 VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
-    "demo": "Virtually measure a ring gauge, then a part on a published machine, and say how well (start here).",
+    "demo": "Virtually measure a ring gauge: value, U, decision, main contributor, a report (start here).",
     "new": "Write a commented scenario that you can edit.",
     "check": "Check a machine, scenario or set-up file: all problems at once, each with file, line and fix.",
     "field": "Volumetric error map: tip errors, maxima, body diagonals.",
@@ -31,7 +31,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "test": "Predict the figures of an acceptance test (ISO 230, ISO 10360-2) with uncertainty, or evaluate a recorded one.",
     "compare": "Simulation against recording for any machine files, side by side.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
-    "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
+    "cut": "Machine a part virtually: deviations of its features, U, main contributors, cycle time.",
     "loop": "From a measured part to the program of the next one: cut, compare, diagnose, compensate, prove by a cut.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
     "convert": "Make vcmm files of a STEP, QIF, DMIS or DCC file, or of what PC-DMIS or CALYPSO exported.",
@@ -250,6 +250,12 @@ def _dispatch(words: list[str]) -> int:
     if words == ["--version"]:
         print(f"vcmm {__version__}")
         return 0
+    if len(words) in (2, 3) and words[-1] in ("--help", "-h"):
+        from vcmm.face.cli.verb_help import verb_help
+
+        if (page := verb_help(words[:-1], CODES)) is not None:
+            print(page)
+            return 0
     from cyclopts import CycloptsError
     from rich.console import Console
 

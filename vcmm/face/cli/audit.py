@@ -105,7 +105,8 @@ def run_audit(
         return run_several(scenarios, options, sharing, json, out)
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, show_answers, show_table
+    from vcmm.show.tables.answers_runs import audit_answers
     from vcmm.show.tables.audit import audit_json, audit_table, missing_claims
     from vcmm.show.tables.table import csv_text
 
@@ -118,6 +119,7 @@ def run_audit(
     if json:
         print_json(content)
     else:
+        show_answers(audit_answers(rows))
         show_table(table)
         for sentence in missing_claims(rows):
             say(sentence)

@@ -16,7 +16,8 @@ def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) ->
     from vcmm.learn.calibration.thermal_terms import warm_readings
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, show_answers, show_table
+    from vcmm.show.tables.answers_runs import thermal_answers
     from vcmm.show.tables.calibration import TESTS, independent_tests
     from vcmm.show.tables.table import records
     from vcmm.show.tables.thermal import TERMS, term_rows, terms
@@ -44,6 +45,7 @@ def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) ->
         body |= {"tests": [t | {"net_rms": n} for t, n in zip(records(TESTS, tests), nets)]}
         print_json(document("vcmm.thermal/1", body, files=wanted.read()))
         return 0
+    show_answers(thermal_answers(found, len(rows)))
     show_table(terms(rows))
     _show(found)
     if tests:

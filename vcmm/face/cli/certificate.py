@@ -38,7 +38,8 @@ def certificate_command(
     from vcmm.learn.calibration.certificate_comparison import certificate_worth
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import progress, say_warnings, show_table
+    from vcmm.show.console.terminal import progress, say_warnings, show_answers, show_table
+    from vcmm.show.tables.answers_parts import certificate_answers
     from vcmm.show.tables.certificate import worth_json, worth_tables
 
     with progress() as report, about(scenario, "machine"):
@@ -54,6 +55,7 @@ def certificate_command(
             )
         )
     else:
+        show_answers(certificate_answers(found, LEAST))
         print(found.stated)
         for table in worth_tables(found):
             show_table(table)

@@ -24,9 +24,11 @@ class CameBack:
         }
 
     def show(self) -> None:
-        from vcmm.show.console.terminal import say_warnings, show_table
+        from vcmm.show.console.terminal import say_warnings, show_answers, show_table
         from vcmm.show.tables import measured_cut as tables
+        from vcmm.show.tables.answers_parts import cut_answers
 
+        show_answers(cut_answers(self.cut))
         show_table(tables.prediction_table(self.cut))
         if self.cut.mismatch:
             show_table(tables.mismatch(self.cut))

@@ -102,7 +102,7 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.files.own.scenario import load_scenario
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say, show_table
+    from vcmm.show.console.terminal import progress, say, show_answers, show_table
     from vcmm.show.pages.first import first_blocks
     from vcmm.show.tables.table import csv_text
     from vcmm.show.tables.uncertainty import characteristic_json
@@ -126,6 +126,7 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     if json:
         print_json(content)
         return 0
+    show_answers(gaska.page.answers(result))
     for table in gaska.page.tables(result):
         show_table(table)
     say(f"wrote {folder}/{', '.join(texts)}")

@@ -103,9 +103,11 @@ def _write(
 
 
 def _show(name: str, records: list[dict[str, Any]], found: list[Any]) -> None:
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, show_answers, show_table
     from vcmm.show.tables import fleet as tables
+    from vcmm.show.tables.answers_runs import folder_answers
 
+    show_answers(folder_answers(records, found))
     show_table(tables.recordings(name, records))
     if found:
         show_table(tables.changes(found))

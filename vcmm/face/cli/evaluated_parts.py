@@ -9,7 +9,7 @@ from typing import Any
 def show_parts(parts: Any, warnings: Collection[str]) -> None:
     """Values, true values and decisions; of one part contributions too, of several one table."""
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-    from vcmm.show.report.answers import answer_of
+    from vcmm.show.tables.answers_parts import parts_answers
     from vcmm.show.tables.ends_known import how_well_known
     from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
     from vcmm.show.tables.uncertainty import (
@@ -22,8 +22,7 @@ def show_parts(parts: Any, warnings: Collection[str]) -> None:
 
     several = len(parts) > 1
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
-    if not several:
-        show_answers(answer_of(c) for c in results[0][1])
+    show_answers(parts_answers(parts))
     show_table(batch(parts) if several else part_table(parts[0]))
     said = told_once(
         [

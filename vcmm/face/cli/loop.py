@@ -50,7 +50,9 @@ def loop_command(
     from vcmm.face.cli.loop_findings import diagnose_cut
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, say_warnings
+    from vcmm.show.console.terminal import say, say_warnings, show_answers
+    from vcmm.show.pages.diagnosis import sentences
+    from vcmm.show.tables.answers_parts import loop_answers
     from vcmm.show.tables.loops import loop_json, loop_text
 
     given = measured_points(measured, u_point)
@@ -69,8 +71,7 @@ def loop_command(
     if json:
         print_json(content)
     else:
-        from vcmm.show.pages.diagnosis import sentences
-
+        show_answers(loop_answers(result))
         for line in loop_text(result, sentences(result.diagnosis)):
             print(line)
         say_warnings(result.warnings)

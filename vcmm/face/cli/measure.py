@@ -39,7 +39,8 @@ def measure_command(
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, show_answers, show_table
+    from vcmm.show.tables.answers_parts import measured_answers
     from vcmm.show.tables.measured_points import measure_json, points_csv, values
 
     folder = output_folder(out) if out else None
@@ -59,5 +60,6 @@ def measure_command(
     if json:
         print_json(content)
     else:
+        show_answers(measured_answers(measured))
         show_table(values(measured))
     return 0

@@ -12,6 +12,8 @@ def choose(
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
+    from vcmm.show.console.terminal import show_answers
+    from vcmm.show.tables.answers_parts import machine_answers
     from vcmm.show.tables.placement import ranking
     from vcmm.show.tables.table import records
 
@@ -33,6 +35,7 @@ def choose(
     if json:
         print_json(content)
     else:
+        show_answers(machine_answers(order, found))
         _show(table, {m: one["refused"] for m, one in found.items() if one["refused"]})
     return 0
 

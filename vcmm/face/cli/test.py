@@ -47,7 +47,8 @@ def test_command(
     """
     from vcmm.face.acceptance import find_figures, table_of_figures
     from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import show_table
+    from vcmm.show.console.terminal import show_answers, show_table
+    from vcmm.show.tables.answers_runs import acceptance_answers
     from vcmm.show.tables.calibration import figure_columns
     from vcmm.show.tables.table import records
 
@@ -60,6 +61,8 @@ def test_command(
     if json:
         print_json(content)
     else:
+        if iso != "230-7":  # whose table is no longer than an answer
+            show_answers(acceptance_answers(figures))
         show_table(table_of_figures(iso, figures))
         for warning in warnings:
             print(f"note: {warning}")

@@ -94,9 +94,10 @@ def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, j
     """Files, and tables or the document."""
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say, show_table
+    from vcmm.show.console.terminal import say, show_answers, show_table
     from vcmm.show.pages.track import track_page
     from vcmm.show.tables import track as tables
+    from vcmm.show.tables.answers_runs import track_answers
     from vcmm.show.tables.table import csv_text
 
     files = list(dict.fromkeys(f for p in given for f in sources(p)))
@@ -115,6 +116,7 @@ def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, j
     if json:
         print_json(content)
     else:
+        show_answers(track_answers(found, planned))
         if found.alarms:
             show_table(tables.alarms(found))
         show_table(tables.numbers(found))

@@ -14,7 +14,7 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     from vcmm.face.twins import twin as load
     from vcmm.show.console.documents import document, json_text, print_json
     from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say, show_table
+    from vcmm.show.console.terminal import progress, say, show_answers, show_table
 
     package = load(name)
     if draws is not None and not draws_machines(package):
@@ -28,6 +28,7 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     if json:
         print_json(content)
         return 0
+    show_answers(package.page.answers(result))
     for table in package.page.tables(result):
         show_table(table)
     say(f"wrote {folder}/report.html, demo.json")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, About, ForDiagnosis, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -33,6 +33,9 @@ class TipForm(Effect):
     needs = ("nx", "ny", "nz")
     about = About(
         cites="ISO 10360-5: form error of the probing system on the test sphere; expansion in spherical harmonics",
+        trade=Trade(
+            "form of the tip {where}", "a rounder tip, or a better form of the probing system (P_Form)"
+        ),
         words=Words(
             seen="the tip is not round ({rms})",
             causes="wear, a flat or dirt",

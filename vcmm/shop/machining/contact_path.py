@@ -207,5 +207,6 @@ def _prepare_run(job: PreparedCut, run: Run) -> Run:
     except ModelLimit as error:
         line = "" if error.row is None else f", line {run.columns['line'][error.row]:.0f} of the program"
         raise ModelLimit(
-            f"the cut leaves the machine{line}: {error}; check work offset and tool length", row=error.row
+            f"some point of the cut is out of travel{line}: {error}; check work offset and tool length",
+            row=error.row,
         ) from None

@@ -125,7 +125,7 @@ def _together(cut: Influence, probing: Influence) -> Influence:
     if len(other):
         what, first = cut.input.redraw, int(other[0])
         raise UsageError(
-            f"{cut.input.id} is drawn per {what}, but a point is cut under {label[0][first]} and probed under "
+            f"{cut.input.id} varies per {what}, but a point is cut under {label[0][first]} and probed under "
             f"{label[1][first]}, so that one error would be two; cut each feature under one {what}, or inspect on another machine"
         )
     return replace(cut, response=cut.response + probing.response)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vcmm.show.charts.bars import bars, contributions, probabilities
 from vcmm.show.charts.boxes import boxes, is_grouped
+from vcmm.show.charts.callouts import Callout, callouts
 from vcmm.show.charts.canvas import ChartSheet, panels
 from vcmm.show.charts.curves import Band, PlotSeries, band, curve, readings
 from vcmm.show.charts.distribution import distribution
@@ -20,6 +21,7 @@ from vcmm.show.charts.zones import zones
 
 __all__ = [
     "Band",
+    "Callout",
     "ChartSheet",
     "PlotSeries",
     "PolarTrace",
@@ -27,6 +29,7 @@ __all__ = [
     "band",
     "bars",
     "boxes",
+    "callouts",
     "contributions",
     "curve",
     "distribution",

@@ -12,6 +12,8 @@ from vcmm.learn.calibration.recorded_circles import circle_paths
 from vcmm.learn.calibration.recorded_lines import axis_line, axis_of
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
+from vcmm.show.tables.answers_runs import acceptance_answers
 from vcmm.show.tables.calibration import figures as figures_table
 from vcmm.show.tables.table import html
 
@@ -33,7 +35,14 @@ def acceptance_page(
     ]
     names = ", ".join(test.recording.name for test in tests)
     footer = f"vcmm {__version__}. Deviation = actual - commanded; implements the method of ISO {iso}."
-    return r.page(f"ISO {iso}, {NAMES[iso]}: {names}", blocks, footer=footer)
+    machine = ", ".join(dict.fromkeys(test.machine.name for test in tests))
+    return r.page(
+        f"ISO {iso}, {NAMES[iso]}: {names}",
+        blocks,
+        footer=footer,
+        answers=acceptance_answers(found),
+        facts=facts("", machine, more=[("recordings", names)]),
+    )
 
 
 def positioning_picture(test: RecordedTest, found: Sequence[Figure]) -> str:

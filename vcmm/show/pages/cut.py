@@ -15,6 +15,7 @@ from vcmm.shop.machining.turned_blank import TurnedBlank, mesh
 from vcmm.shop.motion.toolpath import clock
 from vcmm.show import charts as draw
 from vcmm.show import report as r
+from vcmm.show.pages.callouts import callout_picture
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.path import cut_path
 from vcmm.show.pages.uncertainty import characteristic_blocks
@@ -26,6 +27,8 @@ from vcmm.show.tables.uncertainty import computation_table
 def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = ()) -> str:
     """One self-contained HTML file. files: what was read."""
     blocks = [r.heading("The finished part"), html(finished_part(result)), html(owners(result))]
+    places = {p.net.feature: p.net.points for p in result.patches}
+    blocks += callout_picture(scenario.part, result.characteristics, places)
     blocks += r.notices(result.warnings)
     blocks += [
         r.heading("The cut surface"),

@@ -110,7 +110,7 @@ def _of_unknown(d: Diagnosis) -> list[str]:
     if d.unknown.formula:
         unit = "urad" if d.angle else "um"
         out.append(
-            f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
+            f"A formula that also predicts held-out rows (proposal, not physics), {unit}: {d.unknown.formula}."
         )
     return out
 

@@ -65,7 +65,7 @@ def _deformed_lines(error_map: ErrorField, axes: list[str], n: int) -> tuple[lis
     bent = ideal + factor * error_map.tip_error.reshape(shape)
     items = [
         r.Lines(_segments(ideal), "muted", 0.6, name="nominal"),
-        r.Lines(_segments(bent), "accent", 1.4, name=f"with errors x {factor:,.0f}"),
+        r.Lines(_segments(bent), "accent", 1.4, name=f"with errors, magnified {factor:,.0f} ×"),
     ]
     return items, factor
 

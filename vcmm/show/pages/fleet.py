@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from vcmm import __version__
 from vcmm.learn.diagnosis.fleet import Change
 from vcmm.show import report as r
+from vcmm.show.pages.header import facts
 from vcmm.show.tables import fleet as tables
+from vcmm.show.tables.answers_runs import folder_answers
 from vcmm.show.tables.table import html
 
 
@@ -16,4 +18,10 @@ def fleet_page(folder: str, records: Sequence[tables.Record], found: Sequence[Ch
     far = [i for i, c in enumerate(found) if not c.steady]
     blocks = [r.heading("What changed"), html(tables.changes(found), emphasise=far)] if found else []
     blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]
-    return r.page(f"Recordings of {folder}", blocks, footer=f"vcmm {__version__}")
+    return r.page(
+        f"Recordings of {folder}",
+        blocks,
+        footer=f"vcmm {__version__}",
+        answers=folder_answers(records, found),
+        facts=facts(more=[("recordings", f"{len(records)}")]),
+    )

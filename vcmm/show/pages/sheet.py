@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from vcmm import __version__
@@ -142,9 +143,16 @@ def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -
         f"{MEASURED}: {scenario.name}{name}",
         blocks,
         footer=footer,
-        answers=[r.answer_of(e.result) for e in part.characteristics],
+        answers=[
+            replace(r.answer_of(e.result), link=_title(part, e, n))
+            for n, e in enumerate(part.characteristics, 1)
+        ],
         facts=facts("", scenario.machine.name, scenario.record, part.uncertainty.seed),
     )
+
+
+def _title(part: EvaluatedPart, e: EvaluatedCharacteristic, number: int) -> str:
+    return f"{number} of {len(part.characteristics)}: {e.result.name} ({e.result.type})"
 
 
 def _section(scenario: Scenario, part: EvaluatedPart, e: EvaluatedCharacteristic, number: int) -> str:
@@ -158,7 +166,7 @@ def _section(scenario: Scenario, part: EvaluatedPart, e: EvaluatedCharacteristic
         ["compensation", _compensation_text(scenario)],
         ["machine", f"{scenario.machine.name}; errors {scenario.machine.state}, active: {', '.join(scenario.machine.compensation) or 'not stated'}"],
     ]  # fmt: skip
-    heading = r.heading(f"{number} of {len(part.characteristics)}: {c.name} ({c.type})")
+    heading = r.heading(_title(part, e, number))
     facts = r.columns(r.table(["", ""], rows), _records(scenario.record))
     return "\n".join([heading, r.note(in_words(e)), facts, _budget(c), *_without_evidence(c)])
 

@@ -11,7 +11,9 @@ from vcmm.learn.tracking.result import Track
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries
+from vcmm.show.pages.header import facts
 from vcmm.show.tables import track as tables
+from vcmm.show.tables.answers_runs import track_answers
 from vcmm.show.tables.table import html
 
 if TYPE_CHECKING:
@@ -47,7 +49,13 @@ def track_page(track: Track, planned: tables.Planned | None = None) -> str:
     blocks.append(r.note(f"Rates learnt, in usual sizes of the parameter: {rates}."))
     alarms = [i for i, c in enumerate(track.checks) if c.alarm]
     blocks += [r.heading("Recordings"), html(tables.checks(track), emphasise=alarms)]
-    return r.page(f"{name} over time", blocks, footer=f"vcmm {__version__}")
+    return r.page(
+        f"{name} over time",
+        blocks,
+        footer=f"vcmm {__version__}",
+        answers=track_answers(track, planned),
+        facts=facts("", name, more=[("machine file valid on", track.at)]),
+    )
 
 
 def _spread(track: Track, ax: charts.ChartSheet | None = None) -> Axes:

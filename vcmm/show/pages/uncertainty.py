@@ -17,6 +17,7 @@ from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
+from vcmm.show.pages.callouts import callout_picture
 from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.view import Item, task_in_machine, touches_of
@@ -49,6 +50,7 @@ def uncertainty_page(
         [
             r.heading("Results"),
             html(results(result)),
+            *_on_the_part(result),
             *(r.note(w) for w in why),
             *r.notices(result.warnings),
             r.heading("What was assumed"),
@@ -121,6 +123,13 @@ def _comparison_text(scenario: Scenario, result: UncertaintyResult) -> str:
         return other
     true = "the interval of the true value"
     return true if all(by_belts) else f"{other} of sizes, distances and angles, with {true} of all else"
+
+
+def _on_the_part(result: UncertaintyResult) -> list[str]:
+    """The results with leader lines to their features."""
+    task = result.model.task
+    places = {name: task.touches.points[rows] for name, rows in task.touches.rows.items()}
+    return callout_picture(task.part, result.characteristics, places)
 
 
 def pictures(result: UncertaintyResult) -> list[str]:

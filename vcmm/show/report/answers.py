@@ -98,7 +98,7 @@ def answer_of(c: Any) -> AnswerLine:
     return AnswerLine(
         c.name, result, coverage=coverage, limits=limits_text(c), verdict=verdict, kind=STATE.get(verdict.split(",")[0], "muted"),
         because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if known else "",
-        change=what_to_change(owner) if known else "",
+        change=_what_helps(c, owner) if known else "",
         link=f"{c.name} ({c.type})",
         numbers={
             "name": c.name, f"value_{c.unit}": c.value, f"U_{c.unit}": c.stated[0], "k": c.stated[1], "p": c.p,
@@ -106,6 +106,13 @@ def answer_of(c: Any) -> AnswerLine:
             "p_conform": p, "contributor": owner.input if known else None, "share": owner.share if known else None,
         },
     )  # fmt: skip
+
+
+def _what_helps(c: Any, owner: Any) -> str:
+    """What makes U smaller; where it has no bound, why."""
+    if math.isfinite(c.stated[0]) or not getattr(c, "why_not_shown", ""):
+        return what_to_change(owner)
+    return str(c.why_not_shown)
 
 
 def whole(share: float) -> str:
@@ -126,8 +133,7 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     value, said = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
     if not math.isfinite(expanded):
         return f"{value}, U unbounded", f"p = {whole(c.p)}"
-    middle = sum(c.interval) / 2
-    if abs(middle - c.value) <= ABOUT_ITS_MIDDLE * expanded and c.half_width is None:
+    if is_about_value(c):
         factor = (
             "known bias in U, "
             if c.bias_in_U
@@ -141,6 +147,12 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     ends = [f"{(x - c.nominal) * scale + 0.0:.{digits}f}".replace("-", MINUS) for x in c.interval]
     from_nominal = "" if c.nominal == 0 else " from nominal"
     return f"{value}, U = {said}", f"p = {whole(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
+
+
+def is_about_value(c: Any) -> bool:
+    """Whether value ± U is the interval, but for the scatter of drawn ends."""
+    middle = sum(c.interval) / 2
+    return abs(middle - c.value) <= ABOUT_ITS_MIDDLE * c.stated[0] and c.half_width is None
 
 
 def limits_text(c: Any) -> str:

@@ -1,8 +1,9 @@
-// The path of a program on a canvas: by error, feed or tool, rapids dashed, the line under the pointer, a slider along the program.
+// The path of a program on a canvas: by error, feed or tool, rapids dashed, the line under the pointer, a slider along the program;
+// beside it the program, each linked to the other, which can be searched. A triad of the axes and a scale of lengths stand in the corner.
 (() => {
   const box = document.currentScript.parentElement;
   const all = JSON.parse(box.querySelector("script[type='application/json']").textContent);
-  const canvas = box.querySelector("canvas"), slider = box.querySelector("input"), told = box.querySelector("output");
+  const canvas = box.querySelector("canvas"), slider = box.querySelector("input[type=range]"), told = box.querySelector("output");
   const chosen = (name, other) => box.querySelector(`select[name=${name}]`)?.value ?? other;
   const views = { top: [[1, 0, 0], [0, 1, 0]], front: [[1, 0, 0], [0, 0, 1]], side: [[0, 1, 0], [0, 0, 1]],
     lathe: [[0, 0, 1], [1, 0, 0]], space: [[0.866, 0.5, 0], [-0.25, 0.433, 0.866]] };
@@ -21,6 +22,7 @@
     d = all.paths[Number(chosen("program", 0))]; n = d.line.length;
     kind = chosen("colour", "tool");
     box.querySelectorAll("[data-scale]").forEach(e => { e.hidden = e.dataset.scale !== kind; });
+    firsts(); legendOfTools();
     const share = slider.value / slider.max;
     slider.max = n; slider.value = Math.round(share * n); over = -1;
     size();
@@ -43,6 +45,9 @@
   function draw() {
     const c = canvas.getContext("2d"), last = Number(slider.value);
     c.clearRect(0, 0, canvas.width, canvas.height);
+    c.beginPath(); c.setLineDash([]); c.lineWidth = 0.8; c.strokeStyle = "#d3d9e0"; // what is still to come
+    for (let i = last; i < n; i++) if (!d.rapid[i]) { c.moveTo(...at(i)); c.lineTo(...at(i + 1)); }
+    c.stroke();
     let group = null;
     for (let i = 0; i < last; i++) {
       const key = colour(i) + d.rapid[i];
@@ -68,7 +73,72 @@
       told.textContent = `line ${d.line[mark]}: ${all.text[d.line[mark]] ?? ""}   |  T${d.tool[mark]}, ${feed}${error}, to X ${d.x[mark + 1]} ` +
         `Y ${d.y[mark + 1]} Z ${d.z[mark + 1]} mm   (${mark + 1} of ${n})`;
     }
+    corner(c);
+    show(mark);
     box.dataset.drawn = `${chosen("program", 0)} ${kind} ${last}`;
+  }
+  // the program: a click goes to where a line ends, arrow keys to the next line that moves, words are looked for
+  const list = box.querySelector(".listing ol"), search = box.querySelector("input[type=search]"), items = new Map();
+  let ends = new Map(), marked = null;
+  for (const [number, words] of Object.entries(all.text)) {
+    const item = document.createElement("li");
+    item.value = Number(number); item.textContent = words;
+    items.set(Number(number), item); list.append(item);
+  }
+  function firsts() {
+    ends = new Map(d.line.map((line, i) => [line, i + 1]));
+    items.forEach((item, line) => item.classList.toggle("moves", ends.has(line)));
+  }
+  function show(mark) {
+    const item = mark >= 0 ? items.get(d.line[mark]) : undefined;
+    if (item === marked) return;
+    marked?.removeAttribute("aria-current");
+    marked = item;
+    if (!item) return;
+    item.setAttribute("aria-current", "true");
+    const top = item.offsetTop - list.offsetTop;
+    if (top < list.scrollTop || top + item.offsetHeight > list.scrollTop + list.clientHeight) list.scrollTop = top - list.clientHeight / 2;
+  }
+  function go(line) {
+    if (!ends.has(line)) return;
+    slider.value = ends.get(line); over = -1; draw();
+  }
+  list.addEventListener("click", (e) => { const item = e.target.closest("li"); if (item) go(item.value); });
+  list.addEventListener("keydown", (e) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[e.key];
+    if (!step) return;
+    e.preventDefault();
+    const lines = [...ends.keys()].filter((line) => !items.get(line)?.hidden).sort((a, b) => a - b), now = marked ? marked.value : 0;
+    const next = step > 0 ? lines.find((line) => line > now) : lines.findLast((line) => line < now);
+    if (next !== undefined) go(next);
+  });
+  search.addEventListener("input", () => {
+    const words = search.value.trim().toUpperCase();
+    items.forEach((item) => { item.hidden = words !== "" && !item.textContent.toUpperCase().includes(words); });
+  });
+  function legendOfTools() {
+    const key = box.querySelector("[data-scale=tool]");
+    key.replaceChildren(...tools.map((t, k) => {
+      const row = document.createElement("div"), dot = document.createElement("i");
+      dot.style.background = TOOLS[k % TOOLS.length]; row.append(dot, `T${t}`);
+      return row;
+    }));
+  }
+  function corner(c) {
+    const wanted = 110 / (scale * zoom), power = 10 ** Math.floor(Math.log10(wanted));
+    const length = power * [5, 2, 1].find((m) => m * power <= wanted), wide = length * scale * zoom;
+    const y = canvas.height - 16, x = canvas.width - 20 - wide;
+    c.lineWidth = 1.5; c.strokeStyle = c.fillStyle = "#3c4753"; c.font = "12px system-ui, sans-serif";
+    c.beginPath(); c.moveTo(x, y - 5); c.lineTo(x, y); c.lineTo(x + wide, y); c.lineTo(x + wide, y - 5); c.stroke();
+    c.textAlign = "center"; c.fillText(`${length >= 1 ? length : length.toPrecision(1)} mm`, x + wide / 2, y - 8);
+    const foot = [46, canvas.height - 46];
+    ["X", "Y", "Z"].forEach((name, k) => {
+      const to = [30 * view[0][k], -30 * view[1][k]], far = Math.hypot(...to);
+      if (far < 1) return; // towards the eye
+      c.beginPath(); c.moveTo(...foot); c.lineTo(foot[0] + to[0], foot[1] + to[1]); c.stroke();
+      c.fillText(name, foot[0] + to[0] * (1 + 9 / far), foot[1] + to[1] * (1 + 9 / far) + 4);
+    });
+    box.dataset.scale = length;
   }
   function size() { canvas.width = canvas.clientWidth; canvas.height = canvas.clientHeight; project(); draw(); }
   slider.addEventListener("input", () => { over = -1; draw(); });

@@ -17,7 +17,8 @@ VIEWS = {"top": "XY", "front": "XZ", "side": "YZ", "lathe": "ZX", "space": "in s
 
 @dataclass(frozen=True)
 class PathPicture:
-    """n pieces between n + 1 points, mm. line, tool, feed (mm/min, None: not known), rapid: of each piece; text: of the lines.
+    """n pieces between n + 1 points, mm. line, tool, feed (mm/min, None: not known), rapid: of each piece; text: of the lines, those that
+    do not move too.
 
     error: of each piece, um (None: not known), or nothing. name: of this path where there are several.
     """
@@ -31,6 +32,12 @@ class PathPicture:
     view: str = "space"
     error: Sequence[float | None] = ()
     name: str = ""
+
+
+LISTING = (
+    '<div data-scale="tool" class="tools" hidden></div><div class="listing"><input type="search" aria-label="search the program" '
+    'placeholder="search the program"><ol tabindex="0" aria-label="program; arrow keys go from move to move"></ol></div>'
+)
 
 
 def path_picture(*paths: PathPicture, caption: str = "") -> str:
@@ -55,7 +62,7 @@ def path_picture(*paths: PathPicture, caption: str = "") -> str:
     small = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
     return (
         f'<figure class="figure" data-path>{small}<p>{_choice("colour", [*shown, "tool"])}{_choice("program", [p.name for p in paths])}{buttons}</p>'
-        f'<div class="row"><canvas role="img" aria-label="path of the program"></canvas>{"".join(legends)}</div>'
+        f'<div class="row path"><canvas role="img" aria-label="path of the program"></canvas>{"".join(legends)}{LISTING}</div>'
         f'<input type="range" aria-label="along the program" min="0" max="{n}" value="{n}">'
         f'<output></output><script type="application/json">{inside}</script><script>\n{asset("path.js")}</script></figure>'
     )

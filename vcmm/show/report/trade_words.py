@@ -19,6 +19,7 @@ BY_REDRAW = {  # what helps where an effect says nothing of its own
     "pose": "measure in more than one pose and take the mean",
     "part": "measure more than one part",
 }
+ROOM = ("temperature of the room", "a steadier room, longer soaking, or thermometers on part and scales")
 CALIBRATE = "calibrate the machine for it, or move the part where it shows less (vcmm place)"
 
 
@@ -26,6 +27,8 @@ def contributor(line: Any) -> str:
     """What an operator calls a BudgetLine: "repeatability of the probe", "temperature of the part"."""
     if line.redraw == "pass":
         return "repeatability of the machine from pass to pass"
+    if line.input.startswith("environment.room"):
+        return ROOM[0]
     trade = _trade(line)
     if trade is not None and trade.name:
         return _filled(trade.name, line) + _cause(line)
@@ -41,6 +44,8 @@ def what_to_change(line: Any) -> str:
     """What makes this line smaller, in one clause."""
     if line.redraw == "pass":
         return BY_REDRAW["pass"]
+    if line.input.startswith("environment.room"):
+        return ROOM[1]
     trade = _trade(line)
     if trade is not None and trade.change:
         return _filled(trade.change, line)

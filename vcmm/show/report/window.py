@@ -38,6 +38,7 @@ from vcmm.show.report.scene_items import (
 )
 from vcmm.show.report.scene_traces import arrow_ends, ellipsoid_arrays
 
+INK = hex_of("ink")
 SIZE = (1100, 800)
 NEEDS = "install libegl1 and libgl1-mesa-dri (Debian) or mesa-libEGL (Fedora); reports and notebooks do not need them"
 
@@ -120,21 +121,38 @@ def _mesh(plotter: Any, item: SceneMesh) -> None:
     plotter.add_mesh(
         mesh, scalars=item.unit or "value", cmap=list(scale.colours), clim=(scale.levels[0], scale.levels[-1]),
         n_colors=len(scale.colours), nan_color="lightgrey", opacity=item.opacity,
+        scalar_bar_args={"title": item.unit, "n_labels": len(scale.levels), "color": INK, "vertical": True, "position_x": 0.88, "position_y": 0.3, "height": 0.5, "width": 0.05},
     )  # fmt: skip
+
+
+def keys_of(items: Sequence[Item]) -> list[list[str]]:
+    """Name and colour of every item that has a name, each once."""
+    named = [(getattr(i, "name", ""), hex_of(getattr(i, "colour", "muted"))) for i in items]
+    return [[name, colour] for name, colour in dict(named).items() if name]
 
 
 def main(words: Sequence[str]) -> None:
     """What the child does."""
     import pyvista as pv
 
+    from vcmm.show.report.scene import magnification
+
     items, title = pickle.loads(Path(words[0]).read_bytes())
     plotter: Any = pv.Plotter(off_screen=len(words) > 1, window_size=list(SIZE), title=title)
     for item in items:
         _draw_item(plotter, item)
     plotter.add_axes()
+    plotter.show_bounds(grid="back", location="outer", xtitle="X / mm", ytitle="Y / mm", ztitle="Z / mm", font_size=9, color="dimgrey")  # fmt: skip
+    plotter.add_text(
+        f"{title}\n{magnification(items)}".strip(), position="upper_left", font_size=10, color=INK
+    )
+    for row, (name, colour) in enumerate(keys_of(items)):
+        at = 0.96 - 0.028 * row
+        plotter.add_text("==", position=(0.74, at), viewport=True, font_size=11, font="courier", color=colour)
+        plotter.add_text(name, position=(0.775, at), viewport=True, font_size=9, color=INK)
     plotter.camera.enable_parallel_projection()
     plotter.view_vector((0.46, -0.8, 0.37))
-    plotter.camera.zoom(1.2)
+    plotter.camera.zoom(1.0)
     if len(words) > 1:
         plotter.screenshot(words[1])
     else:

@@ -179,14 +179,8 @@ def program_answers(
         if box is not None:
             size = " × ".join(f"{b - a:.1f}" for a, b in zip(*box))
             place = ", ".join(f"{axis} {a:.3f} … {b:.3f}" for axis, a, b in zip("XYZ", *box))
-            lines.append(
-                AnswerLine(
-                    name,
-                    f"{size} mm",
-                    f"{place} mm, machine axes",
-                    numbers={"box": [list(box[0]), list(box[1])]},
-                )
-            )
+            words = f"{place} mm, machine axes"
+            lines.append(AnswerLine(name, f"{size} mm", words, numbers={"box": [list(box[0]), list(box[1])]}))
     if program.assumed:
         first = program.assumed[0]
         lines.append(

@@ -48,7 +48,7 @@ AUDIT: tuple[Column[AuditResult], ...] = (
 def audit_table(rows: Sequence[AuditResult]) -> ResultTable[AuditResult]:
     caption = (
         "Share of drawn parts whose true value lies in their interval; form is given in units of the machine's noise. Verdicts: "
-        "exact binomial test against the nearer end of the band; outside below 2.5 %. An oracle knows the family of forms of every part "
+        "exact binomial test against the nearer end of the band; outside below 2.5 %. The theoretical best knows the family of forms of every part "
         "and how their sizes are spread."
     )
     return ResultTable("coverage, counted", AUDIT, rows, caption)

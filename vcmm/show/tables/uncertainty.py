@@ -76,7 +76,7 @@ def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
     for c in results:
         if c.decision is not None and c.decision.text == UNDECIDED:
             p = c.decision.p_conform
-            why = "" if p is None else f"it conforms with a probability of {p:.1%}"
+            why = "" if p is None else f"probability of conformity {p:.1%}"
             if p is not None and c.decision.rule == GUARD_BAND:
                 why += ", and a limit lies within the coverage interval"
             elif p is not None:

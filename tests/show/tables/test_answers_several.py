@@ -1,0 +1,189 @@
+"""The answer lines of folders, machines over time, several parts, certificates, tests and loops, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vcmm.learn.calibration.acceptance import Figure
+from vcmm.learn.calibration.certificate_comparison import CertifiedU
+from vcmm.learn.diagnosis.fleet import Change
+from vcmm.learn.diagnosis.trend import STEP, Trend
+from vcmm.show.report.answers import answer_text
+from vcmm.show.tables import answers_parts, answers_runs
+from vcmm.show.tables.answers import answer_of
+
+
+def record(file: str, verdict: str = "explained", problem: str = "", machine: str = "mill") -> dict[str, Any]:
+    return {"file": file, "machine": machine, "verdict": verdict, "problem": problem}
+
+
+def moved(name: str, by: float) -> Change:
+    """From 1.0 to 1.0 + by, u 0.1 each: by / (0.1 sqrt 2) standard uncertainties."""
+    when = (("a.toml", "2026-01-01"), ("b.toml", "2026-02-01"))
+    went = Trend(STEP, amount=by, u=0.14, first=0, last=1)
+    return Change("mill", name, "value", "um", when[0], when[1], (1.0, 0.1), (1.0 + by, 0.1), 2, 2, went=went, when=when)  # fmt: skip
+
+
+def test_a_folder_says_first_what_changed_most():
+    records = [record("a.toml"), record("b.toml", "nothing missing"), record("c.toml", problem="no column X", machine="")]  # fmt: skip
+    lines = answers_runs.folder_answers(records, [moved("squareness", 0.5), moved("backlash X", 3.0)])
+    text = answer_text(lines)
+    assert text.splitlines() == [
+        "mill: 1 of 2 recordings (hold what the machine file lacks): changed",
+        "    most: backlash X value: steps by +3.00 ± 0.14 µm between 2026-01-01 and 2026-02-01; to confirm: vcmm diagnose b.toml",
+        "Not diagnosed: 1 of 3 recordings: cannot be read or diagnosed",
+        "    first: c.toml: no column X",
+    ]
+
+
+def test_a_folder_without_a_change_says_so():
+    (line,) = answers_runs.folder_answers([record("a.toml"), record("b.toml")], [])
+    assert (line.verdict, line.kind) == ("no change shown", "good")
+    (alone,) = answers_runs.folder_answers([record("a.toml")], [])
+    assert alone.verdict == "one recording"
+
+
+@dataclass
+class Judged:
+    """What a line asks of a result."""
+
+    value: float
+    text: str
+    p: float
+    name: str = "bore"
+    nominal: float = 30.0
+    type: str = "diameter"
+    unit: str = "mm"
+    budget: tuple[Any, ...] = ()
+    tolerance: tuple[float, float] = (29.99, 30.01)
+    u: float = 0.0005
+    half_width: None = None
+    bias_in_U: float = 0.0
+    decision: Any = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.decision = SimpleNamespace(text=self.text, p_conform=self.p)
+        self.stated = (0.001, 2.0)
+        self.interval = (self.value - 0.001, self.value + 0.001)
+        self.p = 0.95
+
+
+def test_several_parts_are_one_line_per_characteristic_with_the_worst():
+    parts: Any = [
+        SimpleNamespace(part=name, characteristics=[SimpleNamespace(name="bore", result=one)])
+        for name, one in (
+            ("1", Judged(30.0, "conforms", 1.0)),
+            ("2", Judged(30.0095, "undecided", 0.84)),
+            ("3", Judged(30.0105, "undecided", 0.16)),
+        )
+    ]
+    (line,) = answers_parts.parts_answers(parts)
+    assert line.name == "bore, 3 parts"
+    assert line.verdict == "2 undecided, 1 conform"
+    assert line.kind == "warning"
+    assert line.result == "30.0105 mm ± 1.0 µm"
+    assert line.coverage.endswith("the worst: part 3")
+    assert line.numbers["undecided"] == 2
+    sure: Any = [
+        SimpleNamespace(
+            part=n, characteristics=[SimpleNamespace(name="bore", result=Judged(v, "conforms", 1.0))]
+        )
+        for n, v in (("17", 30.001), ("18", 30.002))
+    ]
+    assert (
+        "worst: part 18" in answers_parts.parts_answers(sure)[0].coverage
+    )  # both 1.0: 8 um from the limit, the other 9
+    alone = answers_parts.parts_answers(parts[:1])
+    assert alone == [answer_of(parts[0].characteristics[0].result)]
+
+
+def test_figures_with_a_limit_come_first_the_worst_of_them_on_top():
+    figures = [
+        Figure("A X", 5.0, 0.5),
+        Figure("E X", 3.0, 0.5, 8.0, 0.999),
+        Figure("R X", 7.0, 0.5, 8.0, 0.40),
+    ]
+    lines = answers_runs.acceptance_answers(figures)
+    assert [(x.name, x.result, x.kind) for x in lines] == [
+        ("R X", "7.0 ± 1.0 µm", "bad"),  # U = 2 u = 1.0
+        ("E X", "3.0 ± 1.0 µm", "good"),
+    ]
+    assert lines[0].limits == "at most 8 µm"
+    free = answers_runs.acceptance_answers([Figure(f"A {i}", float(i), None) for i in range(9)])
+    assert [x.name for x in free] == ["A 0", "A 1", "A 2", "A 3", "A 4"]
+    ways = [Figure(n, 1.0, None) for n in ("A X", "A+ X", "A- X", "R X")]
+    assert [x.name for x in answers_runs.acceptance_answers(ways)] == ["A X", "R X"]
+
+
+def test_a_certificate_says_u_and_what_one_more_fact_gives():
+    worth: Any = SimpleNamespace(
+        by_fact=[CertifiedU("E0_MPE", "bore", "mm", 0.00190), CertifiedU("+ R0_MPL", "bore", "mm", 0.00154)],
+        covered=[SimpleNamespace(characteristic="bore", share=0.961), SimpleNamespace(characteristic="bore", share=0.93)],
+    )  # fmt: skip
+    (line,) = answers_parts.certificate_answers(worth, 0.94)
+    assert answer_text([line]).splitlines() == [
+        "bore: U = 1.90 µm (half the 95 % interval, by E0_MPE): holds 93.0\u00a0% of machines at the limit",
+        "    with R0_MPL too: U = 1.54 µm",
+    ]
+    assert line.kind == "bad"  # 0.93 < 0.94
+
+
+def test_a_part_that_departs_says_where_and_a_part_as_predicted_too():
+    row = SimpleNamespace(
+        name="width", unit="mm", nominal=20.0, measured=20.004, predicted=20.001, u=0.001, e_n=1.5
+    )
+    cut: Any = SimpleNamespace(
+        compared=[row],
+        mismatch=[SimpleNamespace(text="goes with X, line 12")],
+        off=np.array([0.004, -0.006]),
+        scatter=0.0005,
+    )
+    first, second = answers_parts.cut_answers(cut)
+    assert first.result == "at most 6.00 µm from nominal"
+    assert (first.verdict, first.because) == ("departs from its prediction", "goes with X, line 12")
+    assert second.result == "measured +4.00 µm, predicted +1.0 ± 2.0 µm"  # from 20: 4, 1; U = 2 x 1
+    assert (second.verdict, second.kind) == ("E_n = 1.50", "warning")
+    cut.mismatch = []
+    assert answers_parts.cut_answers(cut)[0].verdict == "as predicted"
+
+
+@pytest.mark.parametrize(
+    ("met", "proof_met", "refused", "verdict"),
+    [
+        (True, True, "", "met"),
+        (False, False, "", "not met"),
+        (False, True, "", "met by the cut, the real part open"),
+        (False, False, "worse by 2 µm", "refused"),
+    ],
+)
+def test_the_loop_says_first_whether_the_next_part_is_right(
+    met: bool, proof_met: bool, refused: str, verdict: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(answers_parts, "diagnosis_answers", lambda d: [])
+    proof = SimpleNamespace(allowed=0.0015, met=proof_met, after=SimpleNamespace(largest=0.001, worst="top"))
+    loop: Any = SimpleNamespace(
+        cut=SimpleNamespace(off=np.array([0.012, -0.02])), proof=proof, refused=refused, left="", setting="", met=met,
+        program="next.nc", diagnosis=None,
+    )  # fmt: skip
+    (line,) = answers_parts.loop_answers(loop)
+    assert line.verdict == verdict
+    assert "this part 20.00 µm (2 measured points)" in line.result
+    assert line.limits == "at most 1.50 µm"
+
+
+def test_machines_compared_name_the_best_and_the_next():
+    found = {
+        "a.toml": {"refused": "", "value": 2.0, "words": ("as it lies", "2.0 µm")},
+        "b.toml": {"refused": "", "value": 3.0, "words": ("turned", "3.0 µm")},
+        "c.toml": {"refused": "too small"},
+    }
+    (line,) = answers_parts.machine_answers(["a.toml", "b.toml"], found)
+    assert answer_text([line]).splitlines() == [
+        "Machine a.toml: 2.0 µm (as it lies): best of 3 machines",
+        "    next: b.toml: 3.0 µm; 1 cannot take the part",
+    ]

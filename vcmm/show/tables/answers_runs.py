@@ -1,0 +1,188 @@
+"""The answer of what is done often: recordings of a folder, a machine over time, acceptance tests, audits, thermal models, plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vcmm.answer.inference.audit import AuditResult
+from vcmm.learn.calibration.acceptance import Figure
+from vcmm.learn.calibration.thermal import ThermalModel
+from vcmm.learn.diagnosis.fleet import Change
+from vcmm.learn.tracking.dates import date_of
+from vcmm.learn.tracking.result import NumberOverTime, Track
+from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed
+from vcmm.show.report.text import micro
+from vcmm.show.tables.audit import verdict as audit_verdict
+from vcmm.show.tables.fleet import trend_text
+from vcmm.show.tables.track import Planned
+
+MOST = 5  # lines of figures without a limit, numbers that moved
+NOTHING = "nothing missing"  # verdict of a diagnosis
+
+
+def folder_answers(records: Sequence[Mapping[str, Any]], found: Sequence[Change]) -> list[AnswerLine]:
+    """Of a folder of recordings: per machine what changed and when; then what could not be diagnosed."""
+    good = [r for r in records if not r["problem"]]
+    lines = [_machine_line(m, good, found) for m in dict.fromkeys(r["machine"] for r in good)]
+    bad = [r for r in records if r["problem"]]
+    if bad:
+        lines.append(
+            AnswerLine(
+                "Not diagnosed",
+                f"{len(bad)} of {len(records)} recordings",
+                verdict="cannot be read or diagnosed",
+                kind="warning",
+                because=f"{bad[0]['file']}: {bad[0]['problem']}",
+                link="What each holds",
+                numbers={"not_diagnosed": len(bad)},
+                labels=("", "first:", ""),
+            )
+        )
+    return lines
+
+
+def _machine_line(machine: str, records: Sequence[Mapping[str, Any]], found: Sequence[Change]) -> AnswerLine:
+    own = [r for r in records if r["machine"] == machine]
+    lacking = sum(r["verdict"] != NOTHING for r in own)
+    moved = sorted(
+        (c for c in found if c.machine == machine and not c.steady), key=lambda c: -abs(c.deviations or 0.0)
+    )
+    verdict, kind = ("changed", "warning") if moved else ("one recording", "muted")
+    if len(own) > 1 and not moved:
+        verdict, kind = "no change shown", "good"
+    first = moved[0] if moved else None
+    return AnswerLine(
+        machine or "machine without a name",
+        f"{lacking} of {len(own)} recordings",
+        coverage="hold what the machine file lacks",
+        verdict=verdict,
+        kind=kind,  # type: ignore[arg-type]
+        because=f"{first.name} {first.parameter}: {micro(trend_text(first))}" if first else "",
+        change=f"vcmm diagnose {first.last[0]}" if first else "",
+        link="What changed" if moved else "What each holds",
+        numbers={"machine": machine, "recordings": len(own), "lacking": lacking, "changed": len(moved)},
+        labels=("", "most:", "to confirm:"),
+    )
+
+
+def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLine]:
+    """Whether the last recording is as it was predicted; the numbers that moved most, as of the day; which check next."""
+    last = track.checks[-1]
+    suspect = next(iter(last.suspects), None) if last.alarm else None
+    state = AnswerLine(
+        track.followed.tracked.machine.name,
+        f"{len(track.checks)} recordings",
+        coverage=f"{track.checks[0].date} … {last.date}",
+        verdict="alarm: not as predicted" if last.alarm else "as predicted",
+        kind="bad" if last.alarm else "good",
+        because=f"{suspect[0]}, {percent(suspect[1])}" if suspect else "",
+        change=(last.answer or "vcmm diagnose on this recording") if last.alarm else "",
+        link="Recordings",
+        numbers={"recordings": len(track.checks), "alarm": last.alarm, "innovation_over_u": last.spread},
+        labels=("", "changed:", "diagnosis:"),
+    )
+    ranked = sorted(track.courses, key=lambda c: -c.moved)[:MOST]
+    return [state, *map(_number_line, ranked), *([] if planned is None else [_next_line(track, planned)])]
+
+
+def _number_line(c: NumberOverTime) -> AnswerLine:
+    unit = "" if c.unit == "1" else c.unit.replace("um", "µm").replace("urad", "µrad")
+    value, u = float(c.value[-1]), float(c.u[-1])
+    return AnswerLine(
+        f"{c.name} {c.what}".strip(),
+        signed(value, K * u, unit),
+        coverage=f"k = {K:.0f}",
+        because=f"by {signed(value - float(c.value[0]), 0.0, unit, '+')} since the first recording",
+        link="Numbers over time",
+        numbers={"name": c.name, "value": value, "U": K * u, "unit": c.unit},
+        labels=("", "moved", ""),
+    )
+
+
+def _next_line(track: Track, planned: Planned) -> AnswerLine:
+    _, each, plan = planned
+    first = plan.checks[0] if plan.checks else each[0]
+    return AnswerLine(
+        "Next check",
+        f"{first.check.name}, {date_of(track.dated.when + first.day)}",
+        verdict="every limit is kept" if plan.kept else "limits are not kept",
+        kind="good" if plan.kept else "bad",
+        limits=f"plan of {plan.days} days, cost {plan.cost:g}",
+        link="What to check next",
+        numbers={"check": first.check.name, "kept": plan.kept, "cost": plan.cost},
+        labels=("", "", ""),
+    )
+
+
+def acceptance_answers(figures: Sequence[Figure]) -> list[AnswerLine]:
+    """Figures that have a limit, worst first; without limits the first of those over both directions, as the standard has them."""
+    limited = sorted((f for f in figures if f.p_pass is not None), key=lambda f: f.p_pass or 0.0)
+    known = [f for f in figures if f.value_um is not None]
+    whole = [f for f in known if not set("+-") & set(f.name)]  # of both directions, before those of one
+    rest = (whole or known)[:MOST]
+    return [_figure_line(f) for f in limited or rest]
+
+
+def _figure_line(f: Figure) -> AnswerLine:
+    value = (
+        "not known from this file" if f.value_um is None else signed(f.value_um, K * (f.u_um or 0.0), "µm")
+    )
+    kind: Kind = "muted" if f.p_pass is None else "good" if f.p_pass >= 0.95 else "bad" if f.p_pass < 0.5 else "warning"  # fmt: skip
+    at = "" if f.at_mm is None else f" at {f.at_mm:g} mm"
+    ratio = "" if f.ratio is None else f", E/MPE = {signed(f.ratio, K * (f.u_ratio or 0.0), '').strip()}"
+    return AnswerLine(
+        f.name,
+        value + ratio,
+        coverage=f"k = {K:.0f}" if f.u_um else "",
+        limits="" if f.limit_um is None else f"at most {f.limit_um:.3g} µm{at}",
+        verdict="" if f.p_pass is None else f"passes, {percent(f.p_pass)}",
+        kind=kind,
+        link="Figures",
+        numbers={"name": f.name, "value_um": f.value_um, "u_um": f.u_um, "limit_um": f.limit_um, "p_pass": f.p_pass},
+    )  # fmt: skip
+
+
+def audit_answers(rows: Sequence[AuditResult]) -> list[AnswerLine]:
+    """Per characteristic the count that lies furthest below its band."""
+    return [
+        _audit_line(min((r for r in rows if r.name == name), key=lambda r: r.attained - r.least))
+        for name in dict.fromkeys(r.name for r in rows)
+    ]
+
+
+def _audit_line(a: AuditResult) -> AnswerLine:
+    low, high = a.interval95
+    verdict = audit_verdict(a)
+    kinds: Mapping[str, Kind] = {"outside": "bad", "not claimed": "muted"}
+    word, scale = SMALL[a.unit]
+    return AnswerLine(
+        a.name,
+        f"true value held in {percent(a.attained)} of {a.parts} parts",
+        coverage=f"{100 * low:.1f} to {100 * high:.1f}\u00a0% by counting",
+        limits=f"{a.least:.2f} … {a.most:.2f}",
+        verdict=verdict,
+        kind=kinds.get(verdict, "good"),
+        because=f"{a.kind}; mean length {a.width * scale:.2f} {word}",
+        link="coverage, counted",
+        numbers={"name": a.name, "attained": a.attained, "parts": a.parts, "kind": a.kind},
+        labels=("band", "parts drawn from", ""),
+    )
+
+
+def thermal_answers(found: ThermalModel, terms: int) -> list[AnswerLine]:
+    """Whether temperatures explain what the readings do, by what was held out."""
+    before, after = (1e3 * rms for rms in found.held_out)
+    helps = after < before
+    return [
+        AnswerLine(
+            "What temperatures do",
+            f"{before:.2f} to {after:.2f} µm rms",
+            coverage="blocks of time predicted from the others",
+            limits=f"all readings {found.before * 1e3:.2f} to {found.after * 1e3:.2f} µm",
+            verdict=f"{terms} numbers found" if helps else "prediction is not better",
+            kind="good" if helps else "warning",
+            numbers={"held_out_before_um": before, "held_out_after_um": after},
+            labels=("", "", ""),
+        )
+    ]
