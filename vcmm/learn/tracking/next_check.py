@@ -18,7 +18,7 @@ from vcmm.core.run import Array
 from vcmm.files.own.check_list import ShopCheck
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.learn_rates import columns_for
-from vcmm.learn.tracking.rates import YEAR, WanderingMotion
+from vcmm.learn.tracking.rates import WanderingMotion
 from vcmm.learn.tracking.task_limits import K, TaskLimit
 
 WIDE, LONGEST = 60, 366  # orders kept; days ahead
@@ -54,9 +54,7 @@ class _Plans:
 
     def after(self, covariance: Array, days: int) -> Array:
         """The covariance so many days later."""
-        decay = np.where(self.motion.swing > 0, np.exp(-days / self.motion.tau), 1.0)
-        grown = self.motion.walk**2 * days / YEAR + self.motion.swing**2 * (1.0 - decay**2)
-        return decay[:, None] * covariance * decay + np.diag(grown)
+        return self.motion.later(covariance, days)
 
     def checked(self, covariance: Array, name: str) -> Array:
         """The covariance after a check, in Joseph's form."""

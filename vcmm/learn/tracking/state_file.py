@@ -143,6 +143,6 @@ def read_state(
     checks = tuple(
         FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known
     )
-    rates = tuple(GroupRates(r["walk"], r["swing"], r["tau"], r["mean"]) for r in data["rates"])
+    rates = tuple(GroupRates(**{k: r[k] for k in GroupRates.__dataclass_fields__}) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
     return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files
