@@ -122,9 +122,9 @@ def probe_places():
     return np.array([[x, y, z] for x in (50.0, 250.0, 450.0) for y in (50.0, 450.0) for z in (50.0, 400.0)])
 
 
-def write_probe(folder, name, date, theta, rng):
-    """Twelve spheres of a calibrated plate, x y z each; where it lies is free (rigid)."""
-    q = probe_places()
+def write_probe(folder, name, date, theta, rng, times=1):
+    """Twelve spheres of a calibrated plate, x y z each, each `times` times; where it lies is free (rigid)."""
+    q = np.tile(probe_places(), (times, 1))
     error = -tabulated(theta, NODES, q)  # measuring: indicated - true = -tip error
     shift, turn = rng.normal(size=3) * 0.05, rng.normal(size=3) * 20e-6
     seen = error + shift + np.cross(turn, q) + PROBE * rng.normal(size=q.shape)

@@ -85,7 +85,7 @@ def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, i
 
 
 def _recordings(folder: Path) -> list[Path]:
-    from vcmm.learn.diagnosis.fleet import recordings_in
+    from vcmm.files.own.recording_files import recordings_in
 
     return recordings_in(folder)
 

@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.kalman import (
     GaussianState,
     Innovation,
@@ -89,12 +90,10 @@ def prior_of_change(days: float) -> float:
 
 def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump], days: float) -> Update:
     """The state after readings (unit noise) that came `days` after the last ones."""
-    from scipy.special import chdtrc
-
     seen = innovation(state, columns, value)
     p = prior_of_change(days) if jumps else 0.0
     quiet = np.log1p(-p) + seen.log_likelihood
-    if not jumps or not len(value) or chdtrc(len(value), float(seen.white @ seen.white)) > ASK:
+    if not jumps or not len(value) or chance_beyond(len(value), float(seen.white @ seen.white)) > ASK:
         return Update(condition(state, seen), quiet, 0.0, ())
     logs = [quiet, *log_of_jumps(seen, columns, jumps, np.log(p / (len(jumps) * len(SIZES))))]
     top = max(logs)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.changes import ASK, MATTERS, SIZES, Jump, log_of_jumps, prior_of_change
 from vcmm.learn.tracking.compress import SeenRecording
 from vcmm.learn.tracking.kalman import Innovation, solve_lower
@@ -49,8 +50,6 @@ def _taken_in(
     days: float,
 ) -> tuple[Array, Array, float]:
     """Mean and covariance after readings, and ln of their likelihood. shown: columns (r, k) of the first k numbers of the state."""
-    from scipy.special import chdtrc
-
     columns, k = shown
     cross = columns @ covariance[:k]
     lower = np.asarray(np.linalg.cholesky(cross[:, :k] @ columns.T + np.eye(len(value))), dtype=np.float64)
@@ -61,7 +60,7 @@ def _taken_in(
         return mean + half.T @ white, covariance - half.T @ half, quiet
     p = prior_of_change(days)
     quiet += float(np.log1p(-p))
-    if chdtrc(len(value), float(white @ white)) > ASK:
+    if chance_beyond(len(value), float(white @ white)) > ASK:
         return mean + half.T @ white, covariance - half.T @ half, quiet
     logs = [quiet, *log_of_jumps(seen, columns, jumps, np.log(p / (len(jumps) * len(SIZES))))]
     top = max(logs)

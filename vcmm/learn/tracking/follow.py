@@ -1,7 +1,7 @@
 """One recording after another: predict, test, update, and now and then learn the rates anew.
 
 What one recording adds is a function of what was known before it and of itself, so that it does not matter whether recordings come at once or one
-by one. Rates are learnt after 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then worked out anew with these rates.
+by one. Rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then worked out anew with these rates.
 """
 
 from __future__ import annotations

@@ -11,9 +11,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.own_files import check_replacing
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
+from vcmm.files.own.recording_files import recordings_in
 from vcmm.files.toml import read_toml
-from vcmm.learn.diagnosis.fleet import recordings_in
-from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.tracking.alarms import ALPHA
 from vcmm.learn.tracking.compress import see_recording
 from vcmm.learn.tracking.dates import moment
@@ -212,6 +211,8 @@ def _follow_file(
 
 def _explain(before: FollowedMachine, recording: Recording, when: float, seed: int) -> str:
     """What `diagnose` says of a recording against the machine as it was expected that day."""
+    from vcmm.learn.diagnosis.job import diagnose  # large, and seldom needed
+
     try:
         found = diagnose(recording, as_machine(machine_on(before, when)), seed=seed)
     except VcmmError as error:

@@ -28,7 +28,7 @@ from vcmm.learn.tracking.rates import (
     root_mean_square,
 )
 
-FIRST = 4  # recordings: rates are learnt after 4, 6, 8, 12, 16, 24 ... of them
+FIRST = 3  # recordings: rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... of them
 SEEN = 1e-4  # information on a number of the usual size: what is below is not seen
 SWEEPS = 2
 NEGLIGIBLE = 5.0  # nats below the best: no longer asked
@@ -45,10 +45,10 @@ class SeenNumbers:
 
 
 def is_due(count: int) -> bool:
-    """Whether rates are learnt after so many recordings: 4, 6, 8, 12, 16, 24 ..."""
-    while count % 2 == 0 and count > FIRST:
+    """Whether rates are learnt after so many recordings: 3, 4, 6, 8, 12, 16, 24 ..."""
+    while count % 2 == 0 and count > 4:
         count //= 2
-    return count in (FIRST, 3)
+    return count in (FIRST, 4)
 
 
 def columns_for(seen: SeenRecording, stated: int) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -52,6 +53,13 @@ class _Plans:
     limits: tuple[TaskLimit, ...]
     columns: Mapping[str, Array]
 
+    @cached_property
+    def ahead(self) -> tuple[tuple[Array, Array], ...]:
+        """Of every limit: (LONGEST + 1, n) how its characteristic on each day depends on the state of today, and (LONGEST + 1,) the variance that comes in."""
+        carried = [self.motion.carry(np.eye(self.motion.size), d) for d in range(LONGEST + 1)]
+        fresh = np.array([self.motion.fresh(d) for d in range(LONGEST + 1)])
+        return tuple((np.array([x.gain @ c for c in carried]), fresh @ x.gain**2) for x in self.limits)
+
     def after(self, covariance: Array, days: int) -> Array:
         """The covariance so many days later."""
         return self.motion.later(covariance, days)
@@ -69,16 +77,12 @@ class _Plans:
         return K * np.sqrt(np.array(square))
 
     def holds(self, covariance: Array) -> int:
-        """Days for which all limits hold: 0 where they hold today only, -1 where not even today; LONGEST at most."""
-        bounds = np.array([x.limit for x in self.limits])
-        low, high = -1, LONGEST
-        while high - low > 0:  # U grows with time, but for swings that die away
-            middle = (low + high + 1) // 2
-            if (self.expanded(self.after(covariance, middle)) <= bounds).all():
-                low = middle
-            else:
-                high = middle - 1
-        return low
+        """Days for which all limits hold without a break: 0 where they hold today only, -1 where not even today; LONGEST at most."""
+        good = np.ones(LONGEST + 1, dtype=bool)
+        for x, (gains, fresh) in zip(self.limits, self.ahead):
+            square = x.rest**2 + fresh + ((gains @ covariance) * gains).sum(axis=1)
+            good &= K * np.sqrt(np.maximum(square, 0.0)) <= x.limit
+        return LONGEST if good.all() else int(np.argmin(good)) - 1
 
 
 def plan_checks(
