@@ -31,7 +31,16 @@ from vcmm.learn.tracking.state_file import (
 )
 from vcmm.task.response.recording import Recording
 
-OWN = (TEXT, NUMBERS, "machine.toml", "machine_errors.csv", "machine_state.csv", "machine_since.csv")
+OWN = (
+    TEXT,
+    NUMBERS,
+    "machine.toml",
+    "machine_errors.csv",
+    "machine_state.csv",
+    "machine_since.csv",
+    "machine_learned.toml",
+    "learned_residual.csv",
+)
 
 Progress = Callable[[str, float], None]
 
@@ -165,6 +174,11 @@ def _in_time(folder: Path) -> list[KnownFile]:
             'add for example date = "2026-11-22" to the recording file'
         )
     return sorted(out, key=lambda f: (moment(f.date), f.name))
+
+
+def recordings_by_date(folder: Path, machine: Machine) -> list[tuple[str, Recording]]:
+    """(name, recording) of a folder in the order of their dates."""
+    return [(f.name, load_recording(folder / f.name, machine, gaps=True)[0]) for f in _in_time(folder)]
 
 
 def _new_files(
