@@ -13,7 +13,8 @@ from vcmm.face.cli.options import CountOption, Seed
 def track_command(
     machine: Path, folder: Path, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: Path | None = None,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: Path | None = None,
-    days: CountOption = None, learn_rest: bool = False, alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
+    days: CountOption = None, learn_rest: bool = False, parts: Path | None = None,
+    alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:  # fmt: skip
     """Follow a machine through all recordings of a folder: its numbers today with their uncertainty, what changed and since when.
@@ -42,6 +43,8 @@ def track_command(
         Days that the plan covers from --at on (default 30).
     learn_rest
         Learn what is missing and has no name: where the earlier recordings foretell it in the later ones, machine_learned.toml is the machine file with the term (effect learned_residual), learned_residual.csv its rows.
+    parts
+        Parts that were measured or cut, with their dates (part,date); with --task: which are doubtful after each alarm, and by how much their characteristics may be shifted.
     alpha
         Chance of any false alarm, over all recordings that will ever come.
     explain
@@ -61,10 +64,11 @@ def track_command(
             machine, folder, at=at, state=target, replay=replay, alpha=alpha, explain=explain, seed=seed,
             progress=show_progress,
         )  # fmt: skip
-    planned = _plan(found, (task, limit, checks, days))
-    given = [p for p in (machine, task, checks) if p is not None]
+    doubtful = _doubtful(found, task, parts)
+    planned = _plan(found, (None if parts and not limit else task, limit, checks, days))
+    given = [p for p in (machine, task, checks, parts) if p is not None]
     rest = _rest(machine, folder) if learn_rest else None
-    _put((found, planned, rest), [*given, *_recordings(folder)], (machine, target), seed, json)
+    _put((found, planned, rest, doubtful), [*given, *_recordings(folder)], (machine, target), seed, json)
     return 1 if found.checks[-1].alarm else 0
 
 
@@ -87,6 +91,20 @@ def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, i
     return limits, *plan_checks(found.followed, found.dated.when, load_checks(checks), limits, days or 30)
 
 
+def _doubtful(found: Any, task: Path | None, parts: Path | None) -> Any:
+    """Parts between a good check and an alarm; nothing where no list was given."""
+    from vcmm.core.errors import UsageError
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.learn.tracking.doubtful import doubtful_parts, read_parts
+    from vcmm.learn.tracking.task_limits import gains_of
+
+    if parts is None:
+        return ()
+    if task is None:
+        raise UsageError("--parts takes --task SCENARIO as well: the characteristics whose shift is asked")
+    return doubtful_parts(found.followed, read_parts(parts), gains_of(load_scenario(task), found.dated))
+
+
 def _rest(machine: Path, folder: Path) -> Any:
     """The learned residual of all recordings against the machine file."""
     from vcmm.files.own.machine import load_machine
@@ -104,9 +122,9 @@ def _recordings(folder: Path) -> list[Path]:
 
 
 def _put(
-    results: tuple[Any, Any, Any], given: list[Path], places: tuple[Path, Path], seed: int, json: bool
+    results: tuple[Any, Any, Any, Any], given: list[Path], places: tuple[Path, Path], seed: int, json: bool
 ) -> None:
-    """Files, and tables or the document. results: track, plan, learned residual; places: machine file, folder."""
+    """Files, and tables or the document. results: track, plan, learned residual, doubtful parts; places: machine file, folder."""
     from vcmm.learn.tracking.learned_text import learned_files
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import write_files
@@ -115,11 +133,13 @@ def _put(
     from vcmm.show.tables import track as tables
     from vcmm.show.tables.table import csv_text
 
-    (found, planned, rest), (machine, target) = results, places
+    (found, planned, rest, doubtful), (machine, target) = results, places
     files = list(dict.fromkeys(f for p in given for f in sources(p)))
     body = {**found.to_dict(), "machine": str(target / "machine.toml"), "name": found.to_dict()["machine"]}
     if planned is not None:
         body |= tables.plan_document(planned, found)
+    if doubtful:
+        body |= {"doubtful": [d.to_dict() for d in doubtful]}
     if rest is not None:
         body |= {"learned_residual": rest.to_dict()}
     content = document("vcmm.track/1", body, seed=seed, files=files, warnings=found.warnings)
@@ -127,7 +147,7 @@ def _put(
         **found.files(target / "machine.toml"),
         **(learned_files(rest, machine, target) if rest is not None else {}),
         "track.json": json_text(content),
-        "report.html": track_page(found, planned),
+        "report.html": track_page(found, planned, doubtful),
         "checks.csv": csv_text(tables.checks(found)),
         "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
     }
@@ -137,6 +157,8 @@ def _put(
     else:
         if found.alarms:
             show_table(tables.alarms(found))
+        if doubtful:
+            show_table(tables.doubtful(doubtful))
         show_table(tables.numbers(found))
         show_table(tables.checks(found))
         if planned is not None:

@@ -68,6 +68,11 @@ class FollowedMachine:
         return motion_of(self.tracked.group_of_mode, self.tracked.stated, self.rates)
 
     @property
+    def started(self) -> GaussianState:
+        """The state at the date of the machine file, before any recording."""
+        return first_state(self.motion)
+
+    @property
     def last(self) -> float | None:
         """Day of the last recording."""
         return self.seen[-1].when if self.seen else None
