@@ -111,11 +111,12 @@ def test_a_part_that_is_cut_has_the_line_of_time_since_calibration(tmp_path):
     assert line.u == pytest.approx(116.0 * float(np.sqrt((found.dated.since**2).sum())), rel=1e-6)
 
 
-def test_evaluated_values_have_the_line_of_time_since_calibration(tmp_path):
+def test_evaluated_values_have_the_line_of_time_since_calibration(tmp_path, capsys):
     machine = write_year(tmp_path, 5, lambda week: 6.0)
     found = vcmm.track(machine, tmp_path / "checks", at="2026-06-01", explain=False)
     found.write(tmp_path / "out")
     (tmp_path / "task.toml").write_text(TASK)
     (tmp_path / "values.csv").write_text("characteristic,value_mm\nlength,200.004\n")
-    result = vcmm.evaluate(tmp_path / "task.toml", values=tmp_path / "values.csv")
-    assert "machine_state by time since calibration" in json.dumps(result.to_dict())
+    words = ["evaluate", str(tmp_path / "task.toml"), "--values", str(tmp_path / "values.csv"), "--json"]
+    assert run(words) == 0
+    assert "machine_state by time since calibration" in capsys.readouterr().out

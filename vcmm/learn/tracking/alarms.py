@@ -38,11 +38,13 @@ def chance_of(
         return 1.0, 0.0
     seen = innovation(state, columns, value)
     white = seen.white
-    chances = [float(chance_beyond(len(white), white @ white))]
+    chances = [float(chance_beyond(len(white), float(white @ white)))]
     for jump in jumps:
         moved = solve_lower(seen.lower, columns @ jump.columns)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         kept = size > 1e-6 * max(float(size[0]), 1e-300)
         if size[0] > 1e-9 and kept.sum() < len(white):
-            chances.append(float(chance_beyond(int(kept.sum()), ((left[:, kept].T @ white) ** 2).sum())))
+            chances.append(
+                float(chance_beyond(int(kept.sum()), float(((left[:, kept].T @ white) ** 2).sum())))
+            )
     return min(1.0, min(chances) * len(chances)), float(np.sqrt((white**2).mean()))

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.run import Array
 from vcmm.learn.tracking.chance import chance_beyond
@@ -76,7 +77,7 @@ def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
     return (*out, Jump(PASSING, _ones(tracked, passing))) if g else tuple(out)
 
 
-def _ones(tracked: TrackedMachine, numbers: Array) -> Array:
+def _ones(tracked: TrackedMachine, numbers: npt.NDArray[np.intp]) -> Array:
     """(n, k): one column for each number of the state."""
     out = np.zeros((tracked.stated + BLOCKS * tracked.growth.shape[1], len(numbers)))
     out[numbers, np.arange(len(numbers))] = 1.0

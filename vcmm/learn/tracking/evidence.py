@@ -69,7 +69,7 @@ def _taken_in(
     weights /= weights.sum()
     kept = np.flatnonzero(weights > MATTERS)
     means, covariances = [], []
-    for number in kept:
+    for number in map(int, kept):
         wider = covariance
         if number:
             jump, size = jumps[(number - 1) // len(SIZES)], SIZES[(number - 1) % len(SIZES)]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -125,7 +126,7 @@ def _averaged(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: st
     found: dict[int, float] = {}
 
     def ask(level: int) -> float:
-        tried = replace(rates[k], **{name: float(grid[level])})
+        tried = replace(rates[k], **_one(name, float(grid[level])))
         found[level] = float(priors[level]) + log_evidence(seen, (*rates[:k], tried, *rates[k + 1 :]))
         return found[level]
 
@@ -137,7 +138,11 @@ def _averaged(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: st
             level += way
     levels = sorted(found)
     mean = root_mean_square(np.array([found[i] for i in levels]), grid[levels])
-    return (*rates[:k], replace(rates[k], **{name: mean}), *rates[k + 1 :])
+    return (*rates[:k], replace(rates[k], **_one(name, mean)), *rates[k + 1 :])
+
+
+def _one(name: str, rate: float) -> dict[str, Any]:
+    return {name: rate}
 
 
 def _best_swing(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int) -> tuple[GroupRates, ...]:

@@ -130,8 +130,9 @@ def _judged(best: tuple[float, float, Effect], rows: list[_Rows], half: int, nam
     nodes = np.asarray(vars(effect)["nodes"])
     length = 2.0 * np.ptp(nodes) / (len(nodes) - 1)
     words = f"squared exponential over {length:.4g} mm of {effect.link}, size {size * typical(effect, 'values') * 1e3:.3g} um or mrad"
-    changed = replace(  # type: ignore[call-arg]
-        effect,
+    made: Any = effect
+    changed: Effect = replace(
+        made,
         values=value,
         kernel=words,
         learned=f"from {len(names)} recordings until {names[-1]}; no physics",
@@ -156,7 +157,9 @@ def _rms(y: Array) -> float:
 def _rows(recording: Recording, machine: Machine) -> _Rows:
     problem = make_problem(recording, machine)
     known = problem.calibration
-    root = problem.u if not known.shape[1] else np.linalg.cholesky(np.diag(problem.u**2) + known @ known.T)
+    root: Array = problem.u
+    if known.shape[1]:
+        root = np.asarray(np.linalg.cholesky(np.diag(problem.u**2) + known @ known.T))
     basis = nuisance_basis(_divide(root, problem.nuisance))
     y = _divide(root, problem.residual[:, None])[:, 0]
     return _Rows(problem, root, basis, y - basis @ (basis.T @ y))
@@ -170,7 +173,8 @@ def _divide(root: Array, columns: Array) -> Array:
 
 def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
     """Every component error of every linear axis that moves, alone and over every column that all recordings have and that varies."""
-    kind, out = find(NAME), []
+    kind: Any = find(NAME)
+    out: list[Effect] = []
     runs = [r.problem.run for r in rows]
     shared = set.intersection(*(set(r.columns) for r in runs))
     over = [
@@ -187,13 +191,13 @@ def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
         nodes = np.linspace(float(q.min()), float(q.max()), NODES)
         for letter in "XYZABC":
             place = {"component": f"E{letter}{axis}", "nodes": nodes}
-            out.append(kind(**place, values=np.zeros(NODES)))  # type: ignore[arg-type]
+            out.append(kind(**place, values=np.zeros(NODES)))
             for column in over:
                 t = np.concatenate([r.columns[column] for r in runs])
                 levels = " ".join(
                     f"{v:.6g}" for v in np.linspace(np.floor(t.min()), np.ceil(t.max()), LEVELS)
                 )
-                out.append(kind(**place, column=column, levels=levels, values=np.zeros(NODES * LEVELS)))  # type: ignore[arg-type]
+                out.append(kind(**place, column=column, levels=levels, values=np.zeros(NODES * LEVELS)))
     return out
 
 

@@ -168,7 +168,9 @@ def first_state(motion: WanderingMotion) -> GaussianState:
 
 def first_rates(tracked: TrackedMachine) -> tuple[GroupRates, ...]:
     """Before any recording: the root mean squares of the priors."""
-    return tuple(GroupRates(*(_of_prior(k) for k in GRIDS)) for _ in tracked.groups)
+    return tuple(
+        GroupRates(_of_prior("walk"), _of_prior("trend"), _of_prior("season")) for _ in tracked.groups
+    )
 
 
 def nearest_level(name: str, rate: float) -> int:

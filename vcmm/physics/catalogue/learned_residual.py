@@ -122,10 +122,8 @@ class LearnedResidual(Effect):
 
     def prior_shape(self) -> Array:
         """K of all values, for a variance of one."""
-        return np.kron(
-            _kernel(self.level_values, self.level_values),
-            _kernel(np.asarray(self.nodes), np.asarray(self.nodes)),
-        )
+        nodes, levels = np.asarray(self.nodes, dtype=float), self.level_values
+        return np.asarray(np.kron(_kernel(levels, levels), _kernel(nodes, nodes)), dtype=np.float64)
 
     def _inside(self, what: str, values: Array, grid: Any) -> Array:
         low, high = float(grid[0]), float(grid[-1])
