@@ -82,6 +82,12 @@ def test_what_does_not_fit_the_state_is_refused(tmp_path):
     with pytest.raises(DataError, match="another machine file"):
         vcmm.track(machine, tmp_path / "checks", **ask)
     machine.write_text(text)
+    kept = (tmp_path / "out" / "track.toml").read_text()
+    lines = [line for line in kept.splitlines(keepends=True) if not line.startswith("trend = ")]
+    (tmp_path / "out" / "track.toml").write_text("".join(lines))
+    with pytest.raises(DataError, match="an earlier version wrote this state"):
+        vcmm.track(machine, tmp_path / "checks", **ask)
+    (tmp_path / "out" / "track.toml").write_text(kept)
     (tmp_path / "out" / "track.npz").write_bytes(b"")
     with pytest.raises(DataError, match="not the file that"):
         vcmm.track(machine, tmp_path / "checks", **ask)
@@ -172,7 +178,7 @@ def test_a_table_is_written_anew_with_its_joint_covariance(tmp_path):
     dated = machine_on(found.followed, found.dated.when)
     assert np.diag(state.law.covariance)[:-1] == pytest.approx((dated.state**2).sum(axis=1)[:-1], rel=1e-5)
     # the squareness, which nothing saw for the 21 days: 3 urad, and its walk in usual sizes of 10 urad
-    rate = dict(zip(found.followed.tracked.groups, found.followed.rates))["squareness: angle"]
+    rate = dict(zip(found.followed.tracked.groups, found.followed.rates))["squareness[C0Y].angle"]
     share = 21 / 365.25
     grown = (
         rate.walk**2 * share

@@ -31,7 +31,7 @@ from vcmm.learn.tracking.rates import (
 
 FIRST = 3  # recordings: rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... of them
 SEEN = 1e-4  # information on a number of the usual size: what is below is not seen
-SWEEPS = 2
+SWEEPS = 1  # each begins with the rates that were used until now
 NEGLIGIBLE = 5.0  # nats below the best: no longer asked
 
 

@@ -62,7 +62,7 @@ class LearnedRest:
     @property
     def sentence(self) -> str:
         """In words, with the figures of the gate."""
-        odds = f"e^{self.foretold:.1f} times as probable with it"
+        odds = f"e^{self.foretold:.0f} times as probable with it"
         said = f"{len(self.later)} later recordings are {odds}; rms over their noise {self.before:.2f} without it, {self.after:.2f} foretold by the earlier {len(self.earlier)}"
         if self.passed:
             return f"{self.effect.id}: {said}"

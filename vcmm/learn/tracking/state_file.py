@@ -128,6 +128,10 @@ def read_state(
             f"{path}: this state belongs to another machine file, or the file was changed since; --replay works everything out anew, or give "
             "another folder with --out"
         )
+    if any(not GroupRates.__dataclass_fields__.keys() <= r.keys() for r in data.get("rates", [])):
+        raise DataError(
+            f"{path}: an earlier version wrote this state, without trends and seasons; --replay works everything out anew"
+        )
     numbers = folder / NUMBERS
     if not numbers.is_file() or hashlib.sha256(numbers.read_bytes()).hexdigest() != data["numbers_sha256"]:
         raise DataError(
