@@ -83,7 +83,7 @@ def learn(folder, machine, capsys):
         "--json",
     ]
     run(words)
-    return json.loads(capsys.readouterr().out)["learned_residual"]
+    return json.loads(capsys.readouterr().out)["learned"]
 
 
 def test_a_wave_without_a_name_is_learned_and_stands_in_budget_and_diagnosis(tmp_path, capsys):

@@ -141,7 +141,7 @@ def _put(
     if doubtful:
         body |= {"doubtful": [d.to_dict() for d in doubtful]}
     if rest is not None:
-        body |= {"learned_residual": rest.to_dict()}
+        body |= {"learned": rest.to_dict()}
     content = document("vcmm.track/1", body, seed=seed, files=files, warnings=found.warnings)
     texts = {
         **found.files(target / "machine.toml"),

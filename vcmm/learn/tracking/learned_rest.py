@@ -26,10 +26,9 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.solve import nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.physics import find
+from vcmm.physics import ALL
 from vcmm.task.response.recording import Recording
 
-NAME = "learned_residual"
 GATE = 20.0  # times more probable: the usual bound of strong evidence (H. Jeffreys, Theory of Probability (1961), app. B: 10 to 30)
 NODES, LEVELS = 9, 5
 SIZES = tuple(2.0**k for k in range(-4, 5))  # of s, usual sizes
@@ -173,7 +172,7 @@ def _divide(root: Array, columns: Array) -> Array:
 
 def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
     """Every component error of every linear axis that moves, alone and over every column that all recordings have and that varies."""
-    kind: Any = find(NAME)
+    kind: Any = _kind()
     out: list[Effect] = []
     runs = [r.problem.run for r in rows]
     shared = set.intersection(*(set(r.columns) for r in runs))
@@ -199,6 +198,14 @@ def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
                 )
                 out.append(kind(**place, column=column, levels=levels, values=np.zeros(NODES * LEVELS)))
     return out
+
+
+def _kind() -> type[Effect]:
+    """The effect whose values have a prior of their own. Raises UsageError where its file was taken away."""
+    known = next((k for k in ALL if hasattr(k, "prior_shape")), None)
+    if known is None:
+        raise UsageError("no effect of this installation can be learned")
+    return known
 
 
 def _sums(effect: Effect, rows: Sequence[_Rows]) -> tuple[Array, Array]:
