@@ -7,7 +7,9 @@ A machine `w Y' X b Z t` would need frames; here `w b Y X Z t` (all axes carry t
     z:  s_Z z + p_Z ...
 
 with c = C0Y, b = B0Z, a = A0Z (ISO 230-1: tool-side Y with C0Y = c shifts the tip by (-c y, 0, 0); Z with B0Z by (b z, 0, 0), with A0Z by (0, -a z, 0)).
-Every number drifts as a random walk; the slopes also go with a season; a collision moves a squareness; a replaced encoder a slope. Checks:
+Every number drifts as a random walk, faster on one machine than on another; the slopes and B0Z also go with a season of their machine; one slope wears
+steadily (a screw, a scale that comes loose). A collision moves a squareness, a replaced encoder a slope; a door left open warms the frame while one
+check is done: all slopes and B0Z are off that day, and back the next. Checks:
 a probed grid of spheres (daily shape: 12 places, x y z), a ball bar (monthly; distances from a centre), a laser along one axis (yearly).
 """
 
@@ -24,7 +26,10 @@ NAMES = ("sX", "sY", "sZ", "pX", "pY", "pZ", "c", "b", "a")
 KNOWN = np.array([4e-6] * 3 + [1.5e-3] * 3 + [5e-6] * 3)
 # random walk in a year
 WALK = np.array([6e-6] * 3 + [0.5e-3] * 3 + [8e-6] * 3)
-SEASON = 3e-6  # amplitude of the slopes over the year
+SEASON, SEASON_B = 3e-6, 3e-6  # usual amplitudes of the slopes and of B0Z over the year
+WEAR = 4e-6  # of one slope in a year, usual size
+DOOR, DOOR_B = 20e-6, 15e-6  # a frame 2 K warmer: slopes, B0Z
+SPREAD = 0.5  # of log2 of the walks (each group) and seasons from machine to machine
 PROBE, BAR, LASER = 0.8e-3, 0.4e-3, 0.2e-3  # mm, noise of one reading
 COLLISION, ENCODER = 40e-6, 30e-6
 DAYS = 365
@@ -52,11 +57,13 @@ def tabulated(theta, nodes, q):
     return out
 
 
-def draw_year(rng, events, start=None):
-    """theta of every day (DAYS + 1, 9), and what happened: [(day, name, number, size)]."""
+def draw_year(rng, events, start=None, every=7):
+    """theta of every day (DAYS + 1, 9), and what happened: [(day, name, number)]; number -1: everything, that day alone."""
     theta = np.zeros((DAYS + 1, 9))
     theta[0] = KNOWN * rng.normal(size=9) if start is None else start
-    steps = rng.normal(size=(DAYS, 9)) * WALK / np.sqrt(365.25)
+    speed = np.repeat(2.0 ** (SPREAD * rng.normal(size=3)), 3)
+    steps = rng.normal(size=(DAYS, 9)) * speed * WALK / np.sqrt(365.25)
+    steps[:, int(rng.integers(0, 3))] += WEAR * rng.normal() / 365.25
     told = []
     if events:
         for _ in range(2):
@@ -67,10 +74,16 @@ def draw_year(rng, events, start=None):
         steps[day, which] += rng.choice([-1, 1]) * ENCODER
         told.append((day + 1, "encoder", which))
     theta[1:] = theta[0] + np.cumsum(steps, axis=0)
-    phase = rng.uniform(0, 2 * np.pi)
+    phase, size = rng.uniform(0, 2 * np.pi), 2.0 ** (SPREAD * rng.normal(size=2))
     days = np.arange(DAYS + 1)
-    season = SEASON * (np.sin(2 * np.pi * days / 365.25 + phase) - np.sin(phase))
-    theta[:, :3] += season[:, None]
+    season = np.sin(2 * np.pi * days / 365.25 + phase) - np.sin(phase)
+    theta[:, :3] += SEASON * size[0] * season[:, None]
+    theta[:, 7] += SEASON_B * size[1] * season
+    if events:
+        day = int(rng.integers(40, 340)) // every * every  # while the machine is probed
+        theta[day, :3] += DOOR
+        theta[day, 7] += DOOR_B
+        told.append((day, "door", -1))
     return theta, sorted(told)
 
 
@@ -109,9 +122,9 @@ def probe_places():
     return np.array([[x, y, z] for x in (50.0, 250.0, 450.0) for y in (50.0, 450.0) for z in (50.0, 400.0)])
 
 
-def write_probe(folder, name, date, theta, rng):
-    """Twelve spheres of a calibrated plate, x y z each; where it lies is free (rigid)."""
-    q = probe_places()
+def write_probe(folder, name, date, theta, rng, times=1):
+    """Twelve spheres of a calibrated plate, x y z each, each `times` times; where it lies is free (rigid)."""
+    q = np.tile(probe_places(), (times, 1))
     error = -tabulated(theta, NODES, q)  # measuring: indicated - true = -tip error
     shift, turn = rng.normal(size=3) * 0.05, rng.normal(size=3) * 20e-6
     seen = error + shift + np.cross(turn, q) + PROBE * rng.normal(size=q.shape)
@@ -173,7 +186,7 @@ def write_machine(folder, seed, events=True, every=7, days=DAYS):
     text, tables = machine_text(f"machine {seed}")
     (folder / "machine.toml").write_text(text)
     (folder / "errors.csv").write_text(tables)
-    theta, told = draw_year(rng, events)
+    theta, told = draw_year(rng, events, every=every)
     for day in range(days + 1):
         date = date_of(day)
         if day % every == 0:

@@ -99,6 +99,7 @@ STATED: tuple[Effect, ...] = (
     *_made("AbbeCountedTwice", "X", ("X",), (GRID_X,), _numbers(3, 3), 1.0),
     *_made("AbbeOffset", "X", ("Z", "X"), (GRID_Z, GRID_X), _numbers(6, 3), np.array([10.0, -20.0, 60.0])),
     *_made("MapInterpolation", "EXX", GRID_X, "smooth", _numbers(3)),
+    *_made("LearnedResidual", "EYX", nodes=GRID_X, values=_numbers(len(GRID_X))),
     *_made("CrossAxisFlexure", "Y", "Z", "x", 2e-8),
     *_made("ThermalDriftTwoLags", "y", "air", 0.4e-3, 0.7e-3, 100.0, 2000.0),
     *_made("SettlingDrift", "x", 2e-3 / 3600, 500.0),

@@ -21,6 +21,7 @@ from vcmm.physics.catalogue.gravity import GravityFlexure
 from vcmm.physics.catalogue.heating import ScrewHeating
 from vcmm.physics.catalogue.lag import ReadoutDelay, RotaryReadoutDelay, ServoLag
 from vcmm.physics.catalogue.laser import AirIndex, CosineError, DeadPath
+from vcmm.physics.catalogue.learned_residual import LearnedResidual
 from vcmm.physics.catalogue.map_interpolation import MapInterpolation
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.catalogue.plate_bow import PlateBow
@@ -72,6 +73,7 @@ ALL: tuple[type[Effect], ...] = (
     AbbeCountedTwice,
     AbbeOffset,
     MapInterpolation,
+    LearnedResidual,
     CrossAxisFlexure,
     PartLoad,
     GravityFlexure,

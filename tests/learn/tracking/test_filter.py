@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from vcmm.learn.tracking import alarms, changes, rates
+from vcmm.learn.tracking.chance import chance_beyond
+from vcmm.learn.tracking.compress import SeenRecording
+from vcmm.learn.tracking.evidence import log_likelihood
 from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
+from vcmm.learn.tracking.learn_rates import columns_for, is_due
 
 
 def one(mean, u):
@@ -19,7 +23,7 @@ def test_one_number_by_pencil():
     assert after.mean[0] == pytest.approx(2.4)
     assert after.covariance[0, 0] == pytest.approx(0.8)
     # a year of a walk of 1 in a year: 0.8 + 1
-    assert advance(after, np.ones(1), np.ones(1)).covariance[0, 0] == pytest.approx(1.8)
+    assert advance(after, np.ones(1)).covariance[0, 0] == pytest.approx(1.8)
 
 
 def test_several_numbers_as_the_normal_equations_have_it():
@@ -41,26 +45,59 @@ def test_a_very_exact_reading_leaves_no_negative_variance():
     assert after.covariance[0, 0] == pytest.approx(1.0, rel=1e-3)
 
 
-def test_walk_and_swing_are_the_regression_with_their_covariance():
-    """Readings of b + w at irregular days: a Gaussian process with cov = p0 + walk^2 min(t, s) / year + swing^2 exp(-|t - s| / tau)."""
-    walk, swing, tau, p0 = 1.5, 0.7, 30.0, 2.0
+def test_walk_trend_season_and_swing_are_the_regression_with_their_covariance():
+    """Readings of z + b + w + s at irregular days are a Gaussian process of the covariance, with a = 2 pi / year,
+
+    p0 + walk^2 min(t, u) / year + trend^2 t u / year^2 + swing^2 exp(-|t - u| / tau)
+       + season^2 (cos a(t - u) - cos at - cos au + 1)        of (A cos at + B sin at) - A, which is zero on the first day
+    """
+    year, p0 = 365.25, 2.0
+    walk, trend, season, swing, tau = 1.5, 2.5, 1.2, 0.7, 30.0
     days, y = np.array([0.0, 3.0, 40.0, 41.0, 300.0]), np.array([1.0, -0.5, 2.0, 2.2, 0.3])
-    motion = rates.WanderingMotion(
-        np.array([0.0, walk, 0.0]), np.array([0.0, 0.0, swing]), np.array([1.0, 1.0, tau])
-    )
-    state = GaussianState(np.zeros(3), np.diag([math.sqrt(p0), 0.0, swing]))
-    before = 0.0
+    motion = rates.WanderingMotion(1, *(np.array([v]) for v in (walk, trend, season, swing, tau)))
+    columns = np.array([[math.sqrt(p0), 1.0, 1.0, 1.0, 0.0, 0.0]])
+    state, before = rates.first_state(motion), 0.0
     for day, value in zip(days, y):
         state = motion.step(state, day - before)
-        state = condition(state, innovation(state, np.ones((1, 3)), np.array([value])))
+        state = condition(state, innovation(state, columns, np.array([value])))
         before = day
-    state = motion.step(state, 60.0)
+    kept, state = state, motion.step(state, 60.0)
     when = np.append(days, 360.0)
-    gap, least = np.abs(when[:, None] - when), np.minimum(when[:, None], when)
-    cov = p0 + walk**2 * least / 365.25 + swing**2 * np.exp(-gap / tau)
+    t, u, a = when[:, None], when, 2 * math.pi / year
+    cov = p0 + walk**2 * np.minimum(t, u) / year + trend**2 * t * u / year**2
+    cov = cov + swing**2 * np.exp(-np.abs(t - u) / tau)
+    cov = cov + season**2 * (np.cos(a * (t - u)) - np.cos(a * t) - np.cos(a * u) + 1)
     gain = np.linalg.solve(cov[:5, :5] + np.eye(5), cov[:5, 5])
-    assert state.mean.sum() == pytest.approx(gain @ y)
-    assert state.covariance.sum() == pytest.approx(cov[5, 5] - gain @ cov[:5, 5])
+    assert columns @ state.mean == pytest.approx(gain @ y)
+    variance = (columns @ state.covariance @ columns.T)[0, 0]
+    assert variance == pytest.approx(cov[5, 5] - gain @ cov[:5, 5])
+    later = motion.later(kept.covariance, 60.0)
+    assert later == pytest.approx(state.covariance, abs=1e-12)
+
+
+def test_a_passing_change_goes_back_and_a_lasting_one_stays():
+    # 3 usual sizes into w at tau = 1 d, seven days on: 3 e^-7; into b: 3
+    motion = rates.WanderingMotion(0, *(np.array([v]) for v in (0.0, 0.0, 0.0, 0.0, 1.0)))
+    assert motion.carry(np.array([3.0, 3.0, 0, 0, 0]), 7.0)[:2] == pytest.approx([3.0, 3.0 * math.exp(-7)])
+
+
+def test_the_evidence_by_covariances_is_that_of_the_filter():
+    """Both forms of the filter over ten recordings with a jump among them, the likelihoods of which differ by rounding."""
+    rng = np.random.default_rng(8)
+    motion = rates.WanderingMotion(
+        2, *(np.array([v, v / 2]) for v in (1.0, 0.5, 0.7, 0.3)), np.array([1.0, 30.0])
+    )
+    ones = np.eye(motion.size)
+    jumps = [changes.Jump("a", ones[:, 2:3]), changes.Jump("passing", ones[:, 4:6])]
+    state, total, seen = rates.first_state(motion), 0.0, []
+    for day in range(10):
+        columns = rng.normal(size=(3, 4))
+        value = rng.normal(size=3) + (9.0 if day == 6 else 0.0) * columns[:, 2]
+        seen.append(SeenRecording("", 7.0 * day, columns, value, 1.0, 1, 3, 0.0, 0))
+        state = motion.step(state, 7.0 if day else 0.0)
+        new = changes.update(state, columns_for(seen[-1], 2), value, jumps, 7.0 if day else 0.0)
+        state, total = new.state, total + new.log_likelihood
+    assert log_likelihood(seen, motion, jumps) == pytest.approx(total, abs=1e-8)
 
 
 def test_a_jump_by_pencil():
@@ -100,12 +137,41 @@ def test_an_alarm_is_as_rare_as_it_says():
     assert 50 < hits < 100 + 3 * math.sqrt(2000 * 0.05 * 0.95)
 
 
-def test_the_prior_of_a_rate_is_bounded_and_its_mean_is_that_of_the_grid():
-    levels = range(len(rates.WALKS))
-    logs = np.array([rates.GroupRates(k).log_prior for k in levels])
-    # log2: -7 for none, else -6 .. 3; exp(-((x + 2) / 2)^2 / 2)
+def test_the_prior_of_a_rate_is_bounded_and_what_is_used_is_its_root_mean_square():
+    # log2 of a walk: -7 for none, else -6 .. 3; exp(-((x + 2) / 2)^2 / 2)
     x = np.array([-7, *range(-6, 4)])
     weight = np.exp(-(((x + 2) / 2) ** 2) / 2)
     square = np.where(x == -7, 0.0, 4.0**x)
-    assert rates.mean_walk(logs, levels) == pytest.approx(math.sqrt((weight * square).sum() / weight.sum()))
+    found = rates.root_mean_square(rates.log_priors("walk"), np.array(rates.WALKS))
+    assert found == pytest.approx(math.sqrt((weight * square).sum() / weight.sum()))
     assert max(rates.WALKS) == 8.0
+    # a season: half at zero, half over 2^-5 .. 2^1
+    x = np.arange(-5, 2)
+    weight = np.exp(-(((x + 2) / 2) ** 2) / 2)
+    found = rates.root_mean_square(rates.log_priors("season"), np.array(rates.SEASONS))
+    assert found == pytest.approx(math.sqrt(0.5 * (weight * 4.0**x).sum() / weight.sum()))
+
+
+def test_rates_are_learnt_ever_more_seldom():
+    assert [k for k in range(1, 100) if is_due(k)] == [3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96]
+
+
+def test_the_mixture_of_rates_holds_what_it_says():
+    """Bands of u from the root mean square of a rate whose levels are drawn by their probabilities hold 95 % within a few per cent.
+
+    x ~ N(0, r^2), r of 0.5, 1, 2 by 1/4, 1/2, 1/4: u^2 = (0.25 + 2 + 4) / 4 = 1.5625. P(|x| < 1.96 x 1.25) = 1 / 4 (1 + 0.9857 x 2 + 0.7794)
+    """
+    logs, levels = np.log([0.25, 0.5, 0.25]), np.array([0.5, 1.0, 2.0])
+    u = rates.root_mean_square(logs, levels)
+    assert u == pytest.approx(1.25)
+    share = sum(p * math.erf(1.96 * u / r / math.sqrt(2)) for p, r in zip((0.25, 0.5, 0.25), levels))
+    assert share == pytest.approx((1 + 0.98571 * 2 + 0.77942) / 4, abs=1e-4)  # 0.938
+
+
+def test_the_chance_of_a_sum_of_squares():
+    from scipy.special import chdtrc
+
+    assert chance_beyond(2, 6.0) == pytest.approx(math.exp(-3))  # e^-h
+    assert chance_beyond(1, 3.841459) == pytest.approx(0.05, rel=1e-5)
+    for count, square in ((1, 0.1), (3, 7.0), (10, 200.0), (337, 350.0), (338, 1.0), (5, 0.0)):
+        assert chance_beyond(count, square) == pytest.approx(chdtrc(count, square), rel=1e-10)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from tests.learn.tracking.test_track import TASK
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.check_list import ShopCheck, load_checks
+from vcmm.learn.tracking.follow import again
 from vcmm.learn.tracking.next_check import plan_checks
+from vcmm.learn.tracking.rates import GroupRates
 from vcmm.learn.tracking.task_limits import limits_of
 
 LIST = """vcmm = "checks/1"
@@ -56,14 +59,15 @@ def test_a_check_is_due_on_the_day_that_pencil_says(followed):
     found, scenario = followed
     (limit,) = limits_of(["length = 2.5 um"], scenario, found.dated)
     walk = (
-        found.followed.rates[0].size
+        found.followed.rates[0].walk
         * vcmm.effects.ScaleFactor.__dataclass_fields__["k"].metadata["typical"].amount
     )
+    alone = again(replace(found.followed, rates=(GroupRates(found.followed.rates[0].walk, 0.0, 0.0),)), ())
     p = 16 / 3 * 1e-12
     # U / 2 = 1.25 um: rest^2 + 204^2 (p + walk^2 d / 365.25) = 1.25^2
     free = ((1.25e-3**2 - limit.rest**2) / 204.0**2 - p) / walk**2 * 365.25
     laser = ShopCheck("laser", "laser_2026-01-05.toml", 30.0, 60.0)
-    each, plan = plan_checks(found.followed, found.dated.when, [laser], (limit,), 400)
+    each, plan = plan_checks(alone, found.dated.when, [laser], (limit,), 400)
     assert each[0].day == math.floor(free) > 3
     # the laser says 1 / 8 (um/m)^-2 again
     after = 1 / (1 / (p + walk**2 * each[0].day / 365.25) + 1 / 8e-12)

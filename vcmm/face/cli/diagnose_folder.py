@@ -34,7 +34,8 @@ def diagnose_folder(
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """A record of every recording, and all files that were read. Raises ShardDone where a share is wanted."""
     from vcmm.core.blocks import key_of
-    from vcmm.learn.diagnosis.fleet import FolderJob, diagnosed_folder, recordings_in
+    from vcmm.files.own.recording_files import recordings_in
+    from vcmm.learn.diagnosis.fleet import FolderJob, diagnosed_folder
     from vcmm.show.console.terminal import progress
 
     machine = Path(options["machine"]) if options["machine"] else None
@@ -60,7 +61,7 @@ def read_files(found: list[Path], machine: Path | None) -> list[Path]:
 def shard_of_folder(folder: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
     """Every n-th recording, for `vcmm merge`."""
     from vcmm.face.cli.options import put_shard, write_shard
-    from vcmm.learn.diagnosis.fleet import recordings_in
+    from vcmm.files.own.recording_files import recordings_in
 
     files = read_files(recordings_in(folder), Path(options["machine"]) if options["machine"] else None)
     shared = write_shard(

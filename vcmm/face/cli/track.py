@@ -13,7 +13,8 @@ from vcmm.face.cli.options import CountOption, Seed
 def track_command(
     machine: Path, folder: Path, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: Path | None = None,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: Path | None = None,
-    days: CountOption = None, alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
+    days: CountOption = None, learn_rest: bool = False, parts: Path | None = None,
+    alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:  # fmt: skip
     """Follow a machine through all recordings of a folder: its numbers today with their uncertainty, what changed and since when.
@@ -40,6 +41,10 @@ def track_command(
         The checks that the shop has, with their cost (checks/1); with --task: which one next, when, and a plan.
     days
         Days that the plan covers from --at on (default 30).
+    learn_rest
+        Learn what is missing and has no name: where the earlier recordings foretell it in the later ones, machine_learned.toml is the machine file with the term (effect learned_residual), learned_residual.csv its rows.
+    parts
+        Parts that were measured or cut, with their dates (part,date); with --task: which are doubtful after each alarm, and by how much their characteristics may be shifted.
     alpha
         Chance of any false alarm, over all recordings that will ever come.
     explain
@@ -59,9 +64,11 @@ def track_command(
             machine, folder, at=at, state=target, replay=replay, alpha=alpha, explain=explain, seed=seed,
             progress=show_progress,
         )  # fmt: skip
-    planned = _plan(found, (task, limit, checks, days))
-    given = [p for p in (machine, task, checks) if p is not None]
-    _put(found, planned, [*given, *_recordings(folder)], target, seed, json)
+    doubtful = _doubtful(found, task, parts)
+    planned = _plan(found, (None if parts and not limit else task, limit, checks, days))
+    given = [p for p in (machine, task, checks, parts) if p is not None]
+    rest = _rest(machine, folder) if learn_rest else None
+    _put((found, planned, rest, doubtful), [*given, *_recordings(folder)], (machine, target), seed, json)
     return 1 if found.checks[-1].alarm else 0
 
 
@@ -84,14 +91,41 @@ def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, i
     return limits, *plan_checks(found.followed, found.dated.when, load_checks(checks), limits, days or 30)
 
 
+def _doubtful(found: Any, task: Path | None, parts: Path | None) -> Any:
+    """Parts between a good check and an alarm; nothing where no list was given."""
+    from vcmm.core.errors import UsageError
+    from vcmm.files.own.scenario import load_scenario
+    from vcmm.learn.tracking.doubtful import doubtful_parts, read_parts
+    from vcmm.learn.tracking.task_limits import gains_of
+
+    if parts is None:
+        return ()
+    if task is None:
+        raise UsageError("--parts takes --task SCENARIO as well: the characteristics whose shift is asked")
+    return doubtful_parts(found.followed, read_parts(parts), gains_of(load_scenario(task), found.dated))
+
+
+def _rest(machine: Path, folder: Path) -> Any:
+    """The learned residual of all recordings against the machine file."""
+    from vcmm.files.own.machine import load_machine
+    from vcmm.learn.tracking.job import recordings_by_date
+    from vcmm.learn.tracking.learned_rest import learn_rest
+
+    known = load_machine(machine)
+    return learn_rest(known, recordings_by_date(folder, known))
+
+
 def _recordings(folder: Path) -> list[Path]:
-    from vcmm.learn.diagnosis.fleet import recordings_in
+    from vcmm.files.own.recording_files import recordings_in
 
     return recordings_in(folder)
 
 
-def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, json: bool) -> None:
-    """Files, and tables or the document."""
+def _put(
+    results: tuple[Any, Any, Any, Any], given: list[Path], places: tuple[Path, Path], seed: int, json: bool
+) -> None:
+    """Files, and tables or the document. results: track, plan, learned residual, doubtful parts; places: machine file, folder."""
+    from vcmm.learn.tracking.learned_text import learned_files
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say, show_answers, show_table
@@ -100,15 +134,21 @@ def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, j
     from vcmm.show.tables.answers_runs import track_answers
     from vcmm.show.tables.table import csv_text
 
+    (found, planned, rest, doubtful), (machine, target) = results, places
     files = list(dict.fromkeys(f for p in given for f in sources(p)))
     body = {**found.to_dict(), "machine": str(target / "machine.toml"), "name": found.to_dict()["machine"]}
     if planned is not None:
         body |= tables.plan_document(planned, found)
+    if doubtful:
+        body |= {"doubtful": [d.to_dict() for d in doubtful]}
+    if rest is not None:
+        body |= {"learned": rest.to_dict()}
     content = document("vcmm.track/1", body, seed=seed, files=files, warnings=found.warnings)
     texts = {
         **found.files(target / "machine.toml"),
+        **(learned_files(rest, machine, target) if rest is not None else {}),
         "track.json": json_text(content),
-        "report.html": track_page(found, planned),
+        "report.html": track_page(found, planned, doubtful),
         "checks.csv": csv_text(tables.checks(found)),
         "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
     }
@@ -119,11 +159,15 @@ def _put(found: Any, planned: Any, given: list[Path], target: Path, seed: int, j
         show_answers(track_answers(found, planned))
         if found.alarms:
             show_table(tables.alarms(found))
+        if doubtful:
+            show_table(tables.doubtful(doubtful))
         show_table(tables.numbers(found))
         show_table(tables.checks(found))
         if planned is not None:
             show_table(tables.next_checks(planned, found))
             show_table(tables.plan(planned, found))
+    if rest is not None:
+        say(f"learned residual: {rest.sentence}")
     for warning in found.warnings:
         say(f"note: {warning}")
     say(

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.core.blocks import Sharing
-from vcmm.core.errors import DataError, UsageError, VcmmError, first_of
+from vcmm.core.errors import VcmmError, first_of
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.toml import read_toml
@@ -79,26 +79,6 @@ class Change:
             return None
         u = float((self.before[1] ** 2 + self.after[1] ** 2) ** 0.5)
         return self.change / u if u > 0 else None
-
-
-def recordings_in(folder: Path) -> list[Path]:
-    """Recording files in a folder and below it: TOML files that say so, and those that cannot be read and may be some.
-
-    Raises UsageError where there is none.
-    """
-    found = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and _may_be_recording(p)]
-    if not found:
-        raise UsageError(
-            f'{folder} holds no recording: no .toml file there says vcmm = "recording/1"; name another folder, or the file itself'
-        )
-    return found
-
-
-def _may_be_recording(path: Path) -> bool:
-    try:
-        return str(read_toml(path).data.get("vcmm", "")).startswith("recording/")
-    except DataError:
-        return b"recording/" in path.read_bytes()[:100_000]
 
 
 def diagnosed_folder(

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.changes import Jump
 from vcmm.learn.tracking.kalman import GaussianState, innovation, solve_lower
 
@@ -33,17 +34,17 @@ def chance_of(
     state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump]
 ) -> tuple[float, float]:
     """(chance, rms of the innovation in units of its standard uncertainty) of readings with unit noise."""
-    from scipy.special import chdtrc
-
     if not len(value):
         return 1.0, 0.0
     seen = innovation(state, columns, value)
     white = seen.white
-    chances = [float(chdtrc(len(white), white @ white))]
+    chances = [float(chance_beyond(len(white), float(white @ white)))]
     for jump in jumps:
         moved = solve_lower(seen.lower, columns @ jump.columns)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         kept = size > 1e-6 * max(float(size[0]), 1e-300)
         if size[0] > 1e-9 and kept.sum() < len(white):
-            chances.append(float(chdtrc(int(kept.sum()), ((left[:, kept].T @ white) ** 2).sum())))
+            chances.append(
+                float(chance_beyond(int(kept.sum()), float(((left[:, kept].T @ white) ** 2).sum())))
+            )
     return min(1.0, min(chances) * len(chances)), float(np.sqrt((white**2).mean()))

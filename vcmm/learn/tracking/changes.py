@@ -2,7 +2,8 @@
 
     p(h | y) ~ p(h) N(y; H m, I + H (P + B_h B_h') H'),   B_h the shapes of the quantities that jump, times SIZES
 
-The hypotheses are each quantity alone, all of one axis, and everything; their prior is one change of a machine in a year (an
+The hypotheses are each quantity alone, all of one axis, everything, and everything for a day or a few (a door left open, a bad set-up: it goes
+back with the time constant of the swings); their prior is one change of a machine in a year (an
 assumption, RATE), shared out evenly. Posteriors of all that matter are joined to one Gaussian of the same mean and covariance (GPB1: Bar-Shalom,
 Li & Kirubarajan, Estimation with Applications (2001), 11.6). Hypotheses are asked only where the innovation is beyond ASK by chance.
 """
@@ -14,8 +15,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.run import Array
+from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.kalman import (
     GaussianState,
     Innovation,
@@ -25,13 +28,14 @@ from vcmm.learn.tracking.kalman import (
     triangular,
 )
 from vcmm.learn.tracking.quantities import TrackedMachine, group_numbers
+from vcmm.learn.tracking.rates import BLOCKS
 
 SIZES = (1.0, 4.0)  # usual sizes
 RATE = 1.0  # changes of a machine in a year
 LEAST = 1.0  # days: shortest time in which one may have come
 ASK = 0.01
 MATTERS = 1e-3  # probability below which a hypothesis is left out
-EVERYTHING = "everything"
+EVERYTHING, PASSING = "everything", "everything, for a day or a few"
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +58,7 @@ class Update:
 
 @lru_cache(maxsize=4)
 def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
-    """All hypotheses: columns over z, b, w."""
+    """All hypotheses: columns over the state; what passes jumps in w, which goes back, all else in b."""
     axes = dict.fromkeys(q.axis for q in tracked.quantities if q.axis)
     sets = {q.id: [q.id] for q in tracked.quantities}
     for axis in axes:
@@ -67,11 +71,17 @@ def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
     out = []
     for name, ids in sets.items():
         numbers = tracked.stated + np.flatnonzero(group_numbers(tracked, ids))
-        columns = np.zeros((tracked.stated + 2 * g, len(numbers)))
-        columns[numbers, np.arange(len(numbers))] = 1.0
         if len(numbers):
-            out.append(Jump(name, columns))
-    return tuple(out)
+            out.append(Jump(name, _ones(tracked, numbers)))
+    passing = np.arange(tracked.stated + g, tracked.stated + 2 * g)
+    return (*out, Jump(PASSING, _ones(tracked, passing))) if g else tuple(out)
+
+
+def _ones(tracked: TrackedMachine, numbers: npt.NDArray[np.intp]) -> Array:
+    """(n, k): one column for each number of the state."""
+    out = np.zeros((tracked.stated + BLOCKS * tracked.growth.shape[1], len(numbers)))
+    out[numbers, np.arange(len(numbers))] = 1.0
+    return out
 
 
 def prior_of_change(days: float) -> float:
@@ -81,14 +91,12 @@ def prior_of_change(days: float) -> float:
 
 def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump], days: float) -> Update:
     """The state after readings (unit noise) that came `days` after the last ones."""
-    from scipy.special import chdtrc
-
     seen = innovation(state, columns, value)
     p = prior_of_change(days) if jumps else 0.0
     quiet = np.log1p(-p) + seen.log_likelihood
-    if not jumps or not len(value) or chdtrc(len(value), float(seen.white @ seen.white)) > ASK:
+    if not jumps or not len(value) or chance_beyond(len(value), float(seen.white @ seen.white)) > ASK:
         return Update(condition(state, seen), quiet, 0.0, ())
-    logs = [quiet, *_log_of_jumps(seen, columns, jumps, np.log(p / (len(jumps) * len(SIZES))))]
+    logs = [quiet, *log_of_jumps(seen, columns, jumps, np.log(p / (len(jumps) * len(SIZES))))]
     top = max(logs)
     weights = np.exp(np.array(logs) - top)
     total = top + float(np.log(weights.sum()))
@@ -99,11 +107,12 @@ def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[J
     return Update(joined, total, float(1.0 - weights[0]), _by_name(weights, jumps))
 
 
-def _log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior: float) -> list[float]:
+def log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior: float) -> list[float]:
     """ln (prior x likelihood) of every jump and size: the covariance grows by columns that are few (matrix determinant lemma)."""
     white, base, out = seen.white, seen.log_likelihood, []
     for jump in jumps:
-        moved = solve_lower(seen.lower, columns @ jump.columns)
+        shown = jump.columns[: columns.shape[1]]
+        moved = solve_lower(seen.lower, columns @ shown)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         along = (left.T @ white) ** 2
         for s in SIZES:

@@ -17,6 +17,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.calibration.solve import CHANCE, EXCESS, nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
+from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.task.response.observe import lacking
 from vcmm.task.response.recording import Recording
@@ -99,10 +100,10 @@ def _root(tracked: TrackedMachine, problem: Problem) -> Array:
 
 
 def _divide(root: Array, columns: Array) -> Array:
-    from scipy.linalg import solve_triangular
-
     if root.ndim == 1:
         return columns / root[:, None]
+    from scipy.linalg import solve_triangular
+
     return np.asarray(solve_triangular(root, columns, lower=True))
 
 
@@ -124,12 +125,10 @@ def _pull_in(y: Array, left: Array, rest: int) -> tuple[Array, int]:
 
 def _noise(square: float, rest: int) -> float:
     """Scale of the stated noise: 1 unless the scatter is larger by a share and beyond chance."""
-    from scipy.special import chdtrc
-
     if rest < 1:
         return 1.0
     scale = float(np.sqrt(max(square, 0.0) / rest))
-    return scale if scale > EXCESS and chdtrc(rest, square) < CHANCE else 1.0
+    return scale if scale > EXCESS and chance_beyond(rest, square) < CHANCE else 1.0
 
 
 def turn_columns(seen: SeenRecording, ways: Array) -> SeenRecording:

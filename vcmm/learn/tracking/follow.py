@@ -1,7 +1,7 @@
 """One recording after another: predict, test, update, and now and then learn the rates anew.
 
 What one recording adds is a function of what was known before it and of itself, so that it does not matter whether recordings come at once or one
-by one. Rates are learnt after 4, 8, 16 ... recordings, from all of them; the state is then worked out anew with these rates.
+by one. Rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then worked out anew with these rates.
 """
 
 from __future__ import annotations
@@ -68,6 +68,11 @@ class FollowedMachine:
         return motion_of(self.tracked.group_of_mode, self.tracked.stated, self.rates)
 
     @property
+    def started(self) -> GaussianState:
+        """The state at the date of the machine file, before any recording."""
+        return first_state(self.motion)
+
+    @property
     def last(self) -> float | None:
         """Day of the last recording."""
         return self.seen[-1].when if self.seen else None
@@ -85,14 +90,16 @@ class FollowedMachine:
     def ways(self) -> Array:
         """(K, n): all numbers per number of the state."""
         growth = self.tracked.growth
-        return np.concatenate([self.tracked.factor, growth, growth], axis=1)
+        return np.concatenate(
+            [self.tracked.factor, growth, growth, growth, 0.0 * growth, 0.0 * growth], axis=1
+        )
 
 
 def start_following(tracked: TrackedMachine, alpha: float) -> FollowedMachine:
     """Before any recording."""
     rates = first_rates(tracked)
     motion = motion_of(tracked.group_of_mode, tracked.stated, rates)
-    return FollowedMachine(tracked, alpha, rates, first_state(motion, tracked.stated))
+    return FollowedMachine(tracked, alpha, rates, first_state(motion))
 
 
 def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> FollowedMachine:
@@ -134,7 +141,7 @@ def _rms(values: Array) -> float:
 def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
     """The state worked out from the start with the present rates; what the checks said when they came stays."""
     motion, stated = followed.motion, followed.tracked.stated
-    state, before = first_state(motion, stated), None
+    state, before = first_state(motion), None
     for one in followed.seen:
         days = 0.0 if before is None else one.when - before
         new = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days)
@@ -145,7 +152,7 @@ def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
 def course(followed: FollowedMachine) -> list[GaussianState]:
     """The state after every recording, with the present rates."""
     out, motion, stated, before = [], followed.motion, followed.tracked.stated, None
-    state, jumps = first_state(motion, stated), jumps_of(followed.tracked)
+    state, jumps = first_state(motion), jumps_of(followed.tracked)
     for one in followed.seen:
         days = 0.0 if before is None else one.when - before
         state = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days).state

@@ -11,9 +11,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.own_files import check_replacing
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
+from vcmm.files.own.recording_files import recordings_in
 from vcmm.files.toml import read_toml
-from vcmm.learn.diagnosis.fleet import recordings_in
-from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.tracking.alarms import ALPHA
 from vcmm.learn.tracking.compress import see_recording
 from vcmm.learn.tracking.dates import moment
@@ -32,7 +31,16 @@ from vcmm.learn.tracking.state_file import (
 )
 from vcmm.task.response.recording import Recording
 
-OWN = (TEXT, NUMBERS, "machine.toml", "machine_errors.csv", "machine_state.csv", "machine_since.csv")
+OWN = (
+    TEXT,
+    NUMBERS,
+    "machine.toml",
+    "machine_errors.csv",
+    "machine_state.csv",
+    "machine_since.csv",
+    "machine_learned.toml",
+    "learned_residual.csv",
+)
 
 Progress = Callable[[str, float], None]
 
@@ -168,6 +176,11 @@ def _in_time(folder: Path) -> list[KnownFile]:
     return sorted(out, key=lambda f: (moment(f.date), f.name))
 
 
+def recordings_by_date(folder: Path, machine: Machine) -> list[tuple[str, Recording]]:
+    """(name, recording) of a folder in the order of their dates."""
+    return [(f.name, load_recording(folder / f.name, machine, gaps=True)[0]) for f in _in_time(folder)]
+
+
 def _new_files(
     found: Sequence[KnownFile], known: Sequence[KnownFile], request: TrackRequest
 ) -> list[KnownFile]:
@@ -212,6 +225,8 @@ def _follow_file(
 
 def _explain(before: FollowedMachine, recording: Recording, when: float, seed: int) -> str:
     """What `diagnose` says of a recording against the machine as it was expected that day."""
+    from vcmm.learn.diagnosis.job import diagnose  # large, and seldom needed
+
     try:
         found = diagnose(recording, as_machine(machine_on(before, when)), seed=seed)
     except VcmmError as error:

@@ -1,6 +1,6 @@
 """The Kalman filter in square-root form: mean and a factor of the covariance, so that no covariance is ever below zero.
 
-    advance      m -> phi m,   S S' -> phi S S' phi + diag(q)        by a triangular factor (QR)
+    advance      S S' -> S S' + diag(q)        by a triangular factor (QR)
     condition    A. Andrews, AIAA J. 6 (1968) 1165: with F = H S, F F' + I = L L' (L lower triangular)
                  S -> S - S F' L^-T (L + I)^-1 F
                  m -> m + S F' (F F' + I)^-1 (y - H m)
@@ -51,30 +51,30 @@ class Innovation:
 
 
 def solve_lower(lower: Array, columns: Array) -> Array:
-    """lower^-1 columns, lower (r, r) triangular; LAPACK itself, for the matrices here are small and many."""
-    from scipy.linalg.lapack import dtrtrs
-
+    """lower^-1 columns, lower (r, r) triangular. The general solver: LAPACK's triangular one wakes its threads for matrices of ten rows."""
     if not len(lower):
         return columns
-    return np.asarray(dtrtrs(lower, columns, lower=1)[0], dtype=np.float64)
+    return np.asarray(np.linalg.solve(lower, columns), dtype=np.float64)
 
 
 def triangular(factor: Array) -> Array:
-    """A factor of the same covariance with as many columns as rows at most."""
-    if factor.shape[1] <= factor.shape[0]:
+    """A factor of the same covariance with as many columns as rows that are not zero, at most."""
+    rows = np.flatnonzero(factor.any(axis=1))
+    if factor.shape[1] <= len(rows):
         return factor
-    return np.asarray(np.asarray(np.linalg.qr(factor.T, mode="r")).T, dtype=np.float64)
+    out = np.zeros((factor.shape[0], len(rows)))
+    out[rows] = np.asarray(np.linalg.qr(factor[rows].T, mode="r")).T
+    return out
 
 
-def advance(state: GaussianState, decay: Array, variance: Array) -> GaussianState:
-    """decay (n,): what is left of each number; variance (n,): what comes in anew."""
+def advance(state: GaussianState, variance: Array) -> GaussianState:
+    """variance (n,): what comes in anew."""
     grown = np.flatnonzero(variance > 0)
-    fresh = np.zeros((len(decay), len(grown)))
+    if not len(grown):
+        return state
+    fresh = np.zeros((len(variance), len(grown)))
     fresh[grown, np.arange(len(grown))] = np.sqrt(variance[grown])
-    factor = decay[:, None] * state.factor
-    if len(grown):
-        factor = triangular(np.concatenate([factor, fresh], axis=1))
-    return GaussianState(decay * state.mean, factor)
+    return GaussianState(state.mean, triangular(np.concatenate([state.factor, fresh], axis=1)))
 
 
 def innovation(state: GaussianState, columns: Array, value: Array) -> Innovation:

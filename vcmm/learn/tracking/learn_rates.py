@@ -1,27 +1,38 @@
 """Rates by their evidence: the likelihood of every recording as the ones before predict it, times the prior of the rates.
 
-The state is integrated out by the filter itself (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61). The search goes along the groups, one
-step on the grid of each at a time, until none is better. What no recording sees is left out first: all numbers of a group have one
-prior, so that a group may be turned to the few combinations that are seen, without any change of the evidence.
+The state is integrated out by a filter (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61). Group by group the posterior of its walk, its trend and its
+season is worked out over all levels that are still probable, the other rates at their root mean squares; the root mean square of each takes
+its place (SWEEPS rounds). A swing and its time constant are searched along their grids. What no recording sees is left out first: all numbers
+of a group have one prior, so that a group may be turned to the few combinations that are seen, without any change of the evidence.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.changes import Jump, update
+from vcmm.learn.tracking.changes import Jump
 from vcmm.learn.tracking.compress import SeenRecording, turn_columns
+from vcmm.learn.tracking.evidence import log_likelihood
 from vcmm.learn.tracking.quantities import TrackedMachine
-from vcmm.learn.tracking.rates import WALKS, GroupRates, first_state, mean_walk, motion_of
+from vcmm.learn.tracking.rates import (
+    BLOCKS,
+    GRIDS,
+    GroupRates,
+    log_priors,
+    motion_of,
+    nearest_level,
+    root_mean_square,
+)
 
-FIRST = 4  # recordings: rates are learnt after 4, 8, 16 ... of them
-SEEN = 1e-10  # of the largest information: what is below is not seen
-SWEEPS = 4
-NEGLIGIBLE = 6.0  # nats below the best: no longer asked
+FIRST = 3  # recordings: rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... of them
+SEEN = 1e-4  # information on a number of the usual size: what is below is not seen
+SWEEPS = 1  # each begins with the rates that were used until now
+NEGLIGIBLE = 5.0  # nats below the best: no longer asked
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +46,17 @@ class SeenNumbers:
 
 
 def is_due(count: int) -> bool:
-    """Whether rates are learnt after so many recordings: 4, 8, 16 ..."""
-    return count >= FIRST and (count & (count - 1)) == 0
+    """Whether rates are learnt after so many recordings: 3, 4, 6, 8, 12, 16, 24 ..."""
+    while count % 2 == 0 and count > 4:
+        count //= 2
+    return count in (FIRST, 4)
 
 
 def columns_for(seen: SeenRecording, stated: int) -> Array:
-    """(r, stated + 2 g): b and w show alike."""
-    return np.concatenate([seen.columns, seen.columns[:, stated:]], axis=1)
+    """(r, n): b, w and s show alike; c and v do not show."""
+    grown = seen.columns[:, stated:]
+    none = np.zeros((len(grown), 2 * grown.shape[1]))
+    return np.concatenate([seen.columns, grown, grown, none], axis=1)
 
 
 def seen_numbers(
@@ -60,11 +75,7 @@ def seen_numbers(
         left += [k - 1] * way.shape[1]
     count = ways[0].shape[1]
     grown = whole[stated:, count:]
-    turned = []
-    for jump in jumps:
-        own = grown.T @ jump.columns[stated : stated + len(groups)]
-        none = np.zeros((count, own.shape[1]))
-        turned.append(Jump(jump.name, np.concatenate([none, own, np.zeros_like(own)])))
+    turned = [Jump(j.name, _turn(j.columns[stated:], grown, count)) for j in jumps]
     return SeenNumbers(
         tuple(turn_columns(r, whole) for r in recordings),
         tuple(turned),
@@ -73,24 +84,23 @@ def seen_numbers(
     )
 
 
+def _turn(columns: Array, grown: Array, count: int) -> Array:
+    """(n', k): the columns of a jump, block by block, for the turned numbers."""
+    blocks = [grown.T @ part for part in np.split(columns, BLOCKS)]
+    return np.concatenate([np.zeros((count, columns.shape[1])), *blocks])
+
+
 def _seen_ways(gram: Array) -> Array:
     if not gram.size:
         return np.zeros((len(gram), 0))
     size, ways = np.linalg.eigh(gram)
-    return np.asarray(ways[:, size > SEEN * max(float(size[-1]), 1e-300)])
+    return np.asarray(ways[:, size > SEEN])
 
 
 def log_evidence(seen: SeenNumbers, rates: tuple[GroupRates, ...]) -> float:
-    """ln of the likelihood of all recordings, each given those before, and of the prior of the rates."""
+    """ln of the likelihood of all recordings, each given those before, and of the prior of the swings."""
     motion = motion_of(seen.groups, seen.stated, rates)
-    state, total, before = first_state(motion, seen.stated), 0.0, None
-    for one in seen.recordings:
-        days = 0.0 if before is None else one.when - before
-        state = motion.step(state, days)
-        new = update(state, columns_for(one, seen.stated), one.value, seen.jumps, days)
-        state, before = new.state, one.when
-        total += new.log_likelihood
-    return total + sum(r.log_prior for r in rates)
+    return log_likelihood(seen.recordings, motion, seen.jumps) + sum(r.log_prior for r in rates)
 
 
 def learn_rates(
@@ -99,34 +109,49 @@ def learn_rates(
     jumps: Sequence[Jump],
     start: tuple[GroupRates, ...],
 ) -> tuple[GroupRates, ...]:
-    """The rates of the highest evidence that steps along the groups find from `start`."""
+    """The rates after all recordings, from those that were used until now."""
     seen = seen_numbers(tracked, recordings, jumps)
-    unseen = start
-    start = tuple(replace(r, mean=-1.0) for r in start)
-    present = sorted(set(seen.groups.tolist()))  # of a group that no recording sees nothing is learnt
-    best, value = start, log_evidence(seen, start)
+    rates = start
     for _ in range(SWEEPS):
-        before = best
-        for k in present:
-            for other in best[k].neighbours():
-                tried = (*best[:k], other, *best[k + 1 :])
-                found = log_evidence(seen, tried)
-                if found > value + 1e-6:
-                    best, value = tried, found
-        if best == before:
-            break
-    return tuple(_with_mean(seen, best, k, value) if k in present else r for k, r in enumerate(unseen))
+        for k in sorted(set(seen.groups.tolist())):  # of a group that no recording sees nothing is learnt
+            for name in GRIDS:
+                rates = _averaged(seen, rates, k, name)
+            rates = _best_swing(seen, rates, k)
+    return rates
 
 
-def _with_mean(seen: SeenNumbers, best: tuple[GroupRates, ...], k: int, top: float) -> GroupRates:
-    """The rates of a group with the root mean square of its walk, the others at their best."""
-    levels, logs = [best[k].walk], [top]
+def _averaged(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str) -> tuple[GroupRates, ...]:
+    """Rates with the root mean square of one of them over its posterior, the others as they are."""
+    grid, priors = np.array(GRIDS[name]), log_priors(name)
+    found: dict[int, float] = {}
+
+    def ask(level: int) -> float:
+        tried = replace(rates[k], **_one(name, float(grid[level])))
+        found[level] = float(priors[level]) + log_evidence(seen, (*rates[:k], tried, *rates[k + 1 :]))
+        return found[level]
+
+    start = nearest_level(name, getattr(rates[k], name))
+    ask(start)
     for way in (1, -1):
-        level = best[k].walk + way
-        while 0 <= level < len(WALKS):
-            found = log_evidence(seen, (*best[:k], replace(best[k], walk=level), *best[k + 1 :]))
-            levels, logs = [*levels, level], [*logs, found]
-            if found < top - NEGLIGIBLE:
-                break
+        level = start + way
+        while 0 <= level < len(grid) and ask(level) > max(found.values()) - NEGLIGIBLE:
             level += way
-    return replace(best[k], mean=mean_walk(np.array(logs), levels))
+    levels = sorted(found)
+    mean = root_mean_square(np.array([found[i] for i in levels]), grid[levels])
+    return (*rates[:k], replace(rates[k], **_one(name, mean)), *rates[k + 1 :])
+
+
+def _one(name: str, rate: float) -> dict[str, Any]:
+    return {name: rate}
+
+
+def _best_swing(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int) -> tuple[GroupRates, ...]:
+    """Steps along the swing and its time constant until none is better."""
+    best, value = rates[k], log_evidence(seen, rates)
+    steps = list(best.neighbours())
+    while steps:
+        other = steps.pop(0)
+        reached = log_evidence(seen, (*rates[:k], other, *rates[k + 1 :]))
+        if reached > value + 1e-6:
+            best, value, steps = other, reached, other.neighbours()
+    return (*rates[:k], best, *rates[k + 1 :])

@@ -1,9 +1,10 @@
 """The machine as it is known on a day: values, what the recordings leave of their uncertainty, and what time has added since.
 
     theta(day) = theta of the file + F z + G (b + w)
-    covariance = that of the state at the last check, carried on  +  what walks and swings have brought in since
+    covariance = what the errors at the last check leave of it  +  what time has brought since
 
-The two parts are independent: the first is one Input of all numbers, the second another with the cause "time since calibration", so that
+The first is the part of the covariance of that day that goes with the errors of the day of the last check (regression on them); the second is the rest: walks
+and swings since, and what the recordings leave open of trends and seasons. The two parts are independent: the first is one Input of all numbers, the second another with the cause "time since calibration", so that
 every budget has a line for it.
 """
 
@@ -22,10 +23,10 @@ from vcmm.core.run import Array
 from vcmm.files.own.joint_covariance import JointCovariance
 from vcmm.files.own.tracked import SINCE, STATE
 from vcmm.learn.tracking.follow import FollowedMachine
-from vcmm.learn.tracking.kalman import GaussianState
 from vcmm.learn.tracking.quantities import TrackedQuantity
-from vcmm.learn.tracking.rates import YEAR
 from vcmm.physics.structure.component import CalibrationModes
+
+KNOWN = 1e-6  # of the largest: errors below it at the last check say nothing of later ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,14 +67,22 @@ def is_single(quantity: TrackedQuantity) -> bool:
 
 def machine_on(followed: FollowedMachine, when: float) -> DatedMachine:
     """On a day not before the last recording; `when` in days."""
-    last = followed.last
-    days = 0.0 if last is None else when - last
-    motion = followed.motion
-    decay = np.where(motion.swing > 0, np.exp(-days / motion.tau), 1.0)
-    variance = motion.walk**2 * days / YEAR + motion.swing**2 * (1.0 - decay**2)
-    kept = GaussianState(decay * followed.state.mean, decay[:, None] * followed.state.factor)
-    departure, state = followed.theta(kept)
-    return DatedMachine(followed, when, departure, state, followed.ways * np.sqrt(variance))
+    days = 0.0 if followed.last is None else when - followed.last
+    motion, ways, now = followed.motion, followed.ways, followed.state
+    carried = ways @ motion.carry(now.factor, days)
+    known = _row_space(ways @ now.factor)
+    fresh = ways * np.sqrt(motion.fresh(days))
+    since = np.concatenate([carried - (carried @ known.T) @ known, fresh], axis=1) if days > 0 else fresh
+    return DatedMachine(
+        followed, when, ways @ motion.carry(now.mean, days), (carried @ known.T) @ known, since
+    )
+
+
+def _row_space(factor: Array) -> Array:
+    """(r, c): orthonormal rows, the directions of the draws on which numbers of usual size depend."""
+    scale = np.maximum(np.sqrt((factor**2).sum(axis=1, keepdims=True)), 1e-300)
+    _, size, rows = np.linalg.svd(factor / scale, full_matrices=False)
+    return np.asarray(rows[size > KNOWN * max(float(size[0]) if len(size) else 0.0, 1e-300)])
 
 
 def effects_on(dated: DatedMachine) -> tuple[Effect, ...]:

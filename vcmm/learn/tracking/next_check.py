@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from vcmm.core.run import Array
 from vcmm.files.own.check_list import ShopCheck
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.learn_rates import columns_for
-from vcmm.learn.tracking.rates import YEAR, WanderingMotion
+from vcmm.learn.tracking.rates import WanderingMotion
 from vcmm.learn.tracking.task_limits import K, TaskLimit
 
 WIDE, LONGEST = 60, 366  # orders kept; days ahead
@@ -52,11 +53,16 @@ class _Plans:
     limits: tuple[TaskLimit, ...]
     columns: Mapping[str, Array]
 
+    @cached_property
+    def ahead(self) -> tuple[tuple[Array, Array], ...]:
+        """Of every limit: (LONGEST + 1, n) how its characteristic on each day depends on the state of today, and (LONGEST + 1,) the variance that comes in."""
+        carried = [self.motion.carry(np.eye(self.motion.size), d) for d in range(LONGEST + 1)]
+        fresh = np.array([self.motion.fresh(d) for d in range(LONGEST + 1)])
+        return tuple((np.array([x.gain @ c for c in carried]), fresh @ x.gain**2) for x in self.limits)
+
     def after(self, covariance: Array, days: int) -> Array:
         """The covariance so many days later."""
-        decay = np.where(self.motion.swing > 0, np.exp(-days / self.motion.tau), 1.0)
-        grown = self.motion.walk**2 * days / YEAR + self.motion.swing**2 * (1.0 - decay**2)
-        return decay[:, None] * covariance * decay + np.diag(grown)
+        return self.motion.later(covariance, days)
 
     def checked(self, covariance: Array, name: str) -> Array:
         """The covariance after a check, in Joseph's form."""
@@ -71,16 +77,12 @@ class _Plans:
         return K * np.sqrt(np.array(square))
 
     def holds(self, covariance: Array) -> int:
-        """Days for which all limits hold: 0 where they hold today only, -1 where not even today; LONGEST at most."""
-        bounds = np.array([x.limit for x in self.limits])
-        low, high = -1, LONGEST
-        while high - low > 0:  # U grows with time, but for swings that die away
-            middle = (low + high + 1) // 2
-            if (self.expanded(self.after(covariance, middle)) <= bounds).all():
-                low = middle
-            else:
-                high = middle - 1
-        return low
+        """Days for which all limits hold without a break: 0 where they hold today only, -1 where not even today; LONGEST at most."""
+        good = np.ones(LONGEST + 1, dtype=bool)
+        for x, (gains, fresh) in zip(self.limits, self.ahead):
+            square = x.rest**2 + fresh + ((gains @ covariance) * gains).sum(axis=1)
+            good &= K * np.sqrt(np.maximum(square, 0.0)) <= x.limit
+        return LONGEST if good.all() else int(np.argmin(good)) - 1
 
 
 def plan_checks(

@@ -37,13 +37,13 @@ SMALL = 1e-8  # of the largest variance of an Input: what is below is rounding
 class TrackedQuantity:
     """A parameter of an effect: k numbers that are followed.
 
-    shape (k, g): how they change, canonical units, of the usual size. group: what shares its rate.
+    shape (k, g): how they change, canonical units, of the usual size. shape_groups (g): names of what shares a rate, one of each shape.
     """
 
     effect: Effect
     parameter: str
     shape: Array
-    group: str
+    shape_groups: tuple[str, ...]
 
     @cached_property
     def id(self) -> str:
@@ -105,13 +105,13 @@ class TrackedMachine:
 
     @cached_property
     def groups(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(q.group for q in self.quantities))
+        return tuple(dict.fromkeys(g for q in self.quantities for g in q.shape_groups))
 
     @cached_property
     def group_of_mode(self) -> Array:
         """(g,): number of the group of each shape."""
         known = {name: i for i, name in enumerate(self.groups)}
-        return np.concatenate([np.full(q.shape.shape[1], known[q.group]) for q in self.quantities])
+        return np.array([known[g] for q in self.quantities for g in q.shape_groups], dtype=np.intp)
 
 
 def tracked_machine(machine: Machine) -> TrackedMachine:
@@ -159,9 +159,10 @@ def _quantity(effect: Effect, name: str) -> TrackedQuantity:
     letters = str(getattr(effect, "component", ""))
     if effect.about.table_parameter == name and letters[:1] == "E":
         kind = "rotations" if letters[1] in "ABC" else "translations"
-        return TrackedQuantity(effect, name, size * _smooth(effect, letters), f"{kind} over a travel")
-    group = f"{effect.name.replace('_', ' ')}: {name}"
-    return TrackedQuantity(effect, name, size * np.eye(count), group)
+        shape = size * _smooth(effect, letters)
+        words = (f"{kind} over a travel", f"bends of {kind} over a travel")
+        return TrackedQuantity(effect, name, shape, tuple(words[min(i, 1)] for i in range(shape.shape[1])))
+    return TrackedQuantity(effect, name, size * np.eye(count), (f"{effect.id}.{name}",) * count)
 
 
 def _smooth(effect: Effect, letters: str) -> Array:

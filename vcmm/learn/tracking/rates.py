@@ -1,18 +1,22 @@
 """How fast numbers wander: rates per group, and how the state goes on in time.
 
-    b(t + d) = b(t) + N(0, walk^2 d / year)                       random walk; zero: constant
+    b(t + d) = b(t) + v d / year + N(0, walk^2 d / year)                 random walk with a trend; v ~ N(0, trend^2), constant
     w(t + d) = e^(-d / tau) w(t) + N(0, swing^2 (1 - e^(-2 d / tau)))    Ornstein-Uhlenbeck: mean-reverting, stationary
+    s(t + d) = s cos(a) + c sin(a),  c(t + d) = -s sin(a) + c cos(a)     season of one year, a = 2 pi d / year; s, c ~ N(0, season^2)
 
-in units of the usual size of the parameter (Uhlenbeck & Ornstein, Phys. Rev. 36 (1930) 823; exact step: Gillespie, Phys. Rev. E 54 (1996)
-2084). Rates stand on a grid of powers of two, bounded: a number that changed by more than eight of its usual sizes in a year is no drift.
-The prior of a walk is centred at a quarter of the usual size in a year, a factor of four to either side (one standard deviation); it is an assumption, and
-`typical` of each effect states the source of the size. What is used is the root mean square of the walk over all that is still probable, so that few
-recordings do not make a machine look steadier than they can tell. A swing has half of the prior at zero.
+in units of the usual size of the parameter (Uhlenbeck & Ornstein, Phys. Rev. 36 (1930) 823, exact step: Gillespie, Phys. Rev. E 54 (1996)
+2084; trend and season: A. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), 2.3). On the first day b = -s: the
+machine file is right on its date within its own covariance, in whatever season that was.
+
+Rates stand on grids of powers of two, bounded: a number that changed by more than eight of its usual sizes in a year is no drift.
+The prior of each is centred at a quarter of the usual size (in a year; of the season: its amplitude), a factor of four to either side (one
+standard deviation); it is an assumption, and `typical` of each effect states the source of the size. Trend, season and swing have half of
+their prior at zero. What is used is the root mean square over all levels that are still probable: the Gaussian of the variance of the mixture, so that few recordings
+do not make a machine look steadier, or less of a season, than they can tell.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,110 +27,153 @@ from vcmm.learn.tracking.quantities import TrackedMachine
 
 YEAR = 365.25  # days
 WALKS = (0.0, *(2.0**k for k in range(-6, 4)))
+TRENDS = (0.0, *(2.0**k for k in range(-4, 3)))
+SEASONS = (0.0, *(2.0**k for k in range(-5, 2)))
 SWINGS = (0.0, *(2.0**k for k in range(-6, 3)))
-TAUS = (1.0, 30.0)  # days: from set-up to set-up, and of the season of a shop
-CENTRE, SPREAD = -2.0, 2.0  # of log2 of a walk
-START = WALKS.index(0.25)
+TAUS = (1.0, 30.0)  # days: from set-up to set-up, and of weeks
+GRIDS = {"walk": WALKS, "trend": TRENDS, "season": SEASONS}
+CENTRE, SPREAD = -2.0, 2.0  # of log2 of a rate
+BLOCKS = 5  # b, w, s, c, v
+
+
+def log_priors(name: str) -> Array:
+    """Of every level of a grid, nats: of a walk ln of exp(-((log2 - CENTRE) / SPREAD)^2 / 2), none as 2^-7; of the others half at zero."""
+    grid = np.array(GRIDS[name])
+    steps = np.log2(np.where(grid > 0, grid, 2.0**-7))
+    logs = -0.5 * ((steps - CENTRE) / SPREAD) ** 2
+    if name != "walk":
+        logs[1:] -= np.log(np.exp(logs[1:]).sum())
+        logs[0] = 0.0
+    return np.asarray(logs - np.log(np.exp(logs).sum()))
+
+
+def root_mean_square(logs: Array, levels: Array) -> float:
+    """Over levels with probabilities exp(logs): a Gaussian of the variance of the mixture."""
+    weights = np.exp(logs - np.max(logs))
+    return float(np.sqrt(weights @ levels**2 / weights.sum()))
+
+
+def _of_prior(name: str) -> float:
+    return root_mean_square(log_priors(name), np.array(GRIDS[name]))
 
 
 @dataclass(frozen=True)
 class GroupRates:
-    """Of one group: numbers on the grids WALKS, SWINGS and TAUS; mean: root mean square of the walk over its probabilities."""
+    """Of one group: walk and trend in a year, season: root mean squares over their probabilities; swing, tau: numbers on SWINGS and TAUS."""
 
-    walk: int = START
+    walk: float
+    trend: float
+    season: float
     swing: int = 0
     tau: int = 0
-    mean: float = -1.0
-
-    @property
-    def size(self) -> float:
-        """The walk in a year: its root mean square where that is known, else that of the grid."""
-        return self.mean if self.mean >= 0 else WALKS[self.walk]
 
     @property
     def log_prior(self) -> float:
-        """Of the walk and the swing, nats, but for a constant."""
-        steps = [
-            np.log2(WALKS[self.walk]) if self.walk else -7.0,
-            np.log2(SWINGS[self.swing]) if self.swing else 0.0,
-        ]
-        walk = -0.5 * ((steps[0] - CENTRE) / SPREAD) ** 2
+        """Of the swing, nats, but for a constant."""
+        if not self.swing:
+            return float(np.log(0.5))
         known = sum(np.exp(-0.5 * ((k - CENTRE) / SPREAD) ** 2) for k in range(-6, 3))
-        swing = (
-            np.log(0.5)
-            if not self.swing
-            else np.log(0.5 / (known * len(TAUS))) - 0.5 * ((steps[1] - CENTRE) / SPREAD) ** 2
-        )
-        return float(walk + swing)
+        step = np.log2(SWINGS[self.swing])
+        return float(np.log(0.5 / (known * len(TAUS))) - 0.5 * ((step - CENTRE) / SPREAD) ** 2)
 
     def neighbours(self) -> list[GroupRates]:
-        """One step on the grids."""
-        out = [replace(self, walk=k) for k in (self.walk - 1, self.walk + 1) if 0 <= k < len(WALKS)]
+        """One step on the grids of the swing."""
         if not self.swing:
-            return out + [replace(self, swing=SWINGS.index(0.25), tau=t) for t in range(len(TAUS))]
-        out += [replace(self, swing=k) for k in (self.swing - 1, self.swing + 1) if k < len(SWINGS)]
-        return (
-            out + [replace(self, swing=0)] + [replace(self, tau=t) for t in range(len(TAUS)) if t != self.tau]
-        )
+            return [replace(self, swing=SWINGS.index(0.25), tau=t) for t in range(len(TAUS))]
+        out = [replace(self, swing=k) for k in (self.swing - 1, self.swing + 1) if k < len(SWINGS)]
+        return out + [replace(self, tau=t) for t in range(len(TAUS)) if t != self.tau]
 
     @property
     def words(self) -> str:
-        """constant, random walk, mean-reverting, with their sizes."""
-        parts = [f"random walk of {self.size:.3g} in a year" if self.size else ""]
-        parts += [
-            f"mean-reverting by {SWINGS[self.swing]:.3g} over {TAUS[self.tau]:.3g} d" if self.swing else ""
+        """constant, random walk, trend, season, mean-reverting, with their sizes."""
+        parts = [
+            f"random walk of {self.walk:.3g} in a year" if self.walk else "",
+            f"trend of {self.trend:.3g} in a year" if self.trend else "",
+            f"season of {self.season:.3g}" if self.season else "",
+            f"mean-reverting by {SWINGS[self.swing]:.3g} over {TAUS[self.tau]:.3g} d" if self.swing else "",
         ]
         return ", ".join(p for p in parts if p) or "constant"
 
 
 @dataclass(frozen=True, eq=False)
 class WanderingMotion:
-    """Rates of every number of a state z, b, w: walk, swing, tau (n,)."""
+    """Rates of every shape: walk, trend, season, swing, tau (g,). A state is z (stated,), b, w, s, c, v (g,) each."""
 
+    stated: int
     walk: Array
+    trend: Array
+    season: Array
     swing: Array
     tau: Array
+
+    @property
+    def size(self) -> int:
+        return self.stated + BLOCKS * len(self.walk)
+
+    def block(self, number: int) -> slice:
+        """Where b, w, s, c, v (0 to 4) stand."""
+        g = len(self.walk)
+        return slice(self.stated + number * g, self.stated + (number + 1) * g)
+
+    def carry(self, rows: Array, days: float) -> Array:
+        """(n, ...) -> what becomes of it in so many days, without what comes in anew."""
+        b, w, s, c, v = (self.block(k) for k in range(BLOCKS))
+        turn = 2.0 * np.pi * days / YEAR
+        out = rows.copy()
+        out[b] += rows[v] * (days / YEAR)
+        out[w] *= np.reshape(np.exp(-days / self.tau), (-1, *(1,) * (rows.ndim - 1)))
+        out[s] = rows[s] * np.cos(turn) + rows[c] * np.sin(turn)
+        out[c] = rows[c] * np.cos(turn) - rows[s] * np.sin(turn)
+        return out
+
+    def fresh(self, days: float) -> Array:
+        """(n,) variance that comes in anew in so many days."""
+        out = np.zeros(self.size)
+        out[self.block(0)] = self.walk**2 * days / YEAR
+        out[self.block(1)] = self.swing**2 * -np.expm1(-2.0 * days / self.tau)
+        return out
 
     def step(self, state: GaussianState, days: float) -> GaussianState:
         """The state `days` later. Zero days: the same state."""
         if days <= 0:
             return state
-        decay = np.where(self.swing > 0, np.exp(-days / self.tau), 1.0)
-        variance = self.walk**2 * days / YEAR + self.swing**2 * (1.0 - decay**2)
-        return advance(state, decay, variance)
+        carried = GaussianState(self.carry(state.mean, days), self.carry(state.factor, days))
+        return advance(carried, self.fresh(days))
+
+    def later(self, covariance: Array, days: float) -> Array:
+        """The covariance `days` later."""
+        out = self.carry(self.carry(covariance, days).T, days)
+        out[np.diag_indices(self.size)] += self.fresh(days)
+        return out
 
 
 def motion_of(groups: Array, stated: int, rates: tuple[GroupRates, ...]) -> WanderingMotion:
     """groups (g,): number of the group of each shape; stated: coefficients z, which are constant."""
-    walk = np.array([r.size for r in rates])[groups]
+    walk, trend, season = (np.array([getattr(r, k) for r in rates])[groups] for k in GRIDS)
     swing = np.array([SWINGS[r.swing] for r in rates])[groups]
     tau = np.array([TAUS[r.tau] for r in rates])[groups]
-    none, one = np.zeros(len(groups)), np.ones(len(groups))
-    still = np.zeros(stated)
-    return WanderingMotion(
-        np.concatenate([still, walk, none]),
-        np.concatenate([still, none, swing]),
-        np.concatenate([still + 1.0, one, tau]),
-    )
+    return WanderingMotion(stated, walk, trend, season, swing, tau)
 
 
-def first_state(motion: WanderingMotion, stated: int) -> GaussianState:
-    """At the date of the machine file: z standard normal, b zero, w stationary."""
-    n = len(motion.walk)
-    spread = np.concatenate([np.ones(stated), np.zeros(n - stated)]) + motion.swing
-    used = np.flatnonzero(spread > 0)
-    factor = np.zeros((n, len(used)))
-    factor[used, np.arange(len(used))] = spread[used]
-    return GaussianState(np.zeros(n), factor)
+def first_state(motion: WanderingMotion) -> GaussianState:
+    """At the date of the machine file: z standard normal, b = -s, w stationary."""
+    b, w, s, c, v = (motion.block(k) for k in range(BLOCKS))
+    root = np.zeros((motion.size, motion.size))
+    root[np.arange(motion.stated), np.arange(motion.stated)] = 1.0
+    for rows, columns, size in ((w, w, motion.swing), (s, s, motion.season), (c, c, motion.season)):
+        root[rows, columns] = np.diag(size)
+    root[b, s], root[v, v] = -np.diag(motion.season), np.diag(motion.trend)
+    return GaussianState(np.zeros(motion.size), root[:, root.any(axis=0)])
 
 
 def first_rates(tracked: TrackedMachine) -> tuple[GroupRates, ...]:
-    levels = np.array([GroupRates(k).log_prior for k in range(len(WALKS))])
-    return tuple(GroupRates(mean=mean_walk(levels, range(len(WALKS)))) for _ in tracked.groups)
+    """Before any recording: the root mean squares of the priors."""
+    return tuple(
+        GroupRates(_of_prior("walk"), _of_prior("trend"), _of_prior("season")) for _ in tracked.groups
+    )
 
 
-def mean_walk(logs: Array, levels: Sequence[int]) -> float:
-    """Root mean square of the walk over levels of the grid with probabilities exp(logs): a Gaussian of the variance of the mixture."""
-    weights = np.exp(logs - np.max(logs))
-    square = np.array([WALKS[k] for k in levels]) ** 2
-    return float(np.sqrt(weights @ square / weights.sum()))
+def nearest_level(name: str, rate: float) -> int:
+    """The level of a grid next to a rate, where the search for what is probable begins."""
+    grid = np.array(GRIDS[name])
+    return int(np.abs(np.log2(np.maximum(grid, 2.0**-8)) - np.log2(max(rate, 2.0**-8))).argmin())

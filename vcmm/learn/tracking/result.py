@@ -85,8 +85,8 @@ class Track:
         if days <= WEEKS:
             return ()
         return (
-            f"{self.at} is {days:.0f} days after the last check: a season or a trend is not foreseen, and on drawn machines that have one the 95 % "
-            "bands held less often than that (docs/track.md); the line time since calibration is the least that time has brought",
+            f"{self.at} is {days:.0f} days after the last check: on drawn machines with a season and wear the 95 % bands of a forecast of 30 days and more "
+            "held 0.9 and less (docs/track.md); the line time since calibration is the least that time has brought",
         )
 
     @property

@@ -128,6 +128,10 @@ def read_state(
             f"{path}: this state belongs to another machine file, or the file was changed since; --replay works everything out anew, or give "
             "another folder with --out"
         )
+    if any(not GroupRates.__dataclass_fields__.keys() <= r.keys() for r in data.get("rates", [])):
+        raise DataError(
+            f"{path}: an earlier version wrote this state, without trends and seasons; --replay works everything out anew"
+        )
     numbers = folder / NUMBERS
     if not numbers.is_file() or hashlib.sha256(numbers.read_bytes()).hexdigest() != data["numbers_sha256"]:
         raise DataError(
@@ -143,6 +147,6 @@ def read_state(
     checks = tuple(
         FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known
     )
-    rates = tuple(GroupRates(r["walk"], r["swing"], r["tau"], r["mean"]) for r in data["rates"])
+    rates = tuple(GroupRates(**{k: r[k] for k in GroupRates.__dataclass_fields__}) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
     return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files

@@ -39,6 +39,32 @@ class TaskLimit:
     unit: str
 
 
+@dataclass(frozen=True, eq=False)
+class CharacteristicGain:
+    """name and type of the characteristic; gain (n,) per number of the state; unit: mm or rad."""
+
+    name: str
+    type: str
+    gain: Array
+    unit: str
+
+
+def gains_of(scenario: Scenario, dated: DatedMachine) -> tuple[CharacteristicGain, ...]:
+    """Of every characteristic that is linear in the machine; how far the indicated value moves. Raises UsageError where there is none."""
+    model = build(replace(scenario, machine=_in_task(scenario, dated)).task())
+    state = _gain(model, model.gradient(), dated)
+    out = tuple(
+        CharacteristicGain(c.name, c.type, g, "rad" if c.type == "angle" else "mm")
+        for c, g in zip(model.characteristics, state)
+        if c.type in LINEAR
+    )
+    if not out:
+        raise UsageError(
+            f"the task has no characteristic whose shift follows from the machine ({', '.join(LINEAR)})"
+        )
+    return out
+
+
 def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> tuple[TaskLimit, ...]:
     """texts: "bore distance = 2 um". Raises UsageError for names, values and types that do not serve."""
     model = build(replace(scenario, machine=_in_task(scenario, dated)).task())

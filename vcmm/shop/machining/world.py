@@ -113,7 +113,7 @@ class Cutting:
         return np.asarray(self._outward(height) + self.measuring.exact_errors(theirs))
 
     def machine_of(self, one: Input) -> tuple[Machine, Run]:
-        if any(one is f.input for f in self._cut):
+        if any(one is i for f in self._cut for i in (f.input, *f.input.members)):
             return self.tool.machine, self.tool.run
         return self.measuring.machine_of(one)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm import __version__
+from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.learn.tracking.result import Track
 from vcmm.show import charts
 from vcmm.show import report as r
@@ -22,7 +24,9 @@ if TYPE_CHECKING:
 DRAWN = 9  # numbers with a picture, those that moved most
 
 
-def track_page(track: Track, planned: tables.Planned | None = None) -> str:
+def track_page(
+    track: Track, planned: tables.Planned | None = None, doubtful: Sequence[DoubtfulParts] = ()
+) -> str:
     """One self-contained HTML file."""
     name = track.followed.tracked.machine.name
     blocks = [
@@ -33,6 +37,8 @@ def track_page(track: Track, planned: tables.Planned | None = None) -> str:
     ]
     if track.alarms:
         blocks += [r.heading("What changed"), html(tables.alarms(track))]
+    if doubtful:
+        blocks += [r.heading("Doubtful parts"), html(tables.doubtful(doubtful))]
     blocks.append(r.heading("Numbers over time"))
     drawn = sorted(track.courses, key=lambda c: -c.moved)[:DRAWN]
     blocks += [r.columns(*(charts.on_page(track.plot, c.name) for c in drawn)), html(tables.numbers(track))]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vcmm.learn.tracking.dates import date_of
+from vcmm.learn.tracking.doubtful import CharacteristicShift, DoubtfulParts
 from vcmm.learn.tracking.follow import FollowedCheck
 from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
 from vcmm.learn.tracking.result import NumberOverTime, Track, last_good
@@ -66,6 +67,23 @@ def alarms(track: Track) -> ResultTable[FollowedCheck]:
     )
     said = "what was measured or cut between the two dates is doubtful"
     return ResultTable("alarms", columns, track.alarms, said)
+
+
+def _shift(s: CharacteristicShift) -> str:
+    unit, factor = ("µm", 1e3) if s.unit == "mm" else ("µrad", 1e6)
+    return f"{s.name} {s.shift * factor:+.3g} ± {s.u * factor:.2g} {unit}"
+
+
+def doubtful(found: Sequence[DoubtfulParts]) -> ResultTable[DoubtfulParts]:
+    """Parts that were measured or cut while nobody knew of a change."""
+    columns: Sequence[Column[DoubtfulParts]] = (
+        Column("after", lambda d: d.since or "the date of the machine file"),
+        Column("until", lambda d: d.alarm),
+        Column("parts", lambda d: ", ".join(f"{p.name} ({p.date})" for p in d.parts) or "none"),
+        Column("shift, if the machine had changed", lambda d: ", ".join(_shift(s) for s in d.shifts)),
+    )
+    said = "indicated values moved by this, ± standard uncertainty, or not at all: on which day the machine changed is not known"
+    return ResultTable("doubtful parts", columns, list(found), said)
 
 
 NUMBERS: tuple[Column[NumberOverTime], ...] = (

@@ -1,0 +1,109 @@
+"""Parts that were measured or cut between the last check that was as predicted and the alarm, and how far their characteristics may be shifted.
+
+    shift = g (m1 - m0),   u^2 = g (P0 + P1) g'
+
+m0, P0: state after the last good check, carried to the day of the alarm; m1, P1: after the alarm's recording; g: characteristic per number of the state
+(vcmm.learn.tracking.task_limits). The two states have noise in common, so that u is at most this much. On which day of the interval the machine changed is not known: a part is
+shifted by this, or not at all.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.text import read_text
+from vcmm.learn.tracking.dates import moment
+from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
+from vcmm.learn.tracking.task_limits import CharacteristicGain
+
+
+@dataclass(frozen=True)
+class DatedPart:
+    name: str
+    date: str
+
+
+@dataclass(frozen=True)
+class CharacteristicShift:
+    """name; shift and its standard uncertainty, mm or rad (unit)."""
+
+    name: str
+    shift: float
+    u: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class DoubtfulParts:
+    """alarm: date of its recording; since: date of the last good check, None: there was none."""
+
+    alarm: str
+    since: str | None
+    parts: tuple[DatedPart, ...]
+    shifts: tuple[CharacteristicShift, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "alarm": self.alarm,
+            "since": self.since,
+            "parts": [{"part": p.name, "date": p.date} for p in self.parts],
+            "shifts": [
+                {"characteristic": s.name, "shift": s.shift, "u": s.u, "unit": s.unit} for s in self.shifts
+            ],
+        }
+
+
+def read_parts(path: Path) -> tuple[DatedPart, ...]:
+    """part,date: one row per part. Raises DataError naming file and line."""
+    rows = csv.DictReader(read_text(path).splitlines())
+    if not {"part", "date"} <= set(rows.fieldnames or ()):
+        raise DataError(f"{path}:1: columns part,date are due, such as part,date and below it 17,2026-08-19")
+    out = []
+    for line, row in enumerate(rows, start=2):
+        name, date = (row["part"] or "").strip(), (row["date"] or "").strip()
+        try:
+            moment(date)
+        except UsageError as error:
+            raise DataError(f"{path}:{line}: {error}") from None
+        if not name:
+            raise DataError(f"{path}:{line}: the part has no name")
+        out.append(DatedPart(name, date))
+    return tuple(out)
+
+
+def doubtful_parts(
+    followed: FollowedMachine, parts: Sequence[DatedPart], gains: Sequence[CharacteristicGain]
+) -> tuple[DoubtfulParts, ...]:
+    """Of every alarm, in the order of the dates; parts of the day of the alarm itself are doubtful too."""
+    states, out = course(followed), []
+    for i, check in enumerate(followed.checks):
+        if not check.alarm:
+            continue
+        good = _last_good(followed.checks, i)
+        since = None if good is None else followed.checks[good]
+        own = [
+            p
+            for p in parts
+            if (since is None or moment(p.date) > since.when) and np.floor(moment(p.date)) <= check.when
+        ]
+        start = followed.started if good is None else states[good]
+        day = check.when - (followed.seen[0].when if since is None else since.when)
+        before, after = followed.motion.step(start, day), states[i]
+        shifts = []
+        for g in gains:
+            spread = np.concatenate([g.gain @ before.factor, g.gain @ after.factor])
+            moved = float(g.gain @ (after.mean - before.mean))
+            shifts.append(CharacteristicShift(g.name, moved, float(np.sqrt((spread**2).sum())), g.unit))
+        out.append(DoubtfulParts(check.date, since.date if since else None, tuple(own), tuple(shifts)))
+    return tuple(out)
+
+
+def _last_good(checks: Sequence[FollowedCheck], before: int) -> int | None:
+    return next((k for k in range(before - 1, -1, -1) if not checks[k].alarm), None)
