@@ -34,7 +34,7 @@ KINDS = {  # what the numbers of a file are for
     "how many recordings are simulated, and of how many rows": (
         "engine estimates comparison neighbours noise shortfall thinning very_long null screening problem statement_tests several"
     ),
-    "which measurements are proposed, and how long they take": "nextstep known_unknowns",
+    "which measurements are proposed, and how long they take": "nextstep expected known_unknowns",
 }
 
 

@@ -12,7 +12,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.encoder_harmonics import EncoderHarmonics
 from vcmm.physics.catalogue.plate_bow import PlateBow
-from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay
+from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay, PlayOperator
 from vcmm.physics.catalogue.uniform_scale import UniformScale
 
 
@@ -79,6 +79,21 @@ def test_play_along_a_ramp():
     assert BacklashRamp("C").required() == ("sense_C", "since_reversal_C_rad")
     with pytest.raises(UsageError, match="distance must be positive"):
         BacklashRamp("X", 1e-3, distance=0.0)
+
+
+def test_the_slide_comes_over_on_the_way_after_a_reversal():
+    # gap 20 um over 0.4 mm. Up, before the first reversal: -10 um. Then down: still -10 um at the reversal (d = -1: +10 (2 s / 0.4 - 1)),
+    # 0 half way, +10 um from 0.4 mm on. Up again: +10 um, 0, -10 um.
+    sense = np.array([1.0, 1, -1, -1, -1, 1, 1, 1])
+    since = np.array([0.0, 1, 0, 0.2, 0.9, 0, 0.2, 0.4])
+    run = Run({"X": np.zeros(8)}, np.zeros((8, 3)), {"sense_X": sense, "since_reversal_X_mm": since})
+    expected = [-10, -10, -10, 0, 10, 10, 0, -10]
+    effect = PlayOperator("X", 20e-3, 0.4)
+    assert effect.error_motion(run)[:, 0] == pytest.approx([e * 1e-3 for e in expected], abs=1e-15)
+    back = np.arange(8)[::-1]  # the clock decides, not the order of the rows
+    turned = run.with_columns({"time_s": np.arange(8.0)}).take(back)
+    assert effect.error_motion(turned)[back, 0] == pytest.approx([e * 1e-3 for e in expected], abs=1e-15)
+    assert PlayOperator("C").required() == ("sense_C", "since_reversal_C_rad", "time_s")
 
 
 def test_play_that_grows_with_the_load():

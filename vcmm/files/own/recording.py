@@ -23,7 +23,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.core.text import is_file, read_text
 from vcmm.files.columns import LABELS, run_columns
-from vcmm.files.gaps import reaching, set_aside
+from vcmm.files.gaps import note_gaps, reaching
 from vcmm.files.observations import OBSERVED_COLUMNS
 from vcmm.files.own.known_columns import read_known
 from vcmm.files.own.logs import add_logs, read_logs, with_readings
@@ -130,10 +130,10 @@ def _check_document(
 
 
 def _with_logs(recording: Recording, logs: dict[str, Series]) -> Recording:
-    """The recording with its logs; rows beyond the end of one are set aside."""
+    """The recording with its logs; rows beyond the end of one are named."""
     logs, gaps = reaching(recording.run, logs)
     whole = replace(recording, run=with_readings(with_logs(add_logs(recording.run, logs))))
-    return set_aside(whole, gaps)
+    return note_gaps(whole, gaps)
 
 
 def _complete(recording: Recording, gaps: bool) -> Recording:

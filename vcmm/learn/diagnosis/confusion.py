@@ -11,7 +11,7 @@ Names that hold the answer whatever is recorded (see nested) are no rivals while
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -53,6 +53,19 @@ class Standing:
     shares: tuple[float, ...] = ()  # their probabilities
     kin: Kin | None = None  # its family
     exact_shares: tuple[float, ...] = ()  # probabilities of `exact`
+
+
+def lowered(place: Standing, share: float) -> Standing:
+    """The standing where only a share of its probability is left to the name and to what it cannot be told from."""
+    return replace(
+        place,
+        probability=place.probability * share,
+        with_aliases=place.with_aliases * share,
+        rival_probability=place.rival_probability * share,
+        shares=tuple(p * share for p in place.shares),
+        exact_shares=tuple(p * share for p in place.exact_shares),
+        kin=place.kin.times(share) if place.kin else None,
+    )
 
 
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:

@@ -67,6 +67,76 @@ class BacklashRamp(Effect):
         return motion(run, **{self.axis: -0.5 * gap * sense})
 
 
+def _play_operator_shows_in(effect: PlayOperator, run: Run) -> bool:
+    """The axis turns round within the rows, and some of them stand on the way after it."""
+    since = run.columns.get(effect.required()[1])
+    sense = run.columns.get(effect.required()[0])
+    if since is None or sense is None or not len(since):
+        return False
+    way = effect.way(run)
+    return bool(np.isinf(way).any()) and len(np.unique(way[np.isfinite(way)])) > 2
+
+
+@dataclass(frozen=True, eq=False)
+class PlayOperator(Effect):
+    """-1/2 gap d_a (2 min(s / distance, 1) - 1) e_a: the slide stays on its side and comes over on the way after a reversal.
+
+    The third shape of backlash, and reported as such: the play operator of a path. s is the distance since the last reversal within the
+    rows; before the first one the slide has come over (s = inf). Rigid parts come over within distance = gap; where the drive also
+    winds up the way is longer.
+    """
+
+    name = "backlash_operator"
+    diagnosis = ForDiagnosis(
+        family="backlash",
+        shared_physics="play",
+        shows_in=_play_operator_shows_in,
+    )
+    per = "axis"
+    along_axis = True
+    needs = ("sense_{axis}", "since_reversal_{axis}_mm", "time_s")
+    cites = "Krasnosel'skii & Pokrovskii, Systems with Hysteresis (1989), 2: the operator of play; ISO 230-2:2014, 2.16"
+    axis: str = at("X", "linear or rotary axis")
+    gap: float = param(0.0, "um", "lost motion", typical=Typical(1 * UM, "as backlash", PLAY))
+    distance: float = param(
+        0.01,
+        "mm",
+        "way on which the slide comes over",
+        scan=(1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0),
+    )
+
+    def __post_init__(self) -> None:
+        if not self.distance > 0:
+            raise UsageError(f'{self.id}: distance must be positive; write for example distance = "0.1 mm"')
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def required(self) -> tuple[str, ...]:
+        """Rotary axes count the distance since reversal in rad."""
+        columns = super().required()
+        return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
+
+    def way(self, run: Run) -> Array:
+        """Distance since the last reversal within the rows (n,), infinite before the first one; rows in the order of their clock."""
+        sense, since = run.column(self.required()[0]), run.column(self.required()[1])
+        time = run.columns.get("time_s")
+        order = np.arange(run.n) if time is None else np.argsort(time, kind="stable")
+        moving = order[sense[order] != 0]
+        turned = np.flatnonzero(np.diff(sense[moving]) != 0)
+        first = len(order)
+        if len(turned):
+            first = int(np.flatnonzero(order == moving[turned[0] + 1])[0])
+        before = np.zeros(run.n, dtype=bool)
+        before[order[:first]] = True
+        return np.where(before, np.inf, since)
+
+    def error_motion(self, run: Run) -> Array:
+        over = 2.0 * np.minimum(self.way(run) / self.distance, 1.0) - 1.0
+        return motion(run, **{self.axis: -0.5 * self.gap * share_taken_up(run, self.axis) * over})
+
+
 def _loaded_play_shows_in(effect: LoadedPlay, run: Run) -> bool:
     load = run.columns.get("load_kg")
     return load is not None and float(np.ptp(load)) > 0

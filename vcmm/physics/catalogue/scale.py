@@ -35,6 +35,7 @@ class ScaleFactor(Effect):
         remark=_scale_factor_remark,
     )
     per = "axis"
+    along_axis = True
     cites = "ISO 230-2; linear positioning error"
     words = Words(
         seen="{where} travels too far in proportion to the distance ({k})",
@@ -48,7 +49,11 @@ class ScaleFactor(Effect):
         0.0,
         "um/m",
         "error per travelled length",
-        typical=Typical(5e-6, "usual: scale or gain error 1-10 ppm"),
+        typical=Typical(
+            5e-6,
+            "usual: scale or gain error 1-10 ppm; of an axis that turns 0.1-1 %, the gain of a potentiometer, resolver or step counter",
+            1e-3,
+        ),
     )
 
     @property
