@@ -265,7 +265,7 @@ def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
 def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Option | None:
     """Columns of one effect with its scanned values set; None where it moves nothing or the model ends."""
     names = linear_parameters(effect)
-    if not names or not _ends_within(effect, problem.run):
+    if not names or not effect.diagnosis.shows_at(effect, problem.run):
         return None
     try:
         columns = problem.columns(effect, names)
@@ -279,15 +279,6 @@ def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Opt
     if not np.isfinite(columns).all() or not np.any(columns) or columns.shape[1] > MOST_COLUMNS:
         return None
     return Option(effect, columns, unit, labels, log_prior)
-
-
-def _ends_within(effect: Effect, run: Run) -> bool:
-    """Does what happens on a way after a reversal end within half of the longest way in the rows? What goes on to the end of every way
-    is a slope over the position, which has names of its own.
-    """
-    since = [c for c in effect.required() if c.startswith("since_reversal_") and c in run.columns]
-    way = getattr(effect, "distance", None)
-    return way is None or not since or float(way) <= 0.5 * float(run.columns[since[0]].max(initial=0.0))
 
 
 def redraw_label(effect: Effect, run: Run) -> str:

@@ -75,6 +75,7 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     options = given.options(selection.y[:, None])
     scores = given.families(options)[:, 0]
     own = setting.found.families.index(selection.terms[i].family)
+    scores[_of_others(setting, selection, i)] = -np.inf
     gap = separability(given, selection.signal(i))
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
@@ -96,6 +97,12 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
         family_about(setting, own, scores, options[:, 0], gap, total, larger),
         tuple(float(probable[j]) for j in exact),
     )  # fmt: skip
+
+
+def _of_others(setting: Setting, selection: Selection, i: int) -> list[int]:
+    """Families of the other terms, of which the search names none a second time: at another scanned value they are no rival of term i."""
+    others = {t.family.id for j, t in enumerate(selection.terms) if j != i} - {selection.terms[i].family.id}
+    return [j for j, f in enumerate(setting.found.families) if f.id in others]
 
 
 def _same_place(setting: Setting, one: int, other: int) -> bool:

@@ -2,7 +2,7 @@
 
 An effect declares how large it usually is, and where that is known the most that a machine has; the widest prior of the search
 is SCALES[-1] = 64 times the usual size, which counts where no most is declared. A number beyond it (an axis that errs by 8 mm/m, a cyclic error of a degree) is more often a wrong unit, gain or sensor than a machine. There is no
-model of such a mistake that could be weighed: the instrument stands among the rivals, and the remark says what to look at first.
+model of such a mistake that could be weighed, so name and instrument share the probability evenly.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def within(effect: Effect) -> bool:
 
 
 def shared_with_instrument(a: Answer) -> Answer:
-    """The answer, where it is too large, with what recorded it as a rival and a remark."""
+    """The answer, where it is too large, with what recorded it as a rival of the same weight and a remark."""
     if not a.implausible or (a.fitted is not None and within(a.fitted)):
         return a
     rival = (
@@ -42,8 +42,12 @@ def shared_with_instrument(a: Answer) -> Answer:
         f"far more than such an effect usually has: look first at unit, gain and mounting of the {rival} that recorded it,"
         " and repeat it with another one"
     )
+    half = a.probability / 2
     return replace(
         a,
+        probability=half,
+        kin=None if a.kin is None else a.kin.times(0.5),
+        rival_probability=a.rival_probability + half,
         cannot_be_told_from=(*a.cannot_be_told_from, rival),
         remark="; ".join(s for s in (a.remark, said) if s),
     )

@@ -1,8 +1,10 @@
 """Is the answer that of every part of the rows? Names are searched again in alternating rows and in the halves in time.
 
 The columns of the catalogue, the noise and the threshold are those of the whole. A part is asked about a name that should stand first in it: what
-the name says of its rows, other names projected out, is at least SECURE_DELTA of the noise. A name that n parts were asked about and k of them
-find is claimed with at most (k + 1) / (n + 2), the rule of succession (Laplace; Jaynes, Probability Theory (2003), 18.2), unless all find it.
+the name says of its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
+what is decided by all rows may be open in it: it speaks against a name only where what it finds instead is worth STRONG nats more in its rows
+than all names of the whole; nearer both are rivals, and it is silent. A name that n parts speak about and k of them find is claimed with at
+most (k + 1) / (n + 2), the rule of succession (Laplace; Jaynes, Probability Theory (2003), 18.2), unless all find it.
 """
 
 from __future__ import annotations
@@ -17,13 +19,22 @@ from vcmm.core.errors import ModelLimit
 from vcmm.learn.diagnosis.candidates import Family
 from vcmm.learn.diagnosis.checks import Stability
 from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.constants import FEWEST, SECURE_DELTA
+from vcmm.learn.diagnosis.constants import FEWEST, NOTHING, SECURE_DELTA, STRONG
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.families import kin_of
 from vcmm.learn.diagnosis.problem import Problem, neighbours_of
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.search import Stage
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, basis_of, clean_outliers, select
+from vcmm.learn.diagnosis.select import (
+    Selection,
+    Setting,
+    Term,
+    basis_of,
+    clean_outliers,
+    fitted_again,
+    net_evidence,
+    select,
+)
 from vcmm.task.response.folds import Mask
 from vcmm.task.response.observe import Observer
 
@@ -35,18 +46,28 @@ class _Part:
     kind: str
     name: str
     rows: Mask
-    white: Whitener
-    names: tuple[Term, ...]
+    setting: Setting
+    found: Selection
+
+    @property
+    def white(self) -> Whitener:
+        return self.setting.white
+
+    @property
+    def names(self) -> tuple[Term, ...]:
+        return self.found.terms
 
 
 def stability(problem: Problem, stage: Stage, selection: Selection, places: Sequence[Standing]) -> Stability:
     """Search the names again in parts of the rows. places: of every term its rivals."""
     parts = [p for kind, name, rows in _parts(problem) if (p := _search(problem, stage, kind, name, rows))]
-    asked = [[p for p in parts if _should_show(problem, p, selection, i)] for i in range(len(places))]
-    there = [
-        [_is_found(p, selection.terms[i], place) for p in of]
-        for i, (of, place) in enumerate(zip(asked, places))
-    ]
+    refuses = {id(p): _refuses(p, selection, places, stage) for p in parts}
+    asked, there = [], []
+    for i, (term, place) in enumerate(zip(selection.terms, places)):
+        of = [(p, _is_found(p, term, place, stage)) for p in parts if _should_show(problem, p, selection, i)]
+        spoken = [(p, found) for p, found in of if found or refuses[id(p)]]
+        asked.append([p for p, _ in spoken])
+        there.append([found for _, found in spoken])
     most = tuple(1.0 if all(t) else (sum(t) + 1) / (len(t) + 2) for t in there)
     text = [
         f"{selection.terms[i].family.id} is not found in {' and '.join(p.name for p, t in zip(asked[i], there[i]) if not t)}, where it"
@@ -103,7 +124,7 @@ def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) ->
         stage.threshold,
         Refiner(part, white),
     )
-    return _Part(kind, name, rows, white, select(clean_outliers(setting)).terms)
+    return _Part(kind, name, rows, setting, select(clean_outliers(setting)))
 
 
 def _rows_of(problem: Problem, rows: Mask) -> Problem:
@@ -140,9 +161,34 @@ def _should_show(problem: Problem, part: _Part, selection: Selection, i: int) ->
     return float(np.linalg.norm(rest)) >= SECURE_DELTA * selection.fit.sigma
 
 
-def _is_found(part: _Part, term: Term, place: Standing) -> bool:
-    """Is the term, one of its family at its link, or one that it cannot be told from among the names of a part?"""
-    return any(same_physics(t, term) or t.family.name in place.names for t in part.names)
+def _refuses(part: _Part, selection: Selection, places: Sequence[Standing], stage: Stage) -> bool:
+    """Is what a part finds worth STRONG nats more in its rows than all names of the whole: at their sizes, or at those that suit the part?
+
+    At given sizes nothing is free and nothing is paid: dof / 2 ln(rows alone / rows less the names), sums of squares.
+    """
+    if all(_is_found(part, t, p, stage) for t, p in zip(selection.terms, places)):
+        return False
+    own, y = replace(part.setting, start=part.found.y), part.found.y
+    terms = [_term_of(t, part) for t in selection.terms]
+    ours = fitted_again(terms, own)
+    assert selection.fit is not None
+    left = y - np.concatenate([t.white for t in terms], axis=1) @ selection.fit.mean
+    at_sizes = 0.5 * part.setting.found.dof * float(np.log((y @ y) / max(float(left @ left), NOTHING)))
+    free = net_evidence(replace(ours, y=y), own)
+    return net_evidence(part.found, own) - min(free, at_sizes) >= STRONG
+
+
+def _term_of(term: Term, part: _Part) -> Term:
+    option = replace(term.option, columns=term.option.columns[part.rows])
+    return replace(term, option=option, white=part.white.apply(option.columns))
+
+
+def _is_found(part: _Part, term: Term, place: Standing, stage: Stage) -> bool:
+    """Is the term, one of its family at its link, what repeats it exactly, or one that it cannot be told from among the names of a part?"""
+    exact = {stage.found.families[k].id for k in place.exact}
+    return any(
+        same_physics(t, term) or t.family.name in place.names or t.family.id in exact for t in part.names
+    )
 
 
 def same_physics(a: Term, b: Term) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.declaration import PLAY, UM, ForDiagnosis, Prior, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.play import share_taken_up
+from vcmm.core.play import bends, share_taken_up
 from vcmm.core.run import Array, Run
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
@@ -19,6 +19,13 @@ def _backlash_ramp_shows_in(effect: BacklashRamp, run: Run) -> bool:
     """Rows stand on the ways that are tried, and not at their ends only."""
     since = run.columns.get(effect.required()[1])
     return since is not None and len(np.unique(since[since < LONGEST])) > 2
+
+
+def _bends(effect: BacklashRamp | PlayOperator, run: Run) -> bool:
+    """Does the ramp end within the ways of the rows?"""
+    if effect.required()[1] not in run.columns:
+        return True
+    return bends(run, effect.axis, 1.0 - np.minimum(effect.way(run) / effect.distance, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +41,7 @@ class BacklashRamp(Effect):
         family="backlash",
         shared_physics="play",
         shows_in=_backlash_ramp_shows_in,
+        shows_at=_bends,
     )
     per = "axis"
     along_axis = True
@@ -61,8 +69,12 @@ class BacklashRamp(Effect):
         columns = super().required()
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
+    def way(self, run: Run) -> Array:
+        """Distance since the last reversal (n,)."""
+        return run.column(self.required()[1])
+
     def error_motion(self, run: Run) -> Array:
-        sense, since = share_taken_up(run, self.axis), run.column(self.required()[1])
+        sense, since = share_taken_up(run, self.axis), self.way(run)
         gap = self.gap - self.ramp * np.minimum(since / self.distance, 1.0)
         return motion(run, **{self.axis: -0.5 * gap * sense})
 
@@ -91,6 +103,7 @@ class PlayOperator(Effect):
         family="backlash",
         shared_physics="play",
         shows_in=_play_operator_shows_in,
+        shows_at=_bends,
     )
     per = "axis"
     along_axis = True
