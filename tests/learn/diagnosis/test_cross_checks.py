@@ -134,10 +134,12 @@ def test_two_bad_readings_are_told_beside_nothing_missing(tmp_path, capsys):
     (tmp_path / "data.csv").write_text("\n".join(lines) + "\n")
     found = document(capsys, file)
     assert [a for a in found["answer"] if not a["doubtful"]] == []
-    assert any("lines 31 and 91 lie" in w and "standard deviations" in w for w in found["warnings"])
+    assert any(
+        "lines 31 and 91 lie" in w["text"] and "standard deviations" in w["text"] for w in found["warnings"]
+    )
 
 
 def test_without_bad_readings_none_is_told(tmp_path, capsys):
     found = document(capsys, written(tmp_path, 7, scale=0.0, gap=0.0)[0])
     assert found["verdict"] == "nothing missing"
-    assert not any("standard deviations from what is predicted" in w for w in found["warnings"])
+    assert not any("standard deviations from what is predicted" in w["text"] for w in found["warnings"])

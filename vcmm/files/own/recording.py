@@ -18,7 +18,14 @@ import numpy as np
 
 from vcmm.core.axes import LETTERS
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
-from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
+from vcmm.core.history import (
+    axis_unit,
+    path_history,
+    row_history,
+    rows_after_turning,
+    time_since_acceleration,
+    travel,
+)
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.core.text import is_file, read_text
@@ -282,7 +289,7 @@ def _with_history(recording: Recording, memory: str) -> Run:
     """
     run = recording.run
     if memory == "none" or run.n < 2:
-        return run
+        return _with_turned(run)
     two = recording.other >= 0
     rows = run.take(np.arange(run.n - two.sum())) if two.any() else run
     axes = list(rows.position)
@@ -300,7 +307,19 @@ def _with_history(recording: Recording, memory: str) -> Run:
     if two.any():
         source = np.concatenate([np.arange(rows.n), recording.row[two]])
         new = {name: values[source] for name, values in new.items()}
-    return run.with_columns(new)
+    return _with_turned(run.with_columns(new))
+
+
+def _with_turned(run: Run) -> Run:
+    """turned_X where sense, distance since the last reversal and clock of the rows are known."""
+    known = [
+        a
+        for a in run.position
+        if {f"sense_{a}", f"since_reversal_{a}_{axis_unit(a)}", "time_s"} <= set(run.columns)
+    ]
+    return run.with_columns(
+        {f"turned_{a}": rows_after_turning(run.column(f"sense_{a}"), run.column("time_s")) for a in known}
+    )
 
 
 def _with_part(recording: Recording, machine: Machine) -> Recording:

@@ -7,7 +7,6 @@ not measured: only the columns of the rivals on old and new rows together decide
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,10 +14,10 @@ from functools import partial
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import RANK, Whitener, whitener
-from vcmm.core.axes import is_rotary
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.candidates import Option
+from vcmm.learn.diagnosis.confirming import confirming
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import NOTHING
 from vcmm.learn.diagnosis.discrepancy import values_of
@@ -104,15 +103,9 @@ def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[
 
 
 def _confirming(problem: Problem, selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
-    """What the catalogue says to do, where no repetition of these rows tells the two apart; a circle takes two linear axes."""
-    effect = selection.terms[i].option.effect
-    if effect is None or effect.words is None:
-        return []
-    if "circular test" in effect.words.confirm and sum(not is_rotary(a) for a in problem.run.position) < 2:
-        return []
-    known = defaultdict(str, {k: str(v) for k, v in selection.terms[i].family.where.items()})
-    known["where"] = " ".join(selection.terms[i].family.where.values())
-    return [NextStep(pair, effect.words.confirm.format_map(known), CONFIRMED, 0.0)]
+    """What the catalogue says to do, where no repetition of these rows tells the two apart."""
+    do = confirming(selection.terms[i], pair[1], problem.run)
+    return [NextStep(pair, do, CONFIRMED, 0.0)] if do else []
 
 
 def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:

@@ -93,8 +93,8 @@ def _play_operator_shows_in(effect: PlayOperator, run: Run) -> bool:
 class PlayOperator(Effect):
     """-1/2 gap d_a (2 min(s / distance, 1) - 1) e_a: the slide stays on its side and comes over on the way after a reversal.
 
-    The third shape of backlash, and reported as such: the play operator of a path. s is the distance since the last reversal within the
-    rows; before the first one the slide has come over (s = inf). Rigid parts come over within distance = gap; where the drive also
+    The third shape of backlash, and reported as such: the play operator of a path. s is the distance since the last reversal; in a
+    recording the slide has come over before the first one (s = inf), as column turned_X says. Rigid parts come over within distance = gap; where the drive also
     winds up the way is longer.
     """
 
@@ -107,7 +107,7 @@ class PlayOperator(Effect):
     )
     per = "axis"
     along_axis = True
-    needs = ("sense_{axis}", "since_reversal_{axis}_mm", "time_s")
+    needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "Krasnosel'skii & Pokrovskii, Systems with Hysteresis (1989), 2: the operator of play; ISO 230-2:2014, 2.16"
     axis: str = at("X", "linear or rotary axis")
     gap: float = param(0.0, "um", "lost motion", typical=Typical(1 * UM, "as backlash", PLAY))
@@ -132,18 +132,9 @@ class PlayOperator(Effect):
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def way(self, run: Run) -> Array:
-        """Distance since the last reversal within the rows (n,), infinite before the first one; rows in the order of their clock."""
-        sense, since = run.column(self.required()[0]), run.column(self.required()[1])
-        time = run.columns.get("time_s")
-        order = np.arange(run.n) if time is None else np.argsort(time, kind="stable")
-        moving = order[sense[order] != 0]
-        turned = np.flatnonzero(np.diff(sense[moving]) != 0)
-        first = len(order)
-        if len(turned):
-            first = int(np.flatnonzero(order == moving[turned[0] + 1])[0])
-        before = np.zeros(run.n, dtype=bool)
-        before[order[:first]] = True
-        return np.where(before, np.inf, since)
+        """Distance since the last reversal within the rows (n,), infinite before the first one."""
+        since, turned = run.column(self.required()[1]), run.columns.get(f"turned_{self.axis}")
+        return since if turned is None else np.where(turned > 0, since, np.inf)
 
     def error_motion(self, run: Run) -> Array:
         over = 2.0 * np.minimum(self.way(run) / self.distance, 1.0) - 1.0
