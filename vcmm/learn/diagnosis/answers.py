@@ -20,6 +20,7 @@ from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.periods import alias_names
 from vcmm.learn.diagnosis.plain_words import remark
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner, scanned_names
@@ -120,7 +121,10 @@ def _with_numbers(
     effect, inputs = fitted_effect(selection, i, problem.machine)
     terms, offset = (*scanned_names(selection.terms[i].option), "period"), problem.run.offset
     outside = beyond(effect, found, problem.machine, offset)
-    return replace(bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside)
+    rivals = (*bare.cannot_be_told_from, *alias_names(effect, problem.run))
+    return replace(
+        bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside, cannot_be_told_from=rivals
+    )  # fmt: skip
 
 
 def _twins(

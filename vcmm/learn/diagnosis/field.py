@@ -108,7 +108,9 @@ def rival_field(
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
     price = own + VERY_STRONG + mismatch(selection)
     of_place, of_both = (
-        _columns([t.option for t in selection.terms if is_simple(t) and not (timed and _is_of_time(t))], setting)
+        _columns(
+            [t.option for t in selection.terms if is_simple(t) and not (timed and _is_of_time(t))], setting
+        )
         for timed in (True, False)
     )
     tried = _trial_kernels(problem, selection, white, null)
