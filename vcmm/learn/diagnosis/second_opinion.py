@@ -2,7 +2,8 @@
 
     EBIC = n ln(RSS) + k (ln n + 2 ln P)      k columns of P chosen, gamma = 1 (Chen & Chen, Biometrika 95 (2008) 759)
 
-It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
+Chosen is the better of what forward selection finds and of our names: its steps go astray, and where the criterion itself prefers our names it
+agrees. It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
 goes wrong otherwise. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
 does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
 """
@@ -26,8 +27,9 @@ def second_opinion(
     found: Dictionary, selection: Selection, places: Sequence[Standing], dof: int
 ) -> SecondOpinion:
     """What EBIC chooses from a dictionary for the rows of a selection."""
-    theirs = _forward(found, selection.y, dof)
-    own = selection.terms
+    theirs, own = _forward(found, selection.y, dof), selection.terms
+    lead = _ebic(own, found, selection.y, dof) - _ebic(theirs, found, selection.y, dof)
+    theirs = own if lead <= 0.0 else theirs
     span = basis_of(theirs, len(selection.y))
     held = [_share(span, selection.signal(i)) >= SAME for i in range(len(own))]
     lacks = tuple(
@@ -35,7 +37,6 @@ def second_opinion(
         for mine, place, holds in zip(own, places, held)
     )
     agrees = not any(lacks) and len(theirs) <= len(own)
-    lead = _ebic(own, found, selection.y, dof) - _ebic(theirs, found, selection.y, dof)
     share = float(1.0 / (1.0 + np.exp(min(max(lead, 0.0) / 2.0, SUREST))))
     return SecondOpinion(tuple(t.family.id for t in theirs), agrees, share, lacks)
 

@@ -22,7 +22,6 @@ from vcmm.answer.evaluation.gaussian import Ints, without_span
 from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.constants import NOTHING
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.periods import coordinate
 from vcmm.learn.diagnosis.refine import scanned_names
@@ -79,13 +78,12 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
 def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """The highest lines of the spectrum that no trial period of a family stands on, at their best values."""
     own = [setting.found.options[k] for k in options_of(setting.found, j)]
-    waves = [o for o in own if _is_wave(o)]
-    if not waves:
+    wave = next((o for o in own if _is_wave(o)), None)
+    if wave is None:
         return []
     refine = setting.refine
-    length = max(float(np.ptp(coordinate(waves[0].effect, refine.problem.run))), NOTHING)
-    known = [w / length for o in own if (w := _frequency(o, setting)) is not None]
-    found = lines_of(waves[0], r, basis, setting.white, refine.problem, setting.threshold, known, LINES)
+    known = [f for o in own if (f := _frequency(o, setting)) is not None]
+    found = lines_of(wave, r, basis, setting.white, refine.problem, setting.threshold, known, LINES)
     sharp = [(refine(option, r, basis), weight) for option, weight in found]
     return [(j, option, weight + refine.open_share(option, r, basis)) for option, weight in sharp]
 

@@ -1,11 +1,11 @@
 """Waves whose period stands on no list: the spectrum of what is left, at every frequency that the rows can tell from a lower one.
 
-    P(f) = |sum_k z_k exp(2 pi i f q_k)|^2 / (1/2 sum_k (D_k / u_k)^2)
+    P(f) = v' M^-1 v,  v = sum_k z_k (cos, sin)(2 pi f q_k),  M = sum_k (D_k / u_k)^2 (cos, sin)' (cos, sin)(2 pi f q_k)
 
 z: the white residual pulled back to the rows (Whitener.adjoint) times D, what a unit motion of the axis does to the observation; q: the
 places, however uneven. P is the sum of squares that a sine and a cosine take away (Lomb, Astrophys. Space Sci. 39 (1976) 447; Scargle,
 Astrophys. J. 263 (1982) 835), worth -dof / 2 ln(1 - P / sum of squares) nats. It is made by one FFT of the rows in bins an eighth of the
-shortest wave wide, from a wave that is twice as fine as the finest usual one, or from what rows on a lattice can tell.
+shortest wave wide, of v and, at 2 f, of M; from a wave that is twice as fine as the finest usual one, or from what rows on a lattice can tell.
 
 The highest lines become options at their best period. The price of having looked elsewhere is simulated: nats of the highest line of M independent
 ones, in noise alone, are ln M plus a Gumbel variable of mean 0.5772, so their mean less that is ln M.
@@ -22,7 +22,7 @@ from vcmm.answer.evaluation.gaussian import Ints, Whitener, without_span
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN
+from vcmm.learn.diagnosis.constants import NOTHING, SAME, UNSEEN
 from vcmm.learn.diagnosis.periods import MOST_BINS, TURNS, coordinate, shortest
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import at_value
@@ -46,13 +46,17 @@ class Spectrum:
     white: Whitener
     points: int
     length: float
-    norm: float
+    cc: Array  # M of every frequency: cos cos, sin sin, cos sin
+    ss: Array
+    cs: Array
 
     def nats(self, r: Array) -> Array:
         """Nats (k,) of a wave of each frequency in a white residual r (m,)."""
         z = self.white.adjoint(r) * self.factor
-        taken = np.abs(np.fft.rfft(np.bincount(self.bins, z, minlength=self.points)))[self.kept] ** 2
-        share = np.minimum(taken / (self.norm * max(float(r @ r), NOTHING)), 1.0 - UNSEEN)
+        turned = np.fft.rfft(np.bincount(self.bins, z, minlength=self.points))[self.kept]
+        c, s = turned.real, -turned.imag
+        taken = (self.ss * c**2 + self.cc * s**2 - 2.0 * self.cs * c * s) / (self.cc * self.ss - self.cs**2)
+        share = np.clip(taken / max(float(r @ r), NOTHING), 0.0, 1.0 - UNSEEN)
         return np.asarray(-0.5 * self.white.dof * np.log1p(-share))
 
 
@@ -68,7 +72,8 @@ def lines_of(
 ) -> list[tuple[Option, float]]:
     """The highest lines that no trial period stands on, as options, and ln of their share of all lines.
 
-    r (m,): white residual outside `basis`; floor: nats that a line must have beyond its price; known: frequencies of the trial periods.
+    r (m,): white residual outside `basis`; floor: nats that a line must have beyond its price; known: trial periods, as how many lie
+    within the range of the places.
     """
     effect = template.effect
     spectrum = None if effect is None else spectrum_of(effect, problem, white)
@@ -79,7 +84,7 @@ def lines_of(
         return []
     price = price_of(spectrum, basis)
     out: list[tuple[Option, float]] = []
-    taken = list(known)
+    taken = [periods / spectrum.length for periods in known]
     near = GRID
     for k in np.argsort(-nats)[: BINS * MOST_NULLS]:
         f = float(spectrum.frequency[k])
@@ -112,21 +117,23 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
     points = 1 << int(np.ceil(np.log2(2 * (int(bins.max()) + 1))))
     frequency = np.arange(points // 2 + 1) / (points * width)
     first, last = np.searchsorted(frequency, [TURNS / length, highest])
-    factor = _factor(effect, problem)
-    norm = 0.5 * float(np.sum((factor * white.weight) ** 2))
-    if norm <= 0 or last - first < 2:
+    factor = _factor(effect, problem, at)
+    energy = (factor * white.weight) ** 2
+    total = float(energy.sum())
+    if total <= 0 or last - first < 2:
         return None
-    return Spectrum(
-        frequency[first:last], slice(int(first), int(last)), bins, factor, white, points, length, norm
-    )
+    kept = slice(int(first), int(last))
+    twice = np.fft.rfft(np.bincount(bins, energy, minlength=points))[2 * int(first) : 2 * int(last) : 2]
+    cc, ss = (np.maximum(0.5 * (total + sign * twice.real), UNSEEN * total) for sign in (1.0, -1.0))
+    cs = np.clip(-0.5 * twice.imag, -SAME * np.sqrt(cc * ss), SAME * np.sqrt(cc * ss))
+    return Spectrum(frequency[kept], kept, bins, factor, white, points, length, cc, ss, cs)
 
 
-def _factor(effect: Effect, problem: Problem) -> Array:
-    """What a unit motion of the axis does to the observation (m,): D of D sin and D cos."""
+def _factor(effect: Effect, problem: Problem, at: Array) -> Array:
+    """What a unit motion of the axis does to the observation (m,): D of D sin and D cos; at (m,): the places."""
     sine, cosine = problem.columns(effect, ["sine", "cosine"]).T
     phase = 2.0 * np.pi * int(getattr(effect, "harmonic", 1)) / float(getattr(effect, "period"))  # noqa: B009
-    at = phase * problem.of_rows(coordinate(effect, problem.run))
-    return np.asarray(sine * np.sin(at) + cosine * np.cos(at))
+    return np.asarray(sine * np.sin(phase * at) + cosine * np.cos(phase * at))
 
 
 def price_of(spectrum: Spectrum, basis: Array) -> float:
