@@ -93,7 +93,8 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     return Standing(
         float(scores[own]), mine, names, families, freer,
         float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
-        float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
+        min(float(probable[alias].sum()), 1.0), exact, twins,  # names that hold the answer do not count in the total
+        tuple(float(probable[j]) for j in twins),
         family_about(setting, own, scores, options[:, 0], gap, total, larger),
         tuple(float(probable[j]) for j in exact),
     )  # fmt: skip
