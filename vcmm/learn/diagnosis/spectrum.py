@@ -8,7 +8,7 @@ Astrophys. J. 263 (1982) 835), worth -dof / 2 ln(1 - P / sum of squares) nats. I
 shortest wave wide, of v and, at 2 f, of M; from a wave that is twice as fine as the finest usual one, or from what rows on a lattice can tell.
 
 The highest lines become options at their best period. The price of having looked elsewhere is simulated: nats of the highest line of M independent
-ones, in noise alone, are ln M plus a Gumbel variable of mean 0.5772, so their mean less that is ln M.
+ones, in noise alone, are ln M plus a Gumbel variable of mean 0.5772 and standard deviation 1.28, so the mean of FEWEST of them less 0.5772 is ln M to 0.3.
 """
 
 from __future__ import annotations
@@ -22,16 +22,13 @@ from vcmm.answer.evaluation.gaussian import Ints, Whitener, without_span
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.constants import NOTHING, SAME, UNSEEN
-from vcmm.learn.diagnosis.periods import MOST_BINS, TURNS, coordinate, shortest
+from vcmm.learn.diagnosis.constants import FEWEST, MOST_SHAPES, NOTHING, SAME, UNSEEN
+from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR, TURNS, coordinate, shortest
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import at_value
 from vcmm.learn.diagnosis.scans import turns_round
 
 FINER = 2.0  # times finer than the finest usual period: what is looked at
-BINS = 8  # per shortest wave: a wave in them loses 2.5 % of its amplitude
-FEWEST_NULLS, MOST_NULLS = 4, 40  # simulated spectra: ln M to 0.6 and 0.2 nats
-LEAST_APART = 0.75  # of 1 / range: lines that are closer are one
 GRID = 0.5  # of 1 / range: a trial period that is closer stands on the line already
 
 
@@ -85,18 +82,16 @@ def lines_of(
     price = price_of(spectrum, basis)
     out: list[tuple[Option, float]] = []
     taken = [periods / spectrum.length for periods in known]
-    near = GRID
-    for k in np.argsort(-nats)[: BINS * MOST_NULLS]:
+    for k in np.argsort(-nats)[: MOST_SHAPES * FEWEST]:
         f = float(spectrum.frequency[k])
         if nats[k] <= floor + price or len(out) == most:
             break
-        if any(abs(f - other) * spectrum.length < near for other in taken):
+        if any(abs(f - other) * spectrum.length < GRID for other in taken):
             continue
         option = at_value(template, "period", 1.0 / f, problem)
         if option is not None:
             out.append((option, -price))
             taken.append(f)
-            near = LEAST_APART
     return out
 
 
@@ -109,10 +104,10 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
     finest = min(spec.metadata["scan"]) / FINER
     at = problem.of_rows(q)
     length = float(np.ptp(at))
-    highest = min(1.0 / shortest(q, finest), MOST_BINS / BINS / max(length, NOTHING))
+    highest = min(1.0 / shortest(q, finest), MOST_BINS * NEAR / max(length, NOTHING))
     if length <= 0 or highest * length <= TURNS + 1:
         return None
-    width = 1.0 / (BINS * highest)
+    width = NEAR / highest
     bins = np.round((at - at.min()) / width).astype(np.intp)
     points = 1 << int(np.ceil(np.log2(2 * (int(bins.max()) + 1))))
     frequency = np.arange(points // 2 + 1) / (points * width)
@@ -138,10 +133,9 @@ def _factor(effect: Effect, problem: Problem, at: Array) -> Array:
 
 def price_of(spectrum: Spectrum, basis: Array) -> float:
     """ln of the number of independent lines, by simulation."""
-    count = int(np.clip(4 * MOST_BINS // spectrum.points, FEWEST_NULLS, MOST_NULLS))
     rng = np.random.default_rng(0)
     highest = []
-    for _ in range(count):
+    for _ in range(FEWEST):
         x = rng.standard_normal(len(spectrum.factor))
         x = x - spectrum.white.nuisance @ (spectrum.white.nuisance.T @ x)
         highest.append(float(spectrum.nats(without_span(x, basis)).max()))
