@@ -122,7 +122,7 @@ def test_the_line_goes_with_the_file():
     text = without("play").texts["vcmm.physics"]
     assert "LoadedPlay" not in text
     assert "    Backlash,\n" in text
-    assert names_of("play") == ["backlash_ramp", "lost_motion_loaded"]
+    assert names_of("play") == ["backlash_ramp", "backlash_operator", "lost_motion_loaded"]
 
 
 def test_what_a_child_raises_is_told():

@@ -119,6 +119,7 @@ STATED: tuple[Effect, ...] = (
     *_made("LostMotionTable", "X", np.array([0.0, 150.0, 400.0]), _numbers(3)),
     *_made("Hysteresis", "X", 0.8e-3, 0.7),
     *_made("BacklashRamp", "X", 2e-3, 1e-3, 2.0),
+    *_made("PlayOperator", "X", 2e-3, 2.0),
     *_made("ReversalSpike", "Z", 3e-3, 0.7),
     *_made("EncoderInterpolation", "X", 0.1e-3, 0.05e-3, 0.02),
     *_made("ServoLag", "Y", 1e-4),

@@ -287,3 +287,12 @@ def test_a_field_common_to_the_petals_predicts_a_petal(diagnosed, tmp_path):
     for fold in whole:
         assert fold["rms_after_um"] < 0.55 * fold["rms_before_um"]
     assert {"part_expansion", "workpiece_heating"} <= set(found["not_testable"])
+
+
+def test_a_play_that_its_freer_names_repeat_is_claimed_in_full():
+    """R 150 mm, play 3 um: names that hold a play had raised its probability with aliases to 1.33, and the claim fell to 0.73."""
+    found = diagnose(*load_recording(data_file("data/recordings_2/ballbar/recording.toml")), seed=1)
+    (play,) = (a for a in found.answer if a.effect == "backlash")
+    assert play.alias_probability <= 1.0
+    assert play.probability > 0.95
+    assert 2.95 < play.parameters["gap"].value < 3.13

@@ -55,7 +55,9 @@ def test_shares_and_rates_have_their_exact_intervals():
 def test_a_door_is_judged_on_its_day_and_its_return_is_no_false_alarm():
     names = [f"{d:03d}_probe.toml" for d in (0, 7, 14, 21)]
     alarms = [False, True, True, True]
-    checks = [{"recording": n, "alarm": a, "changed": [{"name": "everything"}]} for n, a in zip(names, alarms)]
+    checks = [
+        {"recording": n, "alarm": a, "changed": [{"name": "everything"}]} for n, a in zip(names, alarms)
+    ]
     told = [(7, "door", -1)]
     assert follow.judge_changes({"checks": checks}, told) == [
         {"kind": "door", "found": True, "named": True, "said": "everything"}

@@ -146,6 +146,7 @@ class ForDiagnosis:
     make_at     (class, place, site): the effect at one place, with what it takes from stored tables, travel or chain. Raises
                 UsageError where it cannot sit there
     shows_in    (effect, run): whether these rows can tell it from something simpler
+    shows_at    (effect, run): the same of the scanned values that the effect has
     trials      (effect, name): changes to try for the field `name`, each with its ln weight; None = the declared tries
     report      (effect, values): (name, values, unit) under which its one linear parameter, values (n,), is reported; None = as it is
     remark      (effect, run): what must be said beside an answer on this run; "" for nothing
@@ -168,6 +169,7 @@ class ForDiagnosis:
     follows_raw_scale: bool = False
     make_at: Callable[[Any, Mapping[str, Any], Site], Any] = _named_at
     shows_in: Callable[[Any, Run], bool] = lambda effect, run: True
+    shows_at: Callable[[Any, Run], bool] = lambda effect, run: True
     trials: Callable[[Any, str], list[tuple[dict[str, Any], float]] | None] = lambda effect, name: None
     report: Callable[[Any, Array], tuple[str, Array, str] | None] = lambda effect, values: None
     remark: Callable[[Any, Run], str] = lambda effect, run: ""

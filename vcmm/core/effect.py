@@ -203,7 +203,12 @@ def parameter_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
 
 def place_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
     """Text fields that say where the effect sits (axis, pair, component, direction, sensor, stylus ...)."""
-    return [f for f in fields(effect) if f.metadata.get("place")]
+    return list(_places(effect if isinstance(effect, type) else type(effect)))
+
+
+@lru_cache(maxsize=1024)
+def _places(kind: type[Effect]) -> tuple[Field[Any], ...]:
+    return tuple(f for f in fields(kind) if f.metadata.get("place"))
 
 
 def key_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:

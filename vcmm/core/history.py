@@ -5,6 +5,7 @@ memory is turned into columns once, here:
 
     sense_X                direction in which the axis last moved, -1 or 1; 0 where it is not known
     since_reversal_X_mm    distance travelled since the last reversal (the start of the path counts as one)
+    turned_X               1 once the axis has turned within the rows, 0 before; where it lacks the start counts as a reversal
     travel_X_mm            distance travelled since the start, to and fro
     speed_X_mm_s           signed
     accel_X_mm_s2          signed
@@ -233,6 +234,14 @@ def since_reversal(q: Array, sense: Array, fresh: Bools) -> Array:
     turned = np.where(beyond, q, before)
     event = np.maximum.accumulate(np.where(beyond | (sense * last < 0), rows, 0))
     return np.abs(q - turned[event])
+
+
+def rows_after_turning(sense: Array, time: Array) -> Array:
+    """turned_X (n,): 1 from the first row on, by the clock (n,), at which the known sense of an axis has changed; else 0."""
+    order = np.argsort(time, kind="stable")
+    moving = order[sense[order] != 0]
+    changes = np.flatnonzero(np.diff(sense[moving]) != 0)
+    return (time >= time[moving[changes[0] + 1]]).astype(float) if len(changes) else np.zeros(len(sense))
 
 
 def turning_repeats(q: Array) -> Bools:

@@ -17,6 +17,7 @@ from vcmm.core.effect import Effect, required
 from vcmm.core.history import STILL, Width, axis_unit, play_name
 from vcmm.core.run import Array, Run
 
+STRAIGHT = 0.01  # of a course that a straight one may leave and say the same in other words: a fifth of what templates err by
 FAR = 1e6  # mm or rad since a reversal: nothing of it is left
 AFTER = tuple(10.0 ** (k / 4) for k in range(-12, 9))  # mm or rad, 0.001 to 100: where a pulse is looked for
 PLAY_COLUMNS = ("sense_", "since_reversal_", "load_kg")  # columns of effects that are play
@@ -26,6 +27,21 @@ def share_taken_up(run: Run, axis: str) -> Array:
     """(n,) between -1 and 1: play_X of a dense path; where there was none, the direction sense_X of the last motion."""
     found = run.columns.get(play_name(axis))
     return run.column(f"sense_{axis}") if found is None else found
+
+
+def bends(run: Run, axis: str, left: Array) -> bool:
+    """Is what is left (n,) of a reversal, as a share, more than a slope over the position beside a step?
+
+    What goes on in proportion to the end of every way is d_a s = q - q(reversal): a scale and a play, which have names of their own.
+    False where these two leave less than STRAIGHT of it. Columns for diagnosis alone: true where a run says no direction.
+    """
+    sense = run.columns.get(f"sense_{axis}")
+    if sense is None or axis not in run.position:
+        return True
+    hangs = sense * left
+    simple = np.column_stack([np.ones(run.n), run.q(axis), sense])
+    beside = hangs - simple @ np.linalg.lstsq(simple, hangs, rcond=None)[0]
+    return float(np.linalg.norm(beside)) > STRAIGHT * float(np.linalg.norm(hangs))
 
 
 def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str, Width]:

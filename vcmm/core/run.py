@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,7 @@ TOOL_AXIS_COLUMNS = (
     "tool_axis_z",
 )  # workpiece axes, where rotary axes turn the tool
 OFFSET_LABEL = "work_offset"  # the label that names the work offset a row was cut under
+MOST_KEPT = 2**20  # numbers of lags of a run that are kept, 8 MB
 PROBE_LABEL = "probed"  # label: which touch of a program a row is, counted from 1, "" for others
 
 
@@ -135,9 +137,15 @@ class Run:
             raise ModelLimit(
                 f"a lag of {tau:g} s needs a log of {name} over time (time_s and {name} columns or a series)"
             )
-        series, time = self.series[sensor], self.column("time_s")
-        _check_log_reaches(name, series, time)
-        return first_order_lag(series, tau, time)
+        known = _LAGS.setdefault(self, {})
+        if (sensor, tau) not in known:
+            series, time = self.series[sensor], self.column("time_s")
+            _check_log_reaches(name, series, time)
+            while len(known) > MOST_KEPT // max(self.n, 1):
+                del known[next(iter(known))]  # the oldest
+            known[sensor, tau] = first_order_lag(series, tau, time)
+            known[sensor, tau].flags.writeable = False
+        return known[sensor, tau]
 
     def with_columns(self, columns: Mapping[str, Array]) -> Run:
         """A copy with some columns added or replaced."""
@@ -155,6 +163,10 @@ class Run:
             {k: v[rows] for k, v in self.labels.items()},
             self.series,
         )
+
+
+_LAGS: WeakKeyDictionary[Run, dict[tuple[str, float], Array]] = WeakKeyDictionary()
+"""Lags of a run that were asked last: every number of an effect, and every part of a search, asks for the same ones."""
 
 
 def encode_labels(labels: npt.NDArray[np.str_]) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:

@@ -19,22 +19,31 @@ def compare_files(
 
     read = list(recordings)
     others = [(file, load_machine(file)) for file in machines]
-    rows = [_compare(read, None, None, seed), *(_compare(read, file, known, seed) for file, known in others)]
+    every = [effect for _, known in others for effect in known.effects]
+    rows = [_compare(read, None, None, seed, every)]
+    rows += [_compare(read, file, known, seed, every) for file, known in others]
     inputs = [p for path in (*read, *machines) for p in sources(path)]
     return rows, _left_out(rows), list(dict.fromkeys(inputs))
 
 
-def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int) -> Any:
-    """One machine (None: the one that each recording names) against all recordings."""
+def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int, every: list[Any]) -> Any:
+    """One machine (None: the one that each recording names) against all recordings, in the rows that all machines can predict.
+
+    every: the effects of all other machines: what one of them needs and a sensor did not read is left out for all.
+    """
     from dataclasses import replace
 
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.diagnosis.comparison import compare_machines
+    from vcmm.learn.diagnosis.unread import for_effects
     from vcmm.show.console.complaints import about
 
     pairs = []
     for path in recordings:
         recording, known = load_recording(path, machine, gaps=True)
+        if recording.unread:
+            own = known if machine is None else load_recording(path, gaps=True)[1]
+            recording = for_effects(recording, (*every, *own.effects))
         pairs.append((replace(recording, name=str(path)) if len(recordings) > 1 else recording, known))
     with about(recordings[0]):
         return compare_machines(str(file) if file else _machine_name(recordings), pairs, seed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,7 @@ LABELS = (
 )
 REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
+BLANK = ("", "nan", "na", "n/a")
 POINT = "; decimals take a point"
 FEW = 5  # cells that are named one by one
 DEAD = 0.5  # share of cells without a number from which it is the column that is wrong, and not the rows
@@ -82,6 +83,30 @@ class Sheet:
         i = self.header.index(name)
         return np.array([row[i] for row in self.rows], dtype=np.str_)
 
+    def blanks(self, name: str) -> np.ndarray:
+        """(n,) bool: cells of one column that hold nothing."""
+        i = self.header.index(name)
+        return np.array([is_blank(row[i]) for row in self.rows], dtype=bool)
+
+    def take(self, rows: np.ndarray) -> Sheet:
+        """The same with some of the rows, by number."""
+        return replace(self, rows=[self.rows[k] for k in rows], lines=[self.lines[k] for k in rows])
+
+    def without(self, name: str) -> Sheet:
+        """The same without one column."""
+        i = self.header.index(name)
+        rows = [row[:i] + row[i + 1 :] for row in self.rows]
+        return replace(self, header=[n for n in self.header if n != name], rows=rows)
+
+    def with_numbers(self, name: str, rows: np.ndarray, new: Array) -> Sheet:
+        """The same with other numbers (n,) in some of the rows (n,) of one column."""
+        i = self.header.index(name)
+        cells = [
+            [*row[:i], repr(float(new[k])), *row[i + 1 :]] if rows[k] else row
+            for k, row in enumerate(self.rows)
+        ]
+        return replace(self, rows=cells)
+
     def numbers(self, name: str) -> Array:
         """One column (n,). Raises DataError naming every cell that is no finite number."""
         i = self.header.index(name)
@@ -118,6 +143,11 @@ class Sheet:
             f"{self.path}:{self.header_line}: {name} is no finite number in {share}: repair the column, or remove it "
             "(what depends on it is then not testable), not the rows"
         )
+
+
+def is_blank(cell: str) -> bool:
+    """Whether a cell holds nothing: empty, or one of the words that programs write for it."""
+    return cell.strip().lower() in BLANK
 
 
 def is_temperature(name: str) -> bool:

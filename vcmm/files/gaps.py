@@ -1,8 +1,9 @@
 """Gaps of sensors: blank cells of a temperature, logs that end before the rows do.
 
 Between two readings a temperature is linear in time, as a log is between its entries. Rows before the first and after the last
-reading have no value: they are set aside, for no effect of that sensor can say what they hold. Where that would be more than half
-of the rows the column is set aside instead. Both are told.
+reading have no value: the nearest one is held there, and `unread` of the recording names them, for no effect of that sensor can say
+what they hold (see vcmm.learn.diagnosis.unread). Where that would be more than half of the rows the column is set aside instead. Both
+are told.
 """
 
 from __future__ import annotations
@@ -15,39 +16,33 @@ import numpy.typing as npt
 
 from vcmm.core.run import Run, Series
 from vcmm.files.columns import Sheet, is_temperature
-from vcmm.files.large_tables import ColumnSheet
 from vcmm.task.response.recording import Recording
 
 Mask = npt.NDArray[np.bool_]
-BLANK = ("", "nan", "na", "n/a")
-HALF = 0.5  # of the rows: with more set aside a recording has lost more than a sensor
+HALF = 0.5  # of the rows: with more of them a recording has lost more than a sensor
 
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """aside (n,): rows without a value; notes: what was done, in words."""
+    """unread: column -> rows (n,) without a value; notes: what was done, in words."""
 
-    aside: Mask
-    notes: tuple[str, ...] = field(default=())
+    unread: Mapping[str, Mask] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def fill_gaps(sheet: Sheet) -> tuple[Sheet, Gaps]:
-    """The table with blank temperatures filled in between readings, and the rows that cannot be."""
-    gaps = Gaps(np.zeros(sheet.count, dtype=bool))
-    if isinstance(sheet, ColumnSheet):  # its reader has refused blanks
-        return sheet, gaps
+    """The table with blank temperatures filled in between readings and held beyond, and the rows of the latter."""
+    gaps = Gaps()
     for name in [n for n in sheet.header if is_temperature(n)]:
-        i = sheet.header.index(name)
-        blank = np.array([row[i].strip().lower() in BLANK for row in sheet.rows])
+        blank = sheet.blanks(name)
         if blank.any() and not blank.all():
             sheet, gaps = _without_blanks(sheet, name, blank, gaps)
     return sheet, gaps
 
 
 def _without_blanks(sheet: Sheet, name: str, blank: Mask, gaps: Gaps) -> tuple[Sheet, Gaps]:
-    i = sheet.header.index(name)
     known = np.flatnonzero(~blank)
-    value = replace(sheet, rows=[sheet.rows[k] for k in known]).numbers(name)
+    value = sheet.take(known).numbers(name)
     outside = blank.copy()
     if "time_s" in sheet.header:
         time = sheet.numbers("time_s")
@@ -59,23 +54,19 @@ def _without_blanks(sheet: Sheet, name: str, blank: Mask, gaps: Gaps) -> tuple[S
         new = np.full(sheet.count, float(np.median(value)))
     said = f"{name} is blank in {int(blank.sum())} of {sheet.count} rows ({_lines(sheet, blank)})"
     if outside.mean() > HALF:
-        header = [n for n in sheet.header if n != name]
-        rows = [row[:i] + row[i + 1 :] for row in sheet.rows]
         gone = f"{said}: the column is set aside, what depends on it is not testable"
-        return replace(sheet, header=header, rows=rows), replace(gaps, notes=(*gaps.notes, gone))
-    rows = [
-        [*row[:i], repr(float(new[k])), *row[i + 1 :]] if blank[k] else row
-        for k, row in enumerate(sheet.rows)
-    ]
+        return sheet.without(name), replace(gaps, notes=(*gaps.notes, gone))
     told = [said]
     if (blank & ~outside).any():
         told.append(f"{int((blank & ~outside).sum())} are interpolated in time between its readings")
     if outside.any():
-        told.append(f"{int(outside.sum())} have no reading on both sides and are set aside")
-    return (
-        replace(sheet, rows=rows),
-        Gaps(gaps.aside | outside, (*gaps.notes, "; ".join(told))),
-    )
+        told.append(f"{int(outside.sum())} have no reading on both sides")
+    return sheet.with_numbers(name, blank, new), _with(gaps, name, outside, "; ".join(told))
+
+
+def _with(gaps: Gaps, name: str, rows: Mask, note: str) -> Gaps:
+    unread = {**gaps.unread, name: rows} if rows.any() else gaps.unread
+    return Gaps(unread, (*gaps.notes, note))
 
 
 def _lines(sheet: Sheet, rows: Mask) -> str:
@@ -84,10 +75,10 @@ def _lines(sheet: Sheet, rows: Mask) -> str:
 
 
 def reaching(run: Run, logs: Mapping[str, Series]) -> tuple[dict[str, Series], Gaps]:
-    """Logs that reach all rows: of one that ends earlier the last value is held, for rows that are set aside; one that more than
-    half of the rows lie beyond is set aside itself.
+    """Logs that reach all rows: of one that ends earlier the last value is held; one that more than half of the rows lie beyond is
+    set aside.
     """
-    gaps, out = Gaps(np.zeros(run.n, dtype=bool)), dict(logs)
+    gaps, out = Gaps(), dict(logs)
     if "time_s" not in run.columns:
         return out, gaps
     time = run.column("time_s")
@@ -104,8 +95,7 @@ def reaching(run: Run, logs: Mapping[str, Series]) -> tuple[dict[str, Series], G
             continue
         held = Series(np.append(log.time, end), np.append(log.value, log.value[-1]))
         out[name] = held
-        told = f"{said}: {int(beyond.sum())} of {run.n} rows lie beyond it and are set aside; extend the log to use them"
-        gaps = Gaps(gaps.aside | beyond, (*gaps.notes, told))
+        gaps = _with(gaps, name, beyond, f"{said}: {int(beyond.sum())} of {run.n} rows lie beyond it")
     return out, gaps
 
 
@@ -115,20 +105,10 @@ def _reach(log: Series) -> float:
     return last + (last - float(log.time[-2]) if len(log.time) > 1 else 0.0)
 
 
-def set_aside(recording: Recording, gaps: Gaps) -> Recording:
-    """The recording without the observations of some rows, and what is to be told."""
+def note_gaps(recording: Recording, gaps: Gaps) -> Recording:
+    """The recording with the rows that sensors did not read named, and what is to be told."""
     if not gaps.notes:
         return recording
-    notes = (*recording.notes, *gaps.notes)
-    n = len(gaps.aside)  # second ends of lengths are rows behind those of the table
-    touched = gaps.aside[recording.row % n]
-    touched = touched | np.where(recording.other >= 0, gaps.aside[recording.other % n], False)
-    return replace(recording.take(~touched), notes=notes)
-
-
-def blanks_of_log(sheet: Sheet, name: str) -> Mask:
-    """(n,) bool: entries of a log's column that are blank."""
-    if isinstance(sheet, ColumnSheet):
-        return np.zeros(sheet.count, dtype=bool)
-    i = sheet.header.index(name)
-    return np.array([row[i].strip().lower() in BLANK for row in sheet.rows])
+    n = recording.run.n  # second ends of lengths are rows behind those of the table
+    unread = tuple((name, np.resize(rows, n)) for name, rows in gaps.unread.items())
+    return replace(recording, notes=(*recording.notes, *gaps.notes), unread=(*recording.unread, *unread))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,7 @@ TYPES = (
 
 @dataclass(frozen=True)
 class ColumnSheet(Sheet):
-    """A Sheet that holds columns instead of rows. values: numbers (n,) or texts (n,) by name."""
+    """A Sheet that holds columns instead of rows. values: numbers (n,) or texts (n,) by name; a blank temperature is NaN."""
 
     values: dict[str, Any] = field(default_factory=dict)
 
@@ -62,7 +62,29 @@ class ColumnSheet(Sheet):
         return len(self.lines)
 
     def numbers(self, name: str) -> Array:
-        return np.asarray(self.values[name], dtype=float)
+        found = np.asarray(self.values[name], dtype=float)
+        blank = np.isnan(found)
+        if blank.any():
+            raise DataError(
+                f"{self.at(int(np.argmax(blank)))}: column {name} has no value in {int(blank.sum())} rows, here first; repair or"
+                " remove them"
+            )
+        return found
+
+    def blanks(self, name: str) -> np.ndarray:
+        found = self.values[name]
+        return np.isnan(found) if found.dtype.kind == "f" else np.zeros(self.count, dtype=bool)
+
+    def take(self, rows: np.ndarray) -> ColumnSheet:
+        values = {n: v[rows] for n, v in self.values.items()}
+        return replace(self, values=values, lines=np.asarray(self.lines)[rows])
+
+    def without(self, name: str) -> ColumnSheet:
+        values = {n: v for n, v in self.values.items() if n != name}
+        return replace(self, header=[n for n in self.header if n != name], values=values)
+
+    def with_numbers(self, name: str, rows: np.ndarray, new: Array) -> ColumnSheet:
+        return replace(self, values=self.values | {name: np.where(rows, new, self.values[name])})
 
     def texts(self, name: str) -> np.ndarray:
         return np.asarray(self.values[name], dtype=np.str_)
@@ -189,6 +211,10 @@ def _column(sheet: Sheet, i: int) -> Any:
     name, cells = sheet.header[i], [row[i] for row in sheet.rows]
     if name in LABELS or not known_column(name, _COLUMNS):
         return np.array(cells, dtype=np.str_)
+    if is_temperature(name) and (blank := sheet.blanks(name)).any():
+        out = np.full(sheet.count, np.nan)
+        out[~blank] = sheet.take(np.flatnonzero(~blank)).numbers(name)
+        return out
     if not _ODD.search("".join(cells)):
         try:
             found = np.array([float(c) for c in cells])
@@ -240,8 +266,9 @@ def _check_parquet(path: Path, header: list[str], count: int) -> None:
 
 
 def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
-    """Empty cells, another type than numbers, numbers beyond all bounds: with the first row."""
-    if column.null_count:
+    """Empty cells but of temperatures, another type than numbers, numbers beyond all bounds: with the first row."""
+    sensor = is_temperature(name)
+    if column.null_count == len(column) or (column.null_count and not sensor):
         first = int(np.flatnonzero(column.is_null().to_numpy())[0]) + 1
         return [
             f"{path}:{first}: column {name} has no value in {column.null_count} rows, here first; repair or remove them"
@@ -251,8 +278,9 @@ def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
     if str(column.type) not in TYPES:
         return [f"{path}:1: column {name} holds {column.type}, not numbers; write it as double"]
     found = column.to_numpy().astype(float, copy=False)
-    low = ABSOLUTE_ZERO if is_temperature(name) else -LARGEST
-    wrong = np.flatnonzero(~((found >= low) & (found <= LARGEST)))
+    low = ABSOLUTE_ZERO if sensor else -LARGEST
+    blank = np.isnan(found) & sensor & ~np.isnan(found).all()
+    wrong = np.flatnonzero(~((found >= low) & (found <= LARGEST)) & ~blank)
     if not len(wrong):
         return []
     k = int(wrong[0])

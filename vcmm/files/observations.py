@@ -18,7 +18,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import Sheet, axes_of, axis_column, positions_of
-from vcmm.files.gaps import fill_gaps, set_aside
+from vcmm.files.gaps import fill_gaps, note_gaps
 from vcmm.files.large_tables import read_table
 from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations
 from vcmm.task.response.recording import Ints, Recording
@@ -60,7 +60,7 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
         raise DataError(problems)
     if run is None or machine is None:
         return None
-    return set_aside(_recording(run, machine, sense, name, sheet), gaps)
+    return note_gaps(_recording(run, machine, sense, name, sheet), gaps)
 
 
 def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:

@@ -25,7 +25,7 @@ from vcmm.physics.catalogue.learned_residual import LearnedResidual
 from vcmm.physics.catalogue.map_interpolation import MapInterpolation
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.catalogue.plate_bow import PlateBow
-from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay
+from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay, PlayOperator
 from vcmm.physics.catalogue.probe import ProbeLobing, StylusBending, TriggerDelay
 from vcmm.physics.catalogue.reversal import Hysteresis, LostMotion, ReversalSpike
 from vcmm.physics.catalogue.reversal_curve import LostMotionCurve
@@ -97,6 +97,7 @@ ALL: tuple[type[Effect], ...] = (
     LostMotion,
     LostMotionCurve,
     LoadedPlay,
+    PlayOperator,
     LostMotionTable,
     Hysteresis,
     ReversalSpike,

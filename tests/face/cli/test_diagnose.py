@@ -103,7 +103,7 @@ def test_keys_of_the_document(folder, capsys):
     wanted = {
         "schema", "version", "seed", "inputs", "warnings", "warning_texts", "verdict", "answer", "unknown", "location", "mistake", "noise",
         "fit", "not_testable", "invisible", "detectable", "next_measurement", "improved_machine", "failed", "verdict_reasons",
-        "calibration_pulls", "searched",
+        "calibration_pulls", "searched", "stable", "second_opinion", "transfer",
     }  # fmt: skip
     assert set(found) == wanted
     keys = {"effect", "where", "parameters", "probability", "share", "cannot_be_told_from", "evidence_nats"}

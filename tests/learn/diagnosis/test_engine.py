@@ -156,6 +156,7 @@ def test_same_seed_same_report_and_the_document_is_complete():
     assert set(document) == {
         "schema", "verdict", "answer", "unknown", "location", "mistake", "noise", "fit", "not_testable", "invisible",
         "detectable", "next_measurement", "improved_machine", "verdict_reasons", "calibration_pulls", "searched", "failed",
+        "stable", "second_opinion", "transfer",
     }  # fmt: skip
     assert set(document["answer"][0]) >= {
         "effect", "where", "parameters", "probability", "share", "cannot_be_told_from", "evidence_nats",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
@@ -64,7 +65,10 @@ def test_a_rival_that_the_rows_do_not_resolve_has_a_next_step_too():
     term = Term(Family("tip_form", {}, (option,)), option, option.columns)
     alone = Selection((term,), None, np.zeros(3), np.zeros(3))
     place = Standing(9.0, 0.98, ("probe_lobing",), ())
-    (step,) = next_steps(cast(Problem, None), cast(Setting, None), alone, [place])  # nothing is asked of them
+    problem = cast(
+        Problem, SimpleNamespace(run=Run({"X": np.zeros(3)}, np.zeros((3, 3))))
+    )  # its axes alone are asked
+    (step,) = next_steps(problem, cast(Setting, None), alone, [place])
     assert step.separates == ("tip_form", "probe_lobing")
     assert step.do == "turn the stylus by 90 degrees and touch a sphere again"
     assert next_steps(cast(Problem, None), cast(Setting, None), alone, [Standing(9.0, 0.98, (), ())]) == ()

@@ -78,8 +78,11 @@ def test_equal_readings_of_a_coarse_dial_are_no_copies(good):
     slow = replace(coarse, run=run.with_columns({"time_s": np.floor(np.arange(n) / 50)}))  # 50 rows a second
     assert not copies(slow)[0].any()
     fine = replace(coarse, value=np.random.default_rng(1).normal(0, 1 * UM, n))
-    twice = replace(fine, value=np.where(np.arange(n) == 120, fine.value[100], fine.value))
-    assert np.flatnonzero(copies(twice)[0]).tolist() == [120]
+    once = replace(fine, value=np.where(np.arange(n) == 120, fine.value[100], fine.value))
+    assert not copies(once)[0].any()  # a place was touched again and read the same: a repeat
+    rows = np.arange(n)
+    three = replace(fine, value=np.where((rows >= 120) & (rows < 123), fine.value[rows - 20], fine.value))
+    assert np.flatnonzero(copies(three)[0]).tolist() == [120, 121, 122]
 
 
 def test_a_column_that_is_impossible_everywhere_goes_and_the_rows_stay(good):

@@ -50,10 +50,10 @@ def test_folds():
 def test_next_steps_places_and_what_is_seen():
     d = SimpleNamespace(
         angle=True,
-        next_measurement=(SimpleNamespace(separates=("a", "b"), do="turn it", minutes=4.25),),
+        next_measurement=(SimpleNamespace(separates=("a", "b"), do="turn it", minutes=4.25, expected=None),),
         location=(SimpleNamespace(covariate="X", direction="z", p=0.0123, text="low end"),),
         detectable=(SimpleNamespace(effect="lag", where={}, amplitude=2e-6),),
     )
-    assert in_terminal(diagnosis.next_steps(d)).rows == [["a, b", "turn it", "4.2"]]
+    assert in_terminal(diagnosis.next_steps(d)).rows == [["a, b", "turn it", "–", "4.2"]]
     assert in_terminal(diagnosis.places(d)).rows == [["X", "z", "0.012", "low end"]]
     assert in_terminal(diagnosis.detectable_table(d)).rows == [["lag", "–", "2 µrad"]]

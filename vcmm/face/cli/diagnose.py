@@ -233,8 +233,10 @@ def _show(d: Any) -> None:
     from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
     from vcmm.show.pages.diagnosis import least_seen, sentences
     from vcmm.show.tables.answers_machine import diagnosis_answers
-    from vcmm.show.tables.diagnosis import answers, folds, next_steps
+    from vcmm.show.tables.diagnosis import answers, folds, next_steps, transfers
 
+    if d.transfer:
+        show_table(transfers(d))
     show_answers(diagnosis_answers(d))
     for sentence in sentences(d):
         print(sentence)

@@ -11,7 +11,6 @@ import numpy as np
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import Array, Run, Series
 from vcmm.files.columns import Sheet, run_columns
-from vcmm.files.gaps import blanks_of_log
 from vcmm.files.large_tables import read_table
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.recording import Ints
@@ -70,14 +69,13 @@ def _read_log(path: Path) -> dict[str, Series]:
 
 def _entries(sheet: Sheet, name: str) -> tuple[Array, Ints]:
     """Entries of one column, and their rows: a sensor that was not read has no entry there, as one with a slower clock."""
-    blank = blanks_of_log(sheet, name)
+    blank = sheet.blanks(name)
     if name == "time_s" or blank.all():
         blank = np.zeros(sheet.count, dtype=bool)  # the reader says what is wrong
     if not blank.any():
         return sheet.numbers(name), np.arange(sheet.count)
     kept = np.flatnonzero(~blank)
-    part = replace(sheet, rows=[sheet.rows[k] for k in kept], lines=[sheet.lines[k] for k in kept])
-    return part.numbers(name), kept
+    return sheet.take(kept).numbers(name), kept
 
 
 def add_logs(run: Run, logs: dict[str, Series]) -> Run:

@@ -18,12 +18,19 @@ import numpy as np
 
 from vcmm.core.axes import LETTERS
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
-from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
+from vcmm.core.history import (
+    axis_unit,
+    path_history,
+    row_history,
+    rows_after_turning,
+    time_since_acceleration,
+    travel,
+)
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.core.text import is_file, read_text
 from vcmm.files.columns import LABELS, run_columns
-from vcmm.files.gaps import reaching, set_aside
+from vcmm.files.gaps import note_gaps, reaching
 from vcmm.files.observations import OBSERVED_COLUMNS
 from vcmm.files.own.known_columns import read_known
 from vcmm.files.own.logs import add_logs, read_logs, with_readings
@@ -130,10 +137,10 @@ def _check_document(
 
 
 def _with_logs(recording: Recording, logs: dict[str, Series]) -> Recording:
-    """The recording with its logs; rows beyond the end of one are set aside."""
+    """The recording with its logs; rows beyond the end of one are named."""
     logs, gaps = reaching(recording.run, logs)
     whole = replace(recording, run=with_readings(with_logs(add_logs(recording.run, logs))))
-    return set_aside(whole, gaps)
+    return note_gaps(whole, gaps)
 
 
 def _complete(recording: Recording, gaps: bool) -> Recording:
@@ -282,7 +289,7 @@ def _with_history(recording: Recording, memory: str) -> Run:
     """
     run = recording.run
     if memory == "none" or run.n < 2:
-        return run
+        return _with_turned(run)
     two = recording.other >= 0
     rows = run.take(np.arange(run.n - two.sum())) if two.any() else run
     axes = list(rows.position)
@@ -300,7 +307,19 @@ def _with_history(recording: Recording, memory: str) -> Run:
     if two.any():
         source = np.concatenate([np.arange(rows.n), recording.row[two]])
         new = {name: values[source] for name, values in new.items()}
-    return run.with_columns(new)
+    return _with_turned(run.with_columns(new))
+
+
+def _with_turned(run: Run) -> Run:
+    """turned_X where sense, distance since the last reversal and clock of the rows are known."""
+    known = [
+        a
+        for a in run.position
+        if {f"sense_{a}", f"since_reversal_{a}_{axis_unit(a)}", "time_s"} <= set(run.columns)
+    ]
+    return run.with_columns(
+        {f"turned_{a}": rows_after_turning(run.column(f"sense_{a}"), run.column("time_s")) for a in known}
+    )
 
 
 def _with_part(recording: Recording, machine: Machine) -> Recording:

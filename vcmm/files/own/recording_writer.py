@@ -24,10 +24,10 @@ from vcmm.task.response.recording import Ints, Recording
 
 DEG = np.pi / 180.0
 DERIVED_COLUMN = re.compile(
-    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
+    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|turned_.*|pointed_[xyz]"
 )  # made again on reading
 SEPARATE_COLUMN = re.compile(
-    r"length_mm|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
+    r"length_mm|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|turned_.*|pointed_[xyz]"
 )  # the same, but for travel
 
 

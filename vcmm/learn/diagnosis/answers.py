@@ -11,8 +11,8 @@ from vcmm.answer.evaluation.gaussian import RANK, SCALES, Whitener
 from vcmm.learn.diagnosis.bounds import beyond
 from vcmm.learn.diagnosis.candidates import rebuild_option
 from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.constants import EVEN_ODDS, NOTHING, STRONG
-from vcmm.learn.diagnosis.delivery import DeliveredTerms, setting_for, shares_of_rows
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, NOTHING, STRONG
+from vcmm.learn.diagnosis.delivery import DeliveredTerms, fitted_noise, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import estimates
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.families import open_text
@@ -20,10 +20,12 @@ from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.periods import alias_names
 from vcmm.learn.diagnosis.plain_words import remark
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner, scanned_names
-from vcmm.learn.diagnosis.result import Answer
+from vcmm.learn.diagnosis.repeated import STRETCH, Repeated
+from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again
 from vcmm.learn.diagnosis.simple_part import simple_part
@@ -114,12 +116,15 @@ def answers(
 def _with_numbers(
     bare: Answer, problem: Problem, selection: Selection, i: int, stage: Stage, seed: int
 ) -> Answer:
-    white = problem.whitener(stage.u, stage.noise.rho)
+    white = problem.whitener(*fitted_noise(problem, stage))
     found = estimates(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted_effect(selection, i, problem.machine)
     terms, offset = (*scanned_names(selection.terms[i].option), "period"), problem.run.offset
     outside = beyond(effect, found, problem.machine, offset)
-    return replace(bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside)
+    rivals = (*bare.cannot_be_told_from, *alias_names(effect, problem.run))
+    return replace(
+        bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside, cannot_be_told_from=rivals
+    )  # fmt: skip
 
 
 def _twins(
@@ -189,6 +194,19 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
         mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,
         alias_probability=sure, share_of_rows=1.0, mistake=mistake.what if mistake.effect == LOG else "",
     )  # fmt: skip
+
+
+def add_repeated(d: Diagnosis, again: Repeated) -> Diagnosis:
+    """The diagnosis of the other rows, and the stretch that stands there twice as a mistake of the log."""
+    sure = 1.0 - min(again.expected, 1.0)
+    count = int(again.copied.sum())
+    answer = Answer(
+        LOG, {"columns": again.where}, {}, sure, 0.0, (), float(-np.log(max(again.expected, LOWEST))),
+        alias_probability=sure, share_of_rows=count / (count + d.searched[1]), mistake=STRETCH,
+        remark=f"the {count} copied readings are left out",
+    )  # fmt: skip
+    verdict = {"nothing missing": "explained"}.get(d.verdict, d.verdict)
+    return replace(d, answer=(answer, *d.answer), verdict=verdict)
 
 
 def of_the_machine(selection: Selection, places: Sequence[Standing], setting: Setting) -> Selection:

@@ -16,14 +16,14 @@ from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.contradictions import add_contradictions, pulls_of, told_pulls, unexplained_pulls
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, rms_left
 from vcmm.learn.diagnosis.evidence import scorer
-from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge
-from vcmm.learn.diagnosis.judgement import FIELD, Judgement
+from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something
+from vcmm.learn.diagnosis.judgement import Judgement
 from vcmm.learn.diagnosis.locate import locate, score_map
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
 from vcmm.learn.diagnosis.null import clip_residuals
 from vcmm.learn.diagnosis.power import power
-from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.problem import FIELD, Problem
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, Answer, Diagnosis, Fit
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, mismatch
@@ -57,7 +57,11 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
         locate(scorer(stage.generic), y, stage.chance), is_named or bool(against)
     )
     against = (*against, *unnamed)
-    predicted = tuple(judge(given.problem, f, given.selection, given.selection.terms) for f in given.parts)
+    predicted = tuple(
+        judge(given.problem, f, given.selection, given.selection.terms)
+        for f in given.parts
+        if says_something(f, given.selection)
+    )
     scatter = _sigma(named.selection, named.stage) * float(np.sqrt(np.mean(named.stage.u**2)))
     left = rms_left(named.problem, named.selection)
     return Diagnosis(

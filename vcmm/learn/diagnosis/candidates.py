@@ -265,7 +265,7 @@ def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
 def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Option | None:
     """Columns of one effect with its scanned values set; None where it moves nothing or the model ends."""
     names = linear_parameters(effect)
-    if not names:
+    if not names or not effect.diagnosis.shows_at(effect, problem.run):
         return None
     try:
         columns = problem.columns(effect, names)

@@ -21,6 +21,7 @@ from vcmm.learn.diagnosis.locate import Place, generic_families, locate
 from vcmm.learn.diagnosis.null import Noise, draws
 from vcmm.learn.diagnosis.problem import Problem, predecessors
 from vcmm.learn.diagnosis.row_order import in_order
+from vcmm.learn.diagnosis.unread import for_effects
 from vcmm.task.response.folds import fold_masks
 from vcmm.task.response.observe import Observer, known_here, left_out, noise_u, nuisance_columns
 from vcmm.task.response.recording import Recording
@@ -143,7 +144,7 @@ def left_by(recording: Recording, machine: Machine) -> Misfit:
     """Residuals of one recording, nuisance refitted; on what they depend is not asked. The rows stand in the order of a
     diagnosis, whatever the order of the file, so that lags and neighbours are the same.
     """
-    observer = Observer(in_order(recording, machine), machine)
+    observer = Observer(in_order(for_effects(recording, machine.effects), machine), machine)
     recording, run = observer.recording, observer.run
     u = noise_u(recording, machine)
     predicted, exact = observer.predict

@@ -11,7 +11,7 @@ Names that hold the answer whatever is recorded (see nested) are no rivals while
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -55,6 +55,19 @@ class Standing:
     exact_shares: tuple[float, ...] = ()  # probabilities of `exact`
 
 
+def lowered(place: Standing, share: float) -> Standing:
+    """The standing where only a share of its probability is left to the name and to what it cannot be told from."""
+    return replace(
+        place,
+        probability=place.probability * share,
+        with_aliases=place.with_aliases * share,
+        rival_probability=place.rival_probability * share,
+        shares=tuple(p * share for p in place.shares),
+        exact_shares=tuple(p * share for p in place.exact_shares),
+        kin=place.kin.times(share) if place.kin else None,
+    )
+
+
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
     """Compare term i with every family, given the other terms; with `generic` also with physics that has no name."""
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
@@ -62,6 +75,7 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     options = given.options(selection.y[:, None])
     scores = given.families(options)[:, 0]
     own = setting.found.families.index(selection.terms[i].family)
+    scores[_of_others(setting, selection, i)] = -np.inf
     gap = separability(given, selection.signal(i))
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
@@ -79,10 +93,17 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     return Standing(
         float(scores[own]), mine, names, families, freer,
         float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
-        float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
+        min(float(probable[alias].sum()), 1.0), exact, twins,  # names that hold the answer do not count in the total
+        tuple(float(probable[j]) for j in twins),
         family_about(setting, own, scores, options[:, 0], gap, total, larger),
         tuple(float(probable[j]) for j in exact),
     )  # fmt: skip
+
+
+def _of_others(setting: Setting, selection: Selection, i: int) -> list[int]:
+    """Families of the other terms, of which the search names none a second time: at another scanned value they are no rival of term i."""
+    others = {t.family.id for j, t in enumerate(selection.terms) if j != i} - {selection.terms[i].family.id}
+    return [j for j, f in enumerate(setting.found.families) if f.id in others]
 
 
 def _same_place(setting: Setting, one: int, other: int) -> bool:

@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.answer.evaluation.gaussian import best_width, without_span
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.comparison import without_nuisance
-from vcmm.learn.diagnosis.constants import NOTHING
+from vcmm.learn.diagnosis.constants import NOTHING, STRUCTURE_CORRELATION
 from vcmm.learn.diagnosis.holdout import Fold, folds, worsened_folds
-from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.problem import FIELD, Problem
 from vcmm.learn.diagnosis.search import Stage, setting_under
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again, joint
+from vcmm.learn.diagnosis.select import Selection, Setting, Term, basis_of, fitted_again, joint
 
 OWN_ROWS = "the rows to which it was fitted become worse with it"
 
@@ -55,9 +56,16 @@ def deliver_terms(
     hand.
     """
     gone = replaced_inputs(problem, [terms[i] for i in wanted])
+    moving = moves_together(stage)
+    gone = (
+        (*gone, FIELD) if moving else gone
+    )  # a field beside the names takes most of what rows that move together show
     free = problem.without(gone)
     setting = setting_for(free, stage)
-    parts = known if known is not None and not gone else folds(free, stage.u, stage.noise.rho)
+    own = known if not gone and not moving else None
+    parts = folds(free, *fitted_noise(free, stage)) if own is None else own
+    if moving:
+        terms = _in_best_shapes(terms, wanted, setting)
     number, withheld = tuple(wanted), dict[int, str]()
     now = _refit(number, terms, setting)
     while number:
@@ -86,9 +94,47 @@ def replaced_inputs(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
 def setting_for(problem: Problem, stage: Stage) -> Setting:
     """What a fit of given names under another calibration works with: every row as it is, outliers about the fit; the noise
     stays as it was found.
+
+    Where neighbours are so alike that what is left is a movement and no scatter, innovations would weigh its jumps alone and the sizes would not be
+    those that the rows show: the rows count as independent, and the covariance is that of a mean of such rows, (1 + rho) / (1 - rho) times as
+    large (Priestley, Spectral Analysis and Time Series (1981), 5.3).
     """
-    setting = setting_under(problem, stage, problem.whitener(stage.u, stage.noise.rho))
-    return replace(setting, start=setting.raw)
+    setting = setting_under(problem, stage, problem.whitener(*fitted_noise(problem, stage)))
+    spread = (1.0 + stage.noise.rho) / (1.0 - stage.noise.rho) if moves_together(stage) else 1.0
+    return replace(setting, start=setting.raw, spread=spread)
+
+
+def moves_together(stage: Stage) -> bool:
+    """Is what the names leave a movement and no scatter?"""
+    return stage.noise.rho >= STRUCTURE_CORRELATION
+
+
+def fitted_noise(problem: Problem, stage: Stage) -> tuple[Array, float]:
+    """u (m,) and correlation of neighbours as sizes are fitted with; a movement has no scatter that depends on the speed."""
+    return (problem.u, 0.0) if moves_together(stage) else (stage.u, stage.noise.rho)
+
+
+def _in_best_shapes(terms: Sequence[Term], wanted: Sequence[int], setting: Setting) -> list[Term]:
+    """The terms, those wanted in the shape of their family that explains most of the rows as they are, one given the others."""
+    out = list(terms)
+    for i in wanted:
+        others = joint(
+            [replace(out[j], white=setting.white.apply(out[j].option.columns)) for j in wanted if j != i],
+            setting,
+        )
+        y, basis = setting.raw, basis_of(others.terms, len(setting.raw))
+        rest = without_span(y, basis)
+        best = max(
+            out[i].family.options,
+            key=lambda o: (
+                best_width(
+                    without_span(setting.white.apply(o.columns), basis), rest, setting.found.dof
+                ).log_evidence
+                + o.log_prior
+            ),
+        )
+        out[i] = replace(out[i], option=best)
+    return out
 
 
 def _refit(number: Sequence[int], terms: Sequence[Term], setting: Setting) -> Selection:

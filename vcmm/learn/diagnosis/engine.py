@@ -8,18 +8,23 @@ from itertools import count
 
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
+from vcmm.learn.diagnosis.answers import add_repeated
 from vcmm.learn.diagnosis.assembly import account
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.constants import MISMATCH
+from vcmm.learn.diagnosis.cross_checks import cross_check, steadier, unstable_names
 from vcmm.learn.diagnosis.delivery import left_over
+from vcmm.learn.diagnosis.far_rows import far_rows, raw_rest
 from vcmm.learn.diagnosis.judgement import beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.locate import each_shape, generic_families
 from vcmm.learn.diagnosis.machine_match import check_belonging, wild
 from vcmm.learn.diagnosis.mistakes import tables_of
 from vcmm.learn.diagnosis.noise import Audit, audit
+from vcmm.learn.diagnosis.outside import with_outside
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.qualify import qualify
+from vcmm.learn.diagnosis.repeated import repeated_stretch
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.learn.diagnosis.row_order import in_order
 from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
@@ -54,21 +59,33 @@ def diagnose_recording(
     """
     tell = _steps(progress)
     tell("checking and predicting the recording")
-    fit = check_recording(recording, machine)
+    again = repeated_stretch(recording)
+    fit = check_recording(recording if again is None else recording.take(~again.copied), machine)
     problem, warnings = _usable(fit, machine)
     searched = thin_problem(problem, LARGEST)
     tell("listing what could be missing")
     known, generics, stage, chosen = _search(searched, extra_effects, seed, nulls, tell)
     tell("predicting rows held out, and weighing the names against physics without a name")
     held = beside_field(judge_terms(chosen, stage, seed), known, generics, seed, nulls)
+    tell("asking parts of the rows, and a second opinion")
+    held, checks = cross_check(held)
+    gone = unstable_names(held, checks)
+    if gone:
+        tell("searching without a name that parts of the rows do not have")
+        fewer = replace(known, families=tuple(f for f in known.families if f.id not in gone))
+        stage, chosen = _passes(searched, fewer, generics, stage.screen, seed, nulls, tell)
+        other = beside_field(judge_terms(chosen, stage, seed), fewer, generics, seed, nulls)
+        held, checks = steadier((held, checks), cross_check(other))
     tell("planning the next measurement")
     found = account(held, known, searched, problem, seed)
-    found = replace(found, warnings=(*warnings, *found.warnings))
+    told = (*checks.texts, *far_rows(held.problem, raw_rest(held.problem, held.stage.white, held.selection)))
+    found = replace(found, warnings=(*warnings, *found.warnings, *told), checks=checks)
     found = qualify(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
+    found = found if again is None else add_repeated(found, again)
     attempt = Attempt.none()
     found = attempt(STEP_COMPARE, lambda: with_written_fit(found, [recording], machine), found)
     attempt.raise_bugs()
-    found = replace(found, failed=(*found.failed, *attempt.failures))
+    found = with_outside(replace(found, failed=(*found.failed, *attempt.failures)))
     if progress:
         progress("done", 1.0)
     return found

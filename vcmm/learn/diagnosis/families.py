@@ -139,4 +139,4 @@ def open_text(kin: Kin) -> str:
     if len(kin.members) < 2:
         return ""
     shares = ", ".join(f"{m.effect} p {m.probability:.2f}" for m in kin.members)
-    return f"the family {kin.name} is certain to {kin.probability:.3f}; which shape of it is open: {shares}"
+    return f"among the names of the catalogue the family {kin.name} has {kin.probability:.3f}; which shape of it is open: {shares}"

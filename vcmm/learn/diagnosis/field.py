@@ -16,7 +16,8 @@ the field is no rival: it is what is left.
 
 A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
 outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
-field. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
+field. A course of the clock that nothing logs is one: what heats up falls smoothly where a step is drawn through it, so against a smooth
+course of time a step and a straight drift count as they are, sharp and straight. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
 
 A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: what
 is found then is found beside it, with the uncertainty that neighbours leave who agree.
@@ -32,6 +33,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import SCALES, Ints, Whitener, evidence_from, posterior
+from vcmm.core.effect import required
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.adequacy import described_shape
 from vcmm.learn.diagnosis.candidates import Option
@@ -106,9 +108,18 @@ def rival_field(
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
     price = own + VERY_STRONG + mismatch(selection)
-    simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
+    of_place, of_both = (
+        _columns(
+            [t.option for t in selection.terms if is_simple(t) and not (timed and _is_of_time(t))], setting
+        )
+        for timed in (True, False)
+    )
     tried = _trial_kernels(problem, selection, white, null)
-    weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
+    weighing = [
+        w
+        for a in tried
+        if (w := _Weighing.of(a, of_place if _is_course(a) else of_both, selection, white)) is not None
+    ]
 
     def worth(choice: tuple[_Weighing, Subset]) -> float:
         w, kept = choice
@@ -136,6 +147,17 @@ def is_simple(term: Term) -> bool:
     effect = term.option.effect
     waves = term.white.shape[1] <= WAVE or (effect is not None and effect.diagnosis.size_name == "amplitude")
     return waves and set(scanned_names(term.option)) <= {"period", *MOMENTS}
+
+
+def _is_of_time(term: Term) -> bool:
+    """A step or a straight drift: a course of the clock alone."""
+    effect = term.option.effect
+    return effect is not None and required(effect) == ("time_s",)
+
+
+def _is_course(asked: KernelQuestion) -> bool:
+    """A field over the clock alone."""
+    return {n for k in asked.kernels for n in k.names} == {"time"}
 
 
 def _columns(options: Sequence[Option], setting: Setting) -> Array:

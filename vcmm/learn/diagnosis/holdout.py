@@ -198,6 +198,12 @@ def tells(term: Term, fold: Fold) -> bool:
     return not _own_zone(term, fold)
 
 
+def says_something(fold: Fold, selection: Selection) -> bool:
+    """Is any term seen in the rows held out? Else they are predicted by nothing, before and after."""
+    sizes = [_held_out_size(fold, selection, i) for i in range(len(selection.terms))]
+    return any(size > EXCITATION_DELTA for size in sizes)
+
+
 def _fitted_size(fold: Fold, selection: Selection, i: int) -> float:
     """Size of term i in the rows fitted, in units of the noise: is it determined there?"""
     return _size(fold.fitted, ~fold.test, selection, i)

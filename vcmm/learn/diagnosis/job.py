@@ -12,6 +12,7 @@ from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.known_unknowns import describe_unknown
 from vcmm.learn.diagnosis.opposite_sign import other_way
 from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.unread_job import diagnose_unread
 from vcmm.learn.diagnosis.very_long import few_enough, thinning_notes
 from vcmm.task.response.recording import Recording
 
@@ -29,7 +30,11 @@ def diagnose(
     Of more than 100 000 observations some are taken, and it is said (see vcmm.learn.diagnosis.very_long).
     """
     recording = few_enough(recording)
-    found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+
+    def ask(one: Recording) -> Diagnosis:
+        return diagnose_recording(one, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+
+    found = diagnose_unread(recording, machine, ask) if recording.unread else ask(recording)
     found = describe_unknown(found, recording)
     warnings = (
         *recording.notes,

@@ -22,13 +22,11 @@ from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, wins_
 from vcmm.learn.diagnosis.mistakes import Mistake
 from vcmm.learn.diagnosis.modulation import find_modulation
 from vcmm.learn.diagnosis.neighbours import departure
-from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.problem import FIELD, Problem
 from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search, setting_of
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, basis_of, joint
 from vcmm.learn.diagnosis.shortfall import failing_fold, of_fold
-
-FIELD = "field"  # a covariance beside those of the machine's Inputs
 
 
 @dataclass(frozen=True, eq=False)

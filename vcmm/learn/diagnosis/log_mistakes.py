@@ -1,4 +1,5 @@
-"""Mistakes of the log: two columns exchanged, a sign, a unit, directions the other way round. No free parameter.
+"""Mistakes of the log: two columns or labels exchanged, a sign, a unit, directions the other way round, without a free parameter; a clock
+of the logs that is late or drifts, with one (see log_clock).
 
 The machine file predicts the recording from what was logged. Logged rightly it would predict something else:
 
@@ -18,6 +19,8 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
+from vcmm.learn.diagnosis.log_clock import ClockMistake, clock_mistakes
+from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, exchanged_labels
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Recording
@@ -34,6 +37,15 @@ RunCorrection = Callable[[Run], Run]
 
 
 @dataclass(frozen=True, eq=False)
+class Clock:
+    """The hypotheses about it: value: seconds; step: between trials; at: seconds -> (words, departure (m,)), or None."""
+
+    value: float
+    step: float
+    at: Callable[[float], tuple[str, Array] | None]
+
+
+@dataclass(frozen=True, eq=False)
 class LogHypothesis:
     """columns that are meant, one of the words above, departure (m,) mm or rad, ln prior within its kind."""
 
@@ -41,6 +53,7 @@ class LogHypothesis:
     what: str
     departure: Array
     prior: float
+    clock: Clock | None = None  # of a hypothesis with one number
 
 
 def log_hypotheses(recording: Recording, predicted: Callable[[Recording], Array]) -> Iterator[LogHypothesis]:
@@ -48,17 +61,43 @@ def log_hypotheses(recording: Recording, predicted: Callable[[Recording], Array]
     before = predicted(recording)
     if not np.any(before):
         return
+
+    def change(run: Run) -> Array | None:
+        try:
+            after = predicted(replace(recording, run=run))
+        except (ModelLimit, UsageError):
+            return None  # positions outside the travels, temperatures that cannot be
+        return after - before if np.isfinite(after).all() and np.any(after != before) else None
+
     for what, tried in _kinds(recording.run):
-        seen = []
-        for columns, corrected in tried:
-            try:
-                after = predicted(replace(recording, run=corrected(recording.run)))
-            except (ModelLimit, UsageError):
-                continue  # positions outside the travels, temperatures that cannot be
-            if np.isfinite(after).all() and np.any(after != before):
-                seen.append((columns, after - before))
+        changed = [(columns, change(corrected(recording.run))) for columns, corrected in tried]
+        seen = [(columns, d) for columns, d in changed if d is not None]
         for columns, departure in seen:
             yield LogHypothesis(columns, what, departure, -float(np.log(len(seen))))
+    yield from _of_labels(recording.run, change)
+    for clock in clock_mistakes(recording.run):
+        yield from _of_clock(clock, change)
+
+
+def _of_labels(run: Run, change: Callable[[Run], Array | None]) -> Iterator[LogHypothesis]:
+    seen = [(text, d) for text, other in exchanged_labels(run) if (d := change(other)) is not None]
+    for text, departure in seen:
+        yield LogHypothesis(text, LABELS_EXCHANGED, departure, -float(np.log(len(seen))))
+
+
+def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Iterator[LogHypothesis]:
+    """Every trial value; what is best is searched on between its neighbours."""
+
+    def at(seconds: float) -> tuple[str, Array] | None:
+        departure = change(clock.corrected(seconds))
+        return None if departure is None else (clock.text(seconds), departure)
+
+    step = float(np.diff(sorted(clock.values)).min())
+    share = -float(np.log(len(clock.values)))
+    for seconds in clock.values:
+        found = at(seconds)
+        if found is not None:
+            yield LogHypothesis(found[0], clock.what, found[1], share, Clock(seconds, step, at))
 
 
 def of_machine(machine: object) -> Callable[[Recording], Array]:

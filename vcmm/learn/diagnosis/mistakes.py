@@ -18,9 +18,11 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
-from vcmm.learn.diagnosis.log_mistakes import LOG, log_hypotheses, of_machine
+from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, slipped_labels
+from vcmm.learn.diagnosis.log_mistakes import LOG, Clock, log_hypotheses, of_machine
 from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
+from vcmm.learn.diagnosis.refine import POINTS, ROUNDS
 from vcmm.physics.structure.abbe import AbbeCountedTwice
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.squareness import Squareness
@@ -57,6 +59,7 @@ class Mistake:
     both: bool = False  # and the other way round
     lead: float = np.inf  # nats over the best explanation without a mistake
     free: tuple[str, ...] = ()  # names of the terms that explain it instead
+    clock: Clock | None = None  # of a mistake of the log with one number
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
@@ -64,7 +67,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
 
     raw (m,): white residual. Outliers count as `limit` robust standard deviations, the same number for all hypotheses.
     """
-    candidates = list(hypotheses(problem))
+    candidates = [*hypotheses(problem), *_of_labels(problem, white)]
     if not candidates:
         return None
     departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
@@ -79,7 +82,14 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     best = int(np.argmax(scores))
     if scores[best] <= VERY_STRONG:
         return None
-    near = [candidates[i] for i in np.flatnonzero(scores > scores[best] - STRONG) if i != best]
+    candidates[best] = _at_its_best(candidates[best], white, raw, bound)
+    left[:, best] = raw - white.apply(candidates[best].departure)
+    departures[:, best] = raw - left[:, best]
+    near = [
+        candidates[i]
+        for i in np.flatnonzero(scores > scores[best] - STRONG)
+        if i != best and not (candidates[i].clock and candidates[i].what == candidates[best].what)
+    ]
     rivals = tuple(
         dict.fromkeys(
             f"{h.component} {h.what}" for h in near if (h.component, h.what) != _name(candidates[best])
@@ -91,6 +101,27 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (own @ own)))
     score = nats + float(prior[best] - np.logaddexp.reduce(prior))
     return replace(candidates[best], score=score, rivals=rivals)
+
+
+def _at_its_best(mistake: Mistake, white: Whitener, raw: Array, bound: float) -> Mistake:
+    """A mistake with one number at the value that leaves least: a grid between its neighbours, and again about the best of it."""
+    if mistake.clock is None:
+        return mistake
+    clock = mistake.clock
+    value, step = clock.value, clock.step
+
+    def left(m: Mistake) -> float:
+        return float(np.minimum((raw - white.apply(m.departure)) ** 2, bound**2).sum())
+
+    for _ in range(ROUNDS):
+        for trial in value + step * np.linspace(-1.0, 1.0, POINTS):
+            made = clock.at(float(trial))
+            if made is not None:
+                new = replace(mistake, component=made[0], departure=made[1])
+                if left(new) < left(mistake):
+                    mistake, value = new, float(trial)
+        step /= POINTS / 2
+    return mistake
 
 
 def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> bool:
@@ -131,7 +162,12 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
     for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
-        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG)
+        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
+
+
+def _of_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
+    for h in slipped_labels(problem, white):
+        yield Mistake(h.text, LABELS_EXCHANGED, h.departure, prior=h.prior, effect=LOG)
 
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:

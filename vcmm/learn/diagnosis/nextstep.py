@@ -7,7 +7,6 @@ not measured: only the columns of the rivals on old and new rows together decide
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,9 +17,11 @@ from vcmm.answer.evaluation.gaussian import RANK, Whitener, whitener
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.candidates import Option
+from vcmm.learn.diagnosis.confirming import confirming
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import NOTHING
 from vcmm.learn.diagnosis.discrepancy import values_of
+from vcmm.learn.diagnosis.expected import ROWS, expected_probability, log_odds
 from vcmm.learn.diagnosis.problem import Problem, predecessors
 from vcmm.learn.diagnosis.result import NextStep, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting
@@ -29,7 +30,6 @@ from vcmm.task.response.observe import Observer, nuisance_columns
 from vcmm.task.response.recording import Recording
 
 PLACES = 60  # along the covariate of something unknown
-ROWS = 80  # of the recording repeated in an add-on
 PER_TOUCH = 10.0  # s
 LEAST_GAIN = 0.08  # gain of separability below which an add-on is not proposed
 MOST_SHOWN = 3
@@ -59,28 +59,41 @@ def next_steps(
     out: list[NextStep] = []
     for i, place in enumerate(places):
         rivals = [*place.twins[:1], *place.families[:1]]
-        found = [f for j in rivals for f in _for_rival(problem, setting, selection, i, j)]
+        shares = [*place.shares[:1], place.rival_probability]
+        found = [
+            f
+            for j, share in zip(rivals, shares if place.twins else shares[-1:])
+            for f in _for_rival(problem, setting, selection, i, j, log_odds(place.probability, share))
+        ]
         if rivals and not found:
-            found = _confirming(selection, i, _pair(selection, i, setting, rivals[0]))
+            found = _confirming(problem, selection, i, _pair(selection, i, setting, rivals[0]))
         elif place.names and not found:  # a rival that these rows do not resolve is no candidate
-            found = _confirming(selection, i, (selection.terms[i].family.name, place.names[0]))
+            found = _confirming(problem, selection, i, (selection.terms[i].family.name, place.names[0]))
         out += found
     return tuple(out)
 
 
 def _for_rival(
-    problem: Problem, setting: Setting, selection: Selection, i: int, family: int
+    problem: Problem, setting: Setting, selection: Selection, i: int, family: int, odds: float
 ) -> list[NextStep]:
-    """The add-ons that separate term i from one rival, the best per minute first."""
+    """The add-ons that separate term i from one rival, the best per minute first. odds: ln of term over rival."""
     rival = _nearest(setting, selection, family, i)
     pair = _pair(selection, i, setting, family)
     columns = (selection.terms[i].option.columns, rival.columns)
-    now = separability(columns, problem.whitener(), selection, i)
+    asked = _RivalQuestion(pair, odds, separability(columns, problem.whitener(), selection, i))
     found = [
-        _try_addon(problem, addon, selection, i, rival, pair, now)
-        for addon in (*ADDONS, *along_axes(problem))
+        _try_addon(problem, addon, selection, i, rival, asked) for addon in (*ADDONS, *along_axes(problem))
     ]
     return sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)[:MOST_SHOWN]
+
+
+@dataclass(frozen=True)
+class _RivalQuestion:
+    """Two names, ln of their odds, and the share of the first one's signal that the other cannot mimic, as length and in noise."""
+
+    pair: tuple[str, str]
+    odds: float
+    now: tuple[float, float]
 
 
 def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
@@ -89,14 +102,10 @@ def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[
     return (one.id, other.id) if one.name == other.name else (one.name, other.name)
 
 
-def _confirming(selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
+def _confirming(problem: Problem, selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
     """What the catalogue says to do, where no repetition of these rows tells the two apart."""
-    effect = selection.terms[i].option.effect
-    if effect is None or effect.about.words is None:
-        return []
-    known = defaultdict(str, {k: str(v) for k, v in selection.terms[i].family.where.items()})
-    known["where"] = " ".join(selection.terms[i].family.where.values())
-    return [NextStep(pair, effect.about.words.confirm.format_map(known), CONFIRMED, 0.0)]
+    do = confirming(selection.terms[i], pair[1], problem.run)
+    return [NextStep(pair, do, CONFIRMED, 0.0)] if do else []
 
 
 def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
@@ -135,13 +144,16 @@ def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Opt
     return setting.found.options[min(range(int(first[family]), stop), key=left)]
 
 
-def separability(columns: tuple[Array, Array], white: Whitener, selection: Selection, i: int) -> float:
-    """Length of the answer's signal that the rival cannot mimic, in units of the noise of this whitener."""
+def separability(
+    columns: tuple[Array, Array], white: Whitener, selection: Selection, i: int
+) -> tuple[float, float]:
+    """Share of the answer's signal, as length, that the rival cannot mimic; and the same in units of the noise of this whitener."""
     assert selection.fit is not None
     signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
     x = white.apply(columns[1])
     rest = signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]
-    return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), NOTHING)
+    length = float(np.linalg.norm(rest))
+    return length / max(float(np.linalg.norm(signal)), NOTHING), length / selection.fit.sigma
 
 
 def _try_addon(
@@ -150,9 +162,9 @@ def _try_addon(
     selection: Selection,
     i: int,
     rival: Option,
-    pair: tuple[str, str],
-    now: float,
+    asked: _RivalQuestion,
 ) -> NextStep | None:
+    """The add-on with what is expected after it; None where it cannot be done, separates no better, or decides no more."""
     try:
         longer = extend_recording(problem, addon)
         if longer is None:
@@ -167,9 +179,13 @@ def _try_addon(
         then = separability((columns[0], columns[1]), white, selection, i)
     except (ModelLimit, UsageError):
         return None
-    if then - now <= LEAST_GAIN:
+    gain = then[0] - asked.now[0]
+    before, after = (
+        expected_probability(asked.odds, more) for more in (0.0, then[1] ** 2 - asked.now[1] ** 2)
+    )
+    if gain <= LEAST_GAIN or after - before <= LEAST_GAIN * (1.0 - before):
         return None
-    return NextStep(pair, instruction(addon, problem), minutes_of(addon, problem), then - now)
+    return NextStep(asked.pair, instruction(addon, problem), minutes_of(addon, problem), gain, after)
 
 
 def instruction(addon: AddOn, problem: Problem) -> str:

@@ -164,6 +164,16 @@ def alias_words(effect: Effect | None, run: Run) -> str:
     )
 
 
+def alias_names(effect: Effect | None, run: Run) -> tuple[str, ...]:
+    """The same wave with the periods that the rows cannot tell from its own, by name, the longest first: screw_pitch of 10 mm."""
+    if effect is None or not hasattr(effect, "period"):
+        return ()
+    q = coordinate(effect, run)
+    others = () if q is None else aliases(q, float(effect.period) / int(getattr(effect, "harmonic", 1)))
+    unit = "rad" if is_rotary(str(getattr(effect, "axis", "X"))) else "mm"
+    return tuple(f"{effect.name} of {p:.3g} {unit}" for p in others[:MOST_SHOWN])
+
+
 def _only_half(period: float, step: float, unit: str) -> str:
     """Twice the step shows one phase of a wave only: its cosine is +1 and -1 in turn, its sine is zero."""
     if abs(period / (2 * step) - 1.0) > 0.02:

@@ -19,6 +19,8 @@ from vcmm.learn.diagnosis.sanity import without_gaps
 from vcmm.task.response.observe import Observer, known_here, noise_u, nuisance_columns
 from vcmm.task.response.recording import Recording
 
+FIELD = "field"  # a covariance beside those of the machine's Inputs: physics without a name
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -82,7 +84,7 @@ def make_problem(recording: Recording, machine: Machine) -> Problem:
         noise_u(recording, machine),
         np.reshape(columns, (m, -1)),
         _beside(m, stated),
-        _neighbours(recording),
+        neighbours_of(recording),
         observer,
         stated,
     )
@@ -92,7 +94,7 @@ def _beside(m: int, stated: Sequence[tuple[str, Array]]) -> Array:
     return np.concatenate([np.zeros((m, 0)), *(columns for _, columns in stated)], axis=1)
 
 
-def _neighbours(recording: Recording) -> Ints:
+def neighbours_of(recording: Recording) -> Ints:
     """The preceding observation of each (m,); none where no column tells the time: the rows of a table are no series."""
     time = recording.run.columns.get("time_s")
     if time is None:

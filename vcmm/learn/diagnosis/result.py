@@ -13,6 +13,15 @@ from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.views import draw
+from vcmm.learn.diagnosis.checks import (
+    CrossChecks,
+    NextStep,
+    Transfer,
+    next_step_json,
+    second_opinion_json,
+    stable_json,
+    transfer_json,
+)
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
 from vcmm.learn.diagnosis.discrepancy import Shape
 from vcmm.learn.diagnosis.estimates import Estimate, as_json
@@ -67,13 +76,18 @@ class Answer:
     kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
     scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
     beyond: str = ""  # why physics does not have its size; "" where it may
-    mistake: str = ""  # of a log_mistake: columns_exchanged, sign, unit, directions_exchanged
+    mistake: str = (
+        ""  # of a log_mistake: columns_exchanged, labels_exchanged, clock_offset ... (docs/diagnose.md)
+    )
     renewed: RenewedTables | None = (
         None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
     )
     of_instrument: tuple[
         str, ...
     ] = ()  # errors of the instrument that repeat it exactly, as probable as all of the machine
+    stands: bool = (
+        False  # a finding before the share of a mechanism that no catalogue holds was taken off (see outside)
+    )
 
     @property
     def family(self) -> str:
@@ -92,6 +106,8 @@ class Answer:
     @property
     def improbable(self) -> bool:
         """Less probable than not, together with all that repeats it exactly, and its family is not secure."""
+        if self.stands:
+            return False
         return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
 
     @property
@@ -129,16 +145,6 @@ class Unknown:
     shape: Shape | None = None
     formula: str = ""
     gain: float = 0.0  # nats of the formula on rows never fitted
-
-
-@dataclass(frozen=True)
-class NextStep:
-    """An add-on measurement that separates tied answers."""
-
-    separates: tuple[str, ...]
-    do: str
-    minutes: float
-    gain: float
 
 
 @dataclass(frozen=True)
@@ -183,6 +189,8 @@ class Diagnosis(Readable):
         0  # observations that the recording held, where `all of them` were chosen from more; else 0
     )
     failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
+    checks: CrossChecks | None = None  # parts of the rows, and a second opinion
+    transfer: tuple[Transfer, ...] = ()  # what the file from one recording leaves of the others
     reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -224,7 +232,10 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "not_testable": sorted(d.not_testable),
         "invisible": sorted(d.invisible),
         "detectable": [_detectable(x, micro) for x in d.detectable],
-        "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
+        "next_measurement": [next_step_json(n) for n in d.next_measurement],
+        "stable": stable_json(d.checks),
+        "second_opinion": second_opinion_json(d.checks),
+        "transfer": [transfer_json(t, micro) for t in d.transfer],
         "improved_machine": None,
         "failed": failed_json(d.failed),
     }  # fmt: skip

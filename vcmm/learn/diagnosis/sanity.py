@@ -120,11 +120,16 @@ def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     timed = _has_own_times(recording, ~copy)
     if not copy.any():
         return none, ""
-    if not timed and _by_chance(recording.value, rows, u):
+    if not timed and (_by_chance(recording.value, rows, u) or not _in_a_row(copy)):
         return none, ""
     return copy, "copies of other rows, with the same reading to the last digit" + (
         "" if timed else " (if they are repeats, add time_s)"
     )
+
+
+def _in_a_row(copy: Mask) -> bool:
+    """Do some rows that repeat others follow one another? Copying copies stretches; single ones are repeats of a place."""
+    return bool((copy[2:] & copy[1:-1] & copy[:-2]).any())
 
 
 def _has_own_times(recording: Recording, kept: Mask) -> bool:

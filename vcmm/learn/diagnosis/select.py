@@ -85,6 +85,7 @@ class Setting:
     refine: Refiner
     start: Array | None = None  # None: raw, outliers pulled in about nothing
     most: int | None = None
+    spread: float = 1.0  # further factor of the covariance, of rows that move together
 
 
 def joint(terms: Sequence[Term], setting: Setting) -> Selection:
@@ -103,7 +104,7 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
     fit = posterior(x, y, setting.found.dof, width)
     rest = setting.raw - x @ fit.mean
     kept = float(np.mean(np.abs(rest) <= setting.clip * robust_scale(rest)))
-    factor = _spread(fit, setting.found.dof, width) / kept**2
+    factor = setting.spread * _spread(fit, setting.found.dof, width) / kept**2
     fit = replace(fit, covariance=factor * fit.covariance)
     return Selection(tuple(terms), fit, y, y - x @ fit.mean, factor)
 

@@ -28,10 +28,11 @@ from vcmm.learn.diagnosis.estimates import as_json
 from vcmm.learn.diagnosis.improve import departure
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.result import Answer, Diagnosis, diagnosis_json
+from vcmm.learn.diagnosis.result import Answer, Diagnosis, Transfer, diagnosis_json
 from vcmm.learn.diagnosis.scans import is_change
+from vcmm.learn.diagnosis.unread import rows_read
 from vcmm.learn.diagnosis.very_long import few_together
-from vcmm.learn.diagnosis.written_fit import with_written_fit
+from vcmm.learn.diagnosis.written_fit import handed_over, rms_left, with_written_fit, written
 from vcmm.task.response.folds import Mask
 from vcmm.task.response.joining import join_recordings
 from vcmm.task.response.recording import Ints, Recording
@@ -110,7 +111,7 @@ def diagnose_several(
     UsageError
         They cannot be joined, or one is given twice.
     """
-    recordings = few_together(recordings)
+    recordings = [_all_read(r) for r in few_together(recordings)]
     refuse_copies(recordings, machine)
     whole = join_recordings(recordings, machine)
 
@@ -132,7 +133,34 @@ def diagnose_several(
         found = together.found
     told = tuple(s for s in shared if s not in differing)
     together = with_written_fit(together, recordings, machine)  # of the rows as they were given
+    together = replace(together, transfer=transfers(recordings, [d for _, d in alone], machine))
     return Several(together, (*told, *own), alone, rest, whole.left_out)
+
+
+def _all_read(recording: Recording) -> Recording:
+    """The rows of which every sensor has a reading: what one recording alone may do without, another may need."""
+    read = rows_read(recording)
+    lost = recording.m - read.m
+    said = f"{lost} observations in which a sensor has no reading are set aside"
+    return replace(read, notes=(*read.notes, said)) if lost else read
+
+
+def transfers(
+    recordings: Sequence[Recording], alone: Sequence[Diagnosis], machine: Machine
+) -> tuple[Transfer, ...]:
+    """What the machine file written from each recording leaves of every other one, and what the machine left as it was."""
+    before = [rms_left([r], machine) for r in recordings]
+    out = []
+    for source, found in zip(recordings, alone):
+        if not written(found):
+            continue
+        with_it = handed_over(found, machine)
+        out += [
+            Transfer(r.name, source.name, rms, rms_left([r], with_it))
+            for r, rms in zip(recordings, before)
+            if r is not source
+        ]
+    return tuple(out)
 
 
 def has_scan(a: Answer) -> bool:

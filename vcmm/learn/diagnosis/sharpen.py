@@ -8,7 +8,7 @@ Such an option weighs as the cell of the grid that it stands in, times the share
 sqrt(2 pi) s / width, s from the curvature of the evidence (Laplace's approximation of the mean over the cell).
 
 Of a wave the highest lines of the spectrum are searched and not the highest alone: half a step off its best, the true line may
-stand below a side lobe that the grid happens to hit.
+stand below a side lobe that the grid happens to hit. Lines that no trial period stands on come from the continuous spectrum (see spectrum).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import Ints, without_span
+from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
 from vcmm.learn.diagnosis.evidence import Dictionary
@@ -33,6 +34,7 @@ from vcmm.learn.diagnosis.select import (
     family_scores,
     options_of,
 )
+from vcmm.learn.diagnosis.spectrum import lines_of
 
 MOST = 6  # competitors that are looked at, given some terms
 LINES = 3  # of a spectrum whose best values are searched: the highest on the grid may be a side lobe
@@ -68,7 +70,29 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
     asked = [j for j in order if setting.found.families[j].id not in taken and _has_scans(setting.found, j)]
     basis = basis_of(given, len(state.y))
     r = without_span(state.y, basis)
-    return [s for j in asked[:MOST] for s in _of_family(j, options, r, basis, setting)]
+    listed = [s for j in asked[:MOST] for s in _of_family(j, options, r, basis, setting)]
+    waves = [j for j in range(len(scores)) if setting.found.families[j].id not in taken]
+    return listed + [s for j in waves for s in _off_the_list(j, r, basis, setting)]
+
+
+def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
+    """The highest lines of the spectrum that no trial period of a family stands on, at their best values."""
+    own = [setting.found.options[k] for k in options_of(setting.found, j)]
+    wave = next((o for o in own if _is_wave(o)), None)
+    if wave is None:
+        return []
+    refine = setting.refine
+    known = [f for o in own if (f := _frequency(o, setting)) is not None]
+    found = lines_of(wave, r, basis, setting.white, refine.problem, setting.threshold, known, LINES)
+    sharp = [(refine(option, r, basis), weight) for option, weight in found]
+    return [(j, option, weight + refine.open_share(option, r, basis)) for option, weight in sharp]
+
+
+def _is_wave(option: Option) -> bool:
+    """A sine and a cosine of one period that is to be searched, once per period."""
+    effect = option.effect
+    single = effect is not None and {"sine", "cosine"} <= {f.name for f in parameter_fields(effect)}
+    return single and "period" in scanned_names(option) and int(getattr(effect, "harmonic", 1)) == 1
 
 
 def _has_scans(found: Dictionary, j: int) -> bool:

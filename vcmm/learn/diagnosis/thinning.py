@@ -108,9 +108,9 @@ def of_rows(recording: Recording, kept: Mask) -> Recording:
     place = np.cumsum(needed) - 1
     other = np.where(some.other >= 0, place[np.maximum(some.other, 0)], -1)
     lines = None if some.lines is None else some.lines[needed]
-    return replace(
-        some, run=some.run.take(np.flatnonzero(needed)), row=place[some.row], other=other, lines=lines
-    )
+    unread = tuple((name, rows[needed]) for name, rows in some.unread)
+    run = some.run.take(np.flatnonzero(needed))
+    return replace(some, run=run, row=place[some.row], other=other, lines=lines, unread=unread)
 
 
 def loss(searched: int, of: int) -> float:

@@ -33,6 +33,11 @@ def handed_over(d: Diagnosis, machine: Machine) -> Machine:
     return improve_machine(machine, tuple((a.fitted, a.inputs) for a in answers_to_write(d.answer)))
 
 
+def written(d: Diagnosis) -> bool:
+    """Does anything of it stand in the machine file that is written?"""
+    return bool(answers_to_write(d.answer) or anew(d.answer)) or d.mistake is not None
+
+
 def rms_left(recordings: Sequence[Recording], machine: Machine) -> float:
     """rms of all rows that a machine leaves, mm or rad."""
     left = [left_by(r, machine).residual for r in recordings]

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.declaration import PLAY, UM, About, ChoosesColumns, ForDiagnosis, Prior, Typical
 from vcmm.core.effect import Effect, at, declared_columns, motion, param, required
 from vcmm.core.errors import UsageError
-from vcmm.core.play import share_taken_up
+from vcmm.core.play import bends, share_taken_up
 from vcmm.core.run import Array, Run
 
 LONGEST = 3.0  # mm or rad: of the ways that are tried
@@ -19,6 +19,13 @@ def _backlash_ramp_shows_in(effect: BacklashRamp, run: Run) -> bool:
     """Rows stand on the ways that are tried, and not at their ends only."""
     since = run.columns.get(required(effect)[1])
     return since is not None and len(np.unique(since[since < LONGEST])) > 2
+
+
+def _bends(effect: BacklashRamp | PlayOperator, run: Run) -> bool:
+    """Does the ramp end within the ways of the rows?"""
+    if effect.required()[1] not in run.columns:
+        return True
+    return bends(run, effect.axis, 1.0 - np.minimum(effect.way(run) / effect.distance, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +41,7 @@ class BacklashRamp(Effect, ChoosesColumns):
         family="backlash",
         shared_physics="play",
         shows_in=_backlash_ramp_shows_in,
+        shows_at=_bends,
     )
     per = "axis"
     about = About(
@@ -63,10 +71,78 @@ class BacklashRamp(Effect, ChoosesColumns):
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
+    def way(self, run: Run) -> Array:
+        """Distance since the last reversal (n,)."""
+        return run.column(self.required()[1])
+
     def error_motion(self, run: Run) -> Array:
-        sense, since = share_taken_up(run, self.axis), run.column(required(self)[1])
+        sense, since = share_taken_up(run, self.axis), self.way(run)
         gap = self.gap - self.ramp * np.minimum(since / self.distance, 1.0)
         return motion(run, **{self.axis: -0.5 * gap * sense})
+
+
+def _play_operator_shows_in(effect: PlayOperator, run: Run) -> bool:
+    """The axis turns round within the rows, and some of them stand on the way after it."""
+    since = run.columns.get(effect.required()[1])
+    sense = run.columns.get(effect.required()[0])
+    if since is None or sense is None or not len(since):
+        return False
+    way = effect.way(run)
+    return bool(np.isinf(way).any()) and len(np.unique(way[np.isfinite(way)])) > 2
+
+
+@dataclass(frozen=True, eq=False)
+class PlayOperator(Effect, ChoosesColumns):
+    """-1/2 gap d_a (2 min(s / distance, 1) - 1) e_a: the slide stays on its side and comes over on the way after a reversal.
+
+    The third shape of backlash, and reported as such: the play operator of a path. s is the distance since the last reversal; in a
+    recording the slide has come over before the first one (s = inf), as column turned_X says. Rigid parts come over within distance = gap; where the drive also
+    winds up the way is longer.
+    """
+
+    name = "backlash_operator"
+    diagnosis = ForDiagnosis(
+        family="backlash",
+        shared_physics="play",
+        shows_in=_play_operator_shows_in,
+        shows_at=_bends,
+    )
+    per = "axis"
+    about = About(
+        cites="Krasnosel'skii & Pokrovskii, Systems with Hysteresis (1989), 2: the operator of play; ISO 230-2:2014, 2.16",
+        along_axis=True,
+    )
+    needs = ("sense_{axis}", "since_reversal_{axis}_mm")
+    axis: str = at("X", "linear or rotary axis")
+    gap: float = param(0.0, "um", "lost motion", typical=Typical(1 * UM, "as backlash", PLAY))
+    distance: float = param(
+        0.01,
+        "mm",
+        "way on which the slide comes over",
+        scan=(1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0),
+    )
+
+    def __post_init__(self) -> None:
+        if not self.distance > 0:
+            raise UsageError(f'{self.id}: distance must be positive; write for example distance = "0.1 mm"')
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def required(self) -> tuple[str, ...]:
+        """Rotary axes count the distance since reversal in rad."""
+        columns = declared_columns(self)
+        return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
+
+    def way(self, run: Run) -> Array:
+        """Distance since the last reversal within the rows (n,), infinite before the first one."""
+        since, turned = run.column(self.required()[1]), run.columns.get(f"turned_{self.axis}")
+        return since if turned is None else np.where(turned > 0, since, np.inf)
+
+    def error_motion(self, run: Run) -> Array:
+        over = 2.0 * np.minimum(self.way(run) / self.distance, 1.0) - 1.0
+        return motion(run, **{self.axis: -0.5 * self.gap * share_taken_up(run, self.axis) * over})
 
 
 def _loaded_play_shows_in(effect: LoadedPlay, run: Run) -> bool:

@@ -23,7 +23,7 @@ from vcmm.core.declaration import (
 )
 from vcmm.core.effect import Effect, at, choice, declared_columns, motion, param, required
 from vcmm.core.errors import UsageError
-from vcmm.core.play import share_taken_up
+from vcmm.core.play import bends, share_taken_up
 from vcmm.core.run import Array, Run
 
 
@@ -97,6 +97,13 @@ class LostMotion(_Reversal):
         return motion(run, **{self.axis: -0.5 * gap * share_taken_up(run, self.axis)})
 
 
+def _bends(effect: Hysteresis | ReversalSpike, run: Run) -> bool:
+    """Does the course after a reversal bend within the ways of the rows?"""
+    if effect.required()[1] not in run.columns:
+        return True
+    return bends(run, effect.axis, effect.left(run))
+
+
 @dataclass(frozen=True, eq=False)
 class Hysteresis(_Reversal):
     """-amplitude d_a (1 - 2 exp(-s / distance)) e_a: from +amplitude at a reversal to -amplitude far from it.
@@ -108,6 +115,7 @@ class Hysteresis(_Reversal):
     name = "hysteresis"
     diagnosis = ForDiagnosis(
         shared_physics="play",
+        shows_at=_bends,
     )
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     about = replace(
@@ -129,8 +137,12 @@ class Hysteresis(_Reversal):
     def __post_init__(self) -> None:
         _check_distance(self, self.distance)
 
+    def left(self, run: Run) -> Array:
+        """Share (n,) of the loop that is not yet gone through."""
+        return np.exp(-self._since(run) / self.distance)
+
     def error_motion(self, run: Run) -> Array:
-        loop = 1 - 2 * np.exp(-self._since(run) / self.distance)
+        loop = 1 - 2 * self.left(run)
         return motion(run, **{self.axis: -self.amplitude * run.column(f"sense_{self.axis}") * loop})
 
 
@@ -143,6 +155,7 @@ class ReversalSpike(_Reversal):
     """
 
     name = "reversal_spike"
+    diagnosis = ForDiagnosis(shows_at=_bends)
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     about = replace(
         _Reversal.about,
@@ -164,7 +177,10 @@ class ReversalSpike(_Reversal):
         if self.shape not in ("exponential", "gamma"):
             raise UsageError(f'{self.id}: shape = "{self.shape}" must be "exponential" or "gamma"')
 
-    def error_motion(self, run: Run) -> Array:
+    def left(self, run: Run) -> Array:
+        """The pulse (n,)."""
         x = self._since(run) / self.distance
-        pulse = np.exp(-x) if self.shape == "exponential" else x * np.exp(1 - x)
-        return motion(run, **{self.axis: -self.height * run.column(f"sense_{self.axis}") * pulse})
+        return np.exp(-x) if self.shape == "exponential" else x * np.exp(1 - x)
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, **{self.axis: -self.height * run.column(f"sense_{self.axis}") * self.left(run)})

@@ -37,6 +37,7 @@ class ScaleFactor(Effect):
             signed=("k",),
             opposite=Opposite("k", "{where} travels too short in proportion to the distance ({k})"),
         ),
+        along_axis=True,
     )
     diagnosis = ForDiagnosis(
         special_case_of=("geometric_change", "map_interpolation"),
@@ -50,7 +51,11 @@ class ScaleFactor(Effect):
         0.0,
         "um/m",
         "error per travelled length",
-        typical=Typical(5e-6, "usual: scale or gain error 1-10 ppm"),
+        typical=Typical(
+            5e-6,
+            "usual: scale or gain error 1-10 ppm; of an axis that turns 0.1-1 %, the gain of a potentiometer, resolver or step counter",
+            1e-3,
+        ),
     )
 
     @property

@@ -51,7 +51,7 @@ class ThermalDrift(Effect, ChoosesColumns):
             raise UsageError(f'thermal_drift: direction = "{self.direction}" must be "x", "y" or "z"')
         if self.tau < 0:
             raise UsageError(f"{self.id}: tau = {self.tau:g} s is negative; a lag is zero or positive")
-        check_range(self.trained, self.id)
+        check_range(self.trained, self.trained and self.id)
 
     @property
     def link(self) -> str:
@@ -61,7 +61,7 @@ class ThermalDrift(Effect, ChoosesColumns):
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        behind = within(self.trained, self.id, self.sensor, run.lag(self.sensor, self.tau))
+        behind = within(self.trained, self.trained and self.id, self.sensor, run.lag(self.sensor, self.tau))
         return motion(run, **{self.direction.upper(): self.k * (behind - T0_DEG_C)})
 
 
@@ -104,7 +104,7 @@ class ThermalDriftTwoLags(Effect, ChoosesColumns):
             raise UsageError(f'{self.name}: direction = "{self.direction}" must be "x", "y" or "z"')
         if min(self.tau, self.tau_slow) < 0:
             raise UsageError(f"{self.id}: tau is negative; a lag is zero or positive")
-        check_range(self.trained, self.id)
+        check_range(self.trained, self.trained and self.id)
 
     @property
     def link(self) -> str:
@@ -115,7 +115,7 @@ class ThermalDriftTwoLags(Effect, ChoosesColumns):
 
     def error_motion(self, run: Run) -> Array:
         fast, slow = (
-            within(self.trained, self.id, self.sensor, run.lag(self.sensor, tau)) - T0_DEG_C
+            within(self.trained, self.trained and self.id, self.sensor, run.lag(self.sensor, tau)) - T0_DEG_C
             for tau in (self.tau, self.tau_slow)
         )
         amount = self.k * fast + self.k_slow * slow

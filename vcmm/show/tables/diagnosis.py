@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.constants import LEAST_TOLD
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.locate import Place
 from vcmm.learn.diagnosis.power import Detectable
-from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep
+from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep, Transfer
 from vcmm.learn.diagnosis.verdict import describe_probability
 from vcmm.show.tables.quantities import percent
 from vcmm.show.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
@@ -127,12 +127,24 @@ def folds(d: Diagnosis) -> ResultTable[FoldRow]:
 NEXT: tuple[Column[NextStep], ...] = (
     Column("separates", lambda n: ", ".join(n.separates)),
     Column("do", lambda n: n.do),
+    Column("then right with", lambda n: "–" if n.expected is None else f"p {n.expected:.2f}", NUMBER_TEXT),
     Column("minutes", lambda n: f"{n.minutes:.0f}" if n.minutes >= 10 else f"{n.minutes:.2g}", NUMBER_TEXT),
 )
 
 
 def next_steps(d: Diagnosis) -> ResultTable[NextStep]:
     return ResultTable("measure next", NEXT, d.next_measurement)
+
+
+def transfers(d: Diagnosis) -> ResultTable[Transfer]:
+    """What the file from one recording leaves of the others."""
+    columns: list[Column[Transfer]] = [
+        Column("recording", lambda t: t.recording),
+        Column("rms before", lambda t: micro_text(d, t.before), NUMBER_TEXT),
+        Column("rms after", lambda t: micro_text(d, t.after), NUMBER_TEXT),
+        Column("with the file written from", lambda t: t.source),
+    ]
+    return ResultTable("the file from one recording predicts another", columns, d.transfer)
 
 
 PLACES: tuple[Column[Place], ...] = (

@@ -55,6 +55,7 @@ class Recording:
     machine's Input of that id, and of the errors of setting that no machine file states.
     chosen_from: of how many observations these were chosen evenly (see vcmm.learn.diagnosis.thinning); 0: they are all.
     notes: what was set aside when the file was read, in words: rows or columns with gaps of a sensor.
+    unread: (column, rows (n,)): run rows in which a sensor has no reading; the number that stands there is held, and says nothing.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -75,6 +76,7 @@ class Recording:
     known: tuple[tuple[str, Array], ...] = ()
     chosen_from: int = 0
     notes: tuple[str, ...] = ()
+    unread: tuple[tuple[str, npt.NDArray[np.bool_]], ...] = ()
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -160,6 +162,10 @@ class Recording:
         if len(numbers) > most:
             return f"{word} {', '.join(shown)} and {len(numbers) - most} more"
         return f"{word} {' and '.join([', '.join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)}"
+
+    def touching(self, rows: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        """Observations (m,) with an end in some of the run rows (n,)."""
+        return np.asarray(rows[self.row] | np.where(self.other >= 0, rows[np.maximum(self.other, 0)], False))
 
     def take(self, observations: Ints | npt.NDArray[np.bool_] | slice) -> Recording:
         """A copy with some of the observations (hold-out folds); the run stays whole."""
