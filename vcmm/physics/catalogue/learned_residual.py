@@ -9,7 +9,19 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import axis_of, is_component, is_rotary
-from vcmm.core.declaration import UM, URAD, ForDiagnosis, KnownRange, Trade, Typical, Words
+from vcmm.core.declaration import (
+    UM,
+    URAD,
+    About,
+    ChoosesColumns,
+    ForDiagnosis,
+    KnownRange,
+    Tabulated,
+    Trade,
+    Typical,
+    WithResponse,
+    Words,
+)
 from vcmm.core.effect import COLUMN, Effect, at, param, positions
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
@@ -18,7 +30,7 @@ SPACINGS = 2.0  # between nodes, in a correlation length
 
 
 @dataclass(frozen=True, eq=False)
-class LearnedResidual(Effect):
+class LearnedResidual(Effect, WithResponse, Tabulated, ChoosesColumns):
     """A Gaussian process over the position of an axis, and over one recorded column where it is named.
 
     f(q, t) = k(q, t; nodes) K^-1 values,   k = exp(-(dq / l)^2 / 2 - (dt / m)^2 / 2),   l, m: twice the mean distance of nodes and levels
@@ -30,17 +42,19 @@ class LearnedResidual(Effect):
     name = "learned_residual"
     per = "component"
     own = True
-    cites = "Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), 2.2 and 8.3.1"
-    trade = Trade(
-        "learned residual {where}: seen in recordings, explained by nothing",
-        "find its cause (vcmm diagnose without it), or check more often where it is used",
+    about = About(
+        cites="Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), 2.2 and 8.3.1",
+        trade=Trade(
+            "learned residual {where}: seen in recordings, explained by nothing",
+            "find its cause (vcmm diagnose without it), or check more often where it is used",
+        ),
+        words=Words(
+            seen="{where} departs by a curve that recordings showed again and again",
+            causes="unknown: it was learned, no physics is named",
+            confirm="more recordings over the same positions and temperatures",
+        ),
     )
     diagnosis = ForDiagnosis(is_named=False)
-    words = Words(
-        seen="{where} departs by a curve that recordings showed again and again",
-        causes="unknown: it was learned, no physics is named",
-        confirm="more recordings over the same positions and temperatures",
-    )
     component: str = at("EXX", "component error, for example EXX, EYX, EBX")
     column: str = at("", "recorded column over which it varies besides, such as temp_air_C")
     nodes: Any = positions((0.0, 1.0))
