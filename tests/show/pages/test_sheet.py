@@ -89,7 +89,7 @@ def test_lines_without_evidence_are_named(tmp_path: Path) -> None:
 @pytest.mark.thorough
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 def test_every_characteristic_has_one_printed_page(tmp_path: Path) -> None:
-    """Two characteristics with long budgets, one page each, and the page of files."""
+    """The answers, two characteristics with long budgets, one page each, and the page of files."""
     scenario = load_scenario(example("plate"))
     given = [
         GivenValue("", n, v, angle=False, deviation=False, where="values.csv:2")
@@ -105,7 +105,7 @@ def test_every_characteristic_has_one_printed_page(tmp_path: Path) -> None:
     )  # fmt: skip
     if not printed.exists():
         pytest.skip(f"chromium does not run here: {done.stderr[-200:]!r}")
-    assert len(re.findall(rb"/Type\s*/Page\b(?!s)", printed.read_bytes())) == 3
+    assert len(re.findall(rb"/Type\s*/Page\b(?!s)", printed.read_bytes())) == 4
 
 
 ANGLE = """[[part.characteristics]]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST = 8
+ROUNDED = 0.0005  # shares below it are printed as 0.0 %
 
 
 def waterfall(
@@ -28,12 +29,14 @@ def waterfall(
 ) -> Axes:
     """Standard contributions (name, u_i) added in quadrature (GUM 5.1.2), largest first; the last bar is `total`, the u of the table.
 
-    Bar i runs from sqrt(u_1^2 + .. + u_(i-1)^2) to sqrt(u_1^2 + .. + u_i^2), so the ends join. What lies past `most` is one bar. Where
+    Bar i runs from sqrt(u_1^2 + .. + u_(i-1)^2) to sqrt(u_1^2 + .. + u_i^2), so the ends join. What lies past `most`, or has a
+    share that tables print as 0.0 %, is one bar. Where
     the squares do not add up to total^2 a bar "interaction" closes the gap (up or down), as the table says it.
     """
     ranked = sorted(
         ((n, abs(float(u))) for n, u in items if math.isfinite(u) and u != 0.0), key=lambda p: -p[1]
     )
+    most = max(1, min(most, sum(u * u >= ROUNDED * total**2 for _, u in ranked)))
     rest = math.sqrt(sum(u * u for _, u in ranked[most:]))
     shown = ranked[:most] + ([(f"{len(ranked) - most} others", rest)] if rest else [])
     steps, at = [], 0.0

@@ -166,7 +166,12 @@ def _waterfall(c: CharacteristicResult) -> list[str]:
     items = [(b.what or b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
     if len(items) < 2 or not math.isfinite(c.u):
         return []
-    return [draw.on_page(draw.waterfall, items, c.u * scale, unit=word, title="How u grows: contributions added in quadrature")]  # fmt: skip
+    figure = draw.on_page(
+        draw.waterfall, items, c.u * scale, unit=word, title="How u grows: contributions added in quadrature"
+    )
+    return [
+        f'<div class="on-screen">{figure}</div>'
+    ]  # in print the bars and the table say the same on one page
 
 
 def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
