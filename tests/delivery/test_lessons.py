@@ -18,8 +18,8 @@ from vcmm.files.own.library import example
 LESSONS = {p.stem[:2]: p for p in NOTEBOOKS if p.stem[:2].isdigit()}
 
 
-def test_there_are_eight_in_their_order() -> None:
-    assert list(LESSONS) == [f"{n:02d}" for n in range(1, 9)]
+def test_there_are_nine_in_their_order() -> None:
+    assert list(LESSONS) == [f"{n:02d}" for n in range(1, 10)]
     for n, file in enumerate(LESSONS.values(), 1):
         assert f"\n# # {n}. " in file.read_text(encoding="utf-8")
 

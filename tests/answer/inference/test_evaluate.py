@@ -298,4 +298,5 @@ def test_a_batch_is_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert run(["evaluate", str(tmp_path / "s.toml"), "--values", str(tmp_path / "v.csv")]) == 0
     shown = capsys.readouterr().out
     assert shown.count("measured, and the 95% interval of the true value") == 1
-    assert [line.split()[0] for line in shown.splitlines() if "30.00" in line] == ["A", "B"]
+    table = shown.split("measured, and the 95% interval of the true value")[1]
+    assert [line.split()[0] for line in table.splitlines() if "30.00" in line] == ["A", "B"]

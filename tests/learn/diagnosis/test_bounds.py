@@ -48,7 +48,9 @@ def test_a_beam_that_stands_askew_cannot_lengthen():
 def test_an_arm_lies_within_travels_and_tool(monkeypatch):
     # travels 300 and 400 mm: diagonal 500 mm; a tool of 150 mm more
     monkeypatch.setattr("vcmm.learn.diagnosis.bounds.parameter_fields", lambda _: ())
-    abbe = SimpleNamespace(diagnosis=ForDiagnosis(size_name="arm"), aliases={}, name="abbe_offset")
+    abbe = SimpleNamespace(
+        diagnosis=ForDiagnosis(size_name="arm"), about=SimpleNamespace(aliases={}), name="abbe_offset"
+    )
     assert "outside the machine" in said(abbe, arm=size(700, 50, "mm"))
     assert said(abbe, np.tile([0.0, 0.0, -150.0], (4, 1)), arm=size(700, 50, "mm")) == ""
     assert said(abbe, arm=size(310, 20, "mm")) == ""

@@ -42,7 +42,7 @@ ALTERNATE, HALVES = "alternate_rows", "halves"
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class _PartOfRows:
     kind: str
     name: str
     rows: Mask
@@ -80,7 +80,7 @@ def stability(problem: Problem, stage: Stage, selection: Selection, places: Sequ
 
 
 def _agree(
-    kind: str, parts: Sequence[_Part], asked: Sequence[list[_Part]], there: Sequence[list[bool]]
+    kind: str, parts: Sequence[_PartOfRows], asked: Sequence[list[_PartOfRows]], there: Sequence[list[bool]]
 ) -> bool | None:
     if not any(p.kind == kind for p in parts):
         return None
@@ -103,7 +103,7 @@ def _parts(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
         yield HALVES, "the second half", ~early
 
 
-def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) -> _Part | None:
+def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) -> _PartOfRows | None:
     """Names of one part; None where it has too few rows."""
     if rows.sum() < FEWEST or (~rows).sum() < FEWEST:
         return None
@@ -124,7 +124,7 @@ def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) ->
         stage.threshold,
         Refiner(part, white),
     )
-    return _Part(kind, name, rows, setting, select(clean_outliers(setting)))
+    return _PartOfRows(kind, name, rows, setting, select(clean_outliers(setting)))
 
 
 def _rows_of(problem: Problem, rows: Mask) -> Problem:
@@ -147,7 +147,7 @@ def _family_of(family: Family, rows: Mask) -> Family:
     return replace(family, options=tuple(replace(o, columns=o.columns[rows]) for o in family.options))
 
 
-def _should_show(problem: Problem, part: _Part, selection: Selection, i: int) -> bool:
+def _should_show(problem: Problem, part: _PartOfRows, selection: Selection, i: int) -> bool:
     """Is term i large in the rows of a part, beside the other terms?"""
     assert selection.fit is not None
     mean = selection.fit.mean[selection.span(i)]
@@ -161,7 +161,7 @@ def _should_show(problem: Problem, part: _Part, selection: Selection, i: int) ->
     return float(np.linalg.norm(rest)) >= SECURE_DELTA * selection.fit.sigma
 
 
-def _refuses(part: _Part, selection: Selection, places: Sequence[Standing], stage: Stage) -> bool:
+def _refuses(part: _PartOfRows, selection: Selection, places: Sequence[Standing], stage: Stage) -> bool:
     """Is what a part finds worth STRONG nats more in its rows than all names of the whole: at their sizes, or at those that suit the part?
 
     At given sizes nothing is free and nothing is paid: dof / 2 ln(rows alone / rows less the names), sums of squares.
@@ -178,12 +178,12 @@ def _refuses(part: _Part, selection: Selection, places: Sequence[Standing], stag
     return net_evidence(part.found, own) - min(free, at_sizes) >= STRONG
 
 
-def _term_of(term: Term, part: _Part) -> Term:
+def _term_of(term: Term, part: _PartOfRows) -> Term:
     option = replace(term.option, columns=term.option.columns[part.rows])
     return replace(term, option=option, white=part.white.apply(option.columns))
 
 
-def _is_found(part: _Part, term: Term, place: Standing, stage: Stage) -> bool:
+def _is_found(part: _PartOfRows, term: Term, place: Standing, stage: Stage) -> bool:
     """Is the term, one of its family at its link, what repeats it exactly, or one that it cannot be told from among the names of a part?"""
     exact = {stage.found.families[k].id for k in place.exact}
     return any(

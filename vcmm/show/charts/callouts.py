@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 VIEW = (-60.0, 28.0)  # azimuth of the eye from +x towards +y and its elevation, degrees
 WIDTH, ROW = 780, 50  # pixels of the picture; of a label
+LONGEST_NAME = 36  # characters of a label beside the part
 COLUMN = 0.66  # where labels begin, in widths of the part from its middle
 EDGE = 1.3  # half of the picture in the same unit
 
@@ -93,6 +94,11 @@ def left_and_right(across: Sequence[float]) -> tuple[list[int], list[int]]:
     return sorted(order[:half]), sorted(order[half:])
 
 
+def shortened(name: str) -> str:
+    """A name as a label has room for it."""
+    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+
+
 def _label(drawn: Any, one: Callout, spots: Array, at: tuple[float, float]) -> None:
     """The leader from the middle of the spots, a line between two spots, and the words."""
     colour = LIGHT[one.colour]
@@ -104,5 +110,5 @@ def _label(drawn: Any, one: Callout, spots: Array, at: tuple[float, float]) -> N
     drawn.plot(*middle, marker="o", markersize=4, color=colour)
     where = "left" if side > 0 else "right"
     verdict = f": {one.verdict}" if one.verdict else ""
-    drawn.text(*at, plain_label(one.name), ha=where, va="bottom", fontsize=TICK, color=MUTED)
+    drawn.text(*at, plain_label(shortened(one.name)), ha=where, va="bottom", fontsize=TICK, color=MUTED)
     drawn.text(*at, plain_label(one.text + verdict), ha=where, va="top", fontsize=TICK, color=INK if one.colour == "muted" else colour)  # fmt: skip
