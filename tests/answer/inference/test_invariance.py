@@ -18,6 +18,8 @@ import pytest
 
 from vcmm.face.cli import run
 
+pytestmark = pytest.mark.thorough  # whole jobs, minutes of processor
+
 MACHINE = """vcmm = "machine/1"
 kind = "cmm"
 structure = "w b Y X Z t"

@@ -14,6 +14,8 @@ import pytest
 
 from vcmm.face.cli import run
 
+pytestmark = pytest.mark.thorough  # whole jobs, minutes of processor
+
 SCENARIO = """vcmm = "scenario/1"
 [machine]
 kind = "cmm"

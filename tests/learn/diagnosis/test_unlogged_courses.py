@@ -11,6 +11,8 @@ from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.result import Diagnosis
 
+pytestmark = pytest.mark.thorough  # whole jobs, minutes of processor
+
 MACHINE = """vcmm = "machine/1"
 structure = "w b X t"
 [axes.X]
