@@ -81,7 +81,7 @@ def test_the_report_of_a_cut_shows_its_path(unplugged: Any, reports: Path) -> No
         assert figure.locator("select[name=colour] option").all_inner_texts() == ["error", "feed", "tool"]
         assert "of 243" in figure.locator("output").inner_text()
         program = figure.locator(".listing ol")
-        program.locator("li", has_text="G2").first.click()  # from the program to the path
+        program.locator("li", has_text=re.compile(r"G2 ")).first.click()  # from the program to the path
         said = figure.locator("output").inner_text()
         assert "G2" in said
         assert program.locator("li[aria-current]").inner_text() in said
