@@ -128,10 +128,6 @@ def test_reversal_that_changes_sign_along_the_travel(tmp_path):
 
 
 @pytest.mark.thorough
-@pytest.mark.xfail(
-    strict=True,
-    reason="a held-out fold keeps 0.384 of the rms where 0.3 was the bar; the cause was not looked for; open",
-)
 def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):
     """Branches 2.4 deg apart. Rests before and after agree, so it is a delay: 34.0 ms by least squares. Harmonic 2."""
     source = data_file("data/recordings/resolver_cyclic_latency/VoltageDividerSineCosCoils.csv")
@@ -144,8 +140,10 @@ def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):
     harmonic = {"encoder_interpolation": 1, "screw_pitch": 2}[cyclic["effect"]]
     assert value(cyclic, "period") == pytest.approx(2 * math.pi / harmonic)
     assert cyclic["parameters"]["period"]["unit"] == "rad"
-    for fold in found["fit"]["held_out"]:
-        assert fold["rms_after_um"] < 0.3 * fold["rms_before_um"]
+    left = max(f["rms_after_um"] / f["rms_before_um"] for f in found["fit"]["held_out"])
+    assert left < 0.39
+    if left >= 0.3:
+        pytest.xfail(f"a held-out fold keeps {left:.3f} of the rms where 0.3 is the bar; cause not known")
 
 
 @pytest.mark.thorough
@@ -280,10 +278,6 @@ def test_mounts_stand_askew(name, of_date, base, index_only, left_over, tmp_path
 
 
 @pytest.mark.thorough
-@pytest.mark.xfail(
-    strict=True,
-    reason="a petal that was left out keeps 0.551 of the rms where 0.55 was the bar; the cause was not looked for; open",
-)
 def test_a_field_common_to_the_petals_predicts_a_petal(diagnosed, tmp_path):
     """Petals 3, 5, 6, 7 share most of their deviation; 7 to 10 um of each are its own. Causes are documented nowhere."""
     folder = "data/recordings/desi_petal_metrology"
@@ -292,9 +286,13 @@ def test_a_field_common_to_the_petals_predicts_a_petal(diagnosed, tmp_path):
     found = diagnosed(petals(source, nominal, tmp_path, (3, 5, 6, 7), every=12))
     whole = [f for f in found["fit"]["held_out"] if f["fold"].startswith("pose")]
     assert len(whole) == 4
-    for fold in whole:
-        assert fold["rms_after_um"] < 0.55 * fold["rms_before_um"]
     assert {"part_expansion", "workpiece_heating"} <= set(found["not_testable"])
+    left = max(f["rms_after_um"] / f["rms_before_um"] for f in whole)
+    assert left < 0.56
+    if left >= 0.55:
+        pytest.xfail(
+            f"a petal that was left out keeps {left:.3f} of the rms where 0.55 is the bar; cause not known"
+        )
 
 
 def test_a_play_that_its_freer_names_repeat_is_claimed_in_full():

@@ -199,10 +199,6 @@ def test_a_field_that_wins_is_the_unknown_and_the_names_are_candidates():
 
 
 @pytest.mark.thorough
-@pytest.mark.xfail(
-    strict=True,
-    reason="a right play beside a swirl without a name is stated with p 0.41 where 0.9 was the bar: the second opinion names hysteresis[X] there, which lowers the claim; open",
-)
 def test_a_right_name_beside_a_wrong_one_stands_and_does_not_shield_it():
     """A swirl is followed by changes of geometry; a backlash is there too. The field takes the former and leaves the latter."""
     case = make.make(("backlash",), 14.0, 8)
@@ -210,9 +206,11 @@ def test_a_right_name_beside_a_wrong_one_stands_and_does_not_shield_it():
     value = case.recording.value + 1.5 * swirl(run, case.recording.direction)
     found = diagnose_recording(replace(case.recording, value=value), make.machine(), 1, 600)
     assert [a.effect for a in found.found] == ["backlash"]
-    assert found.found[0].probability > 0.9
     assert found.verdict == "partly explained"
     assert found.unknown is not None
+    assert found.found[0].probability > 0.4
+    if found.found[0].probability <= 0.9:  # the second opinion names hysteresis[X], which lowers the claim
+        pytest.xfail(f"stated with {found.found[0].probability:.2f} where 0.9 is the bar")
 
 
 @pytest.mark.thorough
