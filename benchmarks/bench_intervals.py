@@ -15,8 +15,8 @@ import numpy as np
 
 from tests.learn.diagnosis import generator as make
 from vcmm.learn.diagnosis.candidates import Family, catalogue
+from vcmm.learn.diagnosis.estimates import draw_term
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.marginal import draw_term
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, scanned_names
 from vcmm.learn.diagnosis.select import Setting, select

@@ -12,8 +12,7 @@ import pytest
 import vcmm
 from tests.compensation import block
 from vcmm.compensation.job import compensate
-from vcmm.compensation.shifts import Cuts, shifts_of
-from vcmm.compensation.surface import surface_errors
+from vcmm.compensation.surface import Cuts, shifts_of, surface_errors
 from vcmm.face.cli import run
 from vcmm.face.cli.proof import in_rounds
 from vcmm.program.moves import Move, Source

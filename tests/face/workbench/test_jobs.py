@@ -13,8 +13,7 @@ from tests.plate import edited
 from tests.shop.machining import shop
 from vcmm.core.errors import UsageError, VcmmError
 from vcmm.face import api
-from vcmm.face.workbench.bench import Bench
-from vcmm.face.workbench.jobs import job_of, run_files
+from vcmm.face.workbench.bench import Bench, job_of, run_files
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario

@@ -12,9 +12,8 @@ from tests.files.foreign.test_qif import DOCUMENT
 from vcmm.core.errors import DataError, UsageError
 from vcmm.files.foreign.convert import convert
 from vcmm.files.foreign.dcc import dcc_results, quantities_csv, read_dcc
-from vcmm.files.foreign.dfq import dfq_text
 from vcmm.files.foreign.dmis import read_dmis
-from vcmm.files.foreign.export import check_ending
+from vcmm.files.foreign.export import check_ending, dfq_text
 from vcmm.files.foreign.exported_values import handed_over
 from vcmm.files.foreign.xml import read_xml
 from vcmm.files.own.scenario import load_scenario

@@ -10,8 +10,7 @@ import pytest
 
 from tests.files.foreign.qif_schema import faults
 from vcmm.files.foreign.exported_values import HandedValue
-from vcmm.files.foreign.qif_definitions import decimal
-from vcmm.files.foreign.qif_results import qif_text
+from vcmm.files.foreign.qif_results import decimal, qif_text
 from vcmm.files.foreign.xml import Node, read_xml
 from vcmm.part.part import Characteristic, Feature, Part
 

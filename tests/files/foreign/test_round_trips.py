@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from tests.files.foreign.qif_schema import faults
 from vcmm.files.foreign.convert import convert
 from vcmm.files.foreign.dcc import dcc_results
-from vcmm.files.foreign.dfq import dfq_text
+from vcmm.files.foreign.export import dfq_text
 from vcmm.files.foreign.exported_values import HandedValue
 from vcmm.files.foreign.qif_part import read_qif_part
 from vcmm.files.foreign.qif_results import qif_text

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from vcmm.core.declaration import ForDiagnosis
-from vcmm.learn.diagnosis.bounds import beyond
+from vcmm.learn.diagnosis.answers import beyond
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.physics.catalogue.laser import AirIndex, CosineError
 from vcmm.physics.structure.expansion import ScaleExpansion
@@ -47,7 +47,7 @@ def test_a_beam_that_stands_askew_cannot_lengthen():
 
 def test_an_arm_lies_within_travels_and_tool(monkeypatch):
     # travels 300 and 400 mm: diagonal 500 mm; a tool of 150 mm more
-    monkeypatch.setattr("vcmm.learn.diagnosis.bounds.parameter_fields", lambda _: ())
+    monkeypatch.setattr("vcmm.learn.diagnosis.answers.parameter_fields", lambda _: ())
     abbe = SimpleNamespace(
         diagnosis=ForDiagnosis(size_name="arm"), about=SimpleNamespace(aliases={}), name="abbe_offset"
     )

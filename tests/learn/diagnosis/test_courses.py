@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.learn.diagnosis.test_field import UM, searched
-from vcmm.learn.diagnosis.courses import over_clock, stretching
 from vcmm.learn.diagnosis.field import rival_field
+from vcmm.learn.diagnosis.kernels import over_clock, stretching
 from vcmm.learn.diagnosis.neighbours import departure
 from vcmm.learn.diagnosis.select import Term, joint
 

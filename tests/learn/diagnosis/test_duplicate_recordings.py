@@ -11,7 +11,7 @@ from tests.learn.diagnosis import generator as make
 from tests.learn.diagnosis.test_kinds import laser
 from vcmm.core.errors import UsageError
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.duplicate_recordings import refuse_copies
+from vcmm.learn.diagnosis.several import refuse_copies
 
 UM = 1e-3
 

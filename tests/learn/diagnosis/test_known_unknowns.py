@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from vcmm.learn.diagnosis.known_unknowns import describe_unknown
+from vcmm.learn.diagnosis.job import describe_unknown
 from vcmm.learn.diagnosis.result import Diagnosis, Fit
 
 

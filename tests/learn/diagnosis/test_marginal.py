@@ -9,7 +9,7 @@ import pytest
 
 from tests.learn.diagnosis import generator as make
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.marginal import _fallen_at, _gaps, _last_beside
+from vcmm.learn.diagnosis.estimates import _fallen_at, _gaps, _last_beside
 
 
 def test_a_moment_is_known_to_lie_between_rows():

@@ -10,9 +10,9 @@ import pytest
 from vcmm.answer.evaluation.gaussian import whitener
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.outlying import heavy_loss, one_row_speaks
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
+from vcmm.learn.diagnosis.search import heavy_loss, one_row_speaks
 from vcmm.learn.diagnosis.select import Setting, Term, joint
 
 

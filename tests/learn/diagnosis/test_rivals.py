@@ -11,12 +11,12 @@ from tests.learn.diagnosis import generator as make
 from vcmm.answer.evaluation.gaussian import whitener
 from vcmm.core.run import Run
 from vcmm.learn.diagnosis import noise as audits
-from vcmm.learn.diagnosis.aliases import with_aliases
+from vcmm.learn.diagnosis.assembly import with_aliases
 from vcmm.learn.diagnosis.candidates import Family, Option, catalogue
 from vcmm.learn.diagnosis.confusion import Standing, standing
 from vcmm.learn.diagnosis.evidence import dictionary
+from vcmm.learn.diagnosis.judgement import find_modulation
 from vcmm.learn.diagnosis.mistakes import factor_fits
-from vcmm.learn.diagnosis.modulation import find_modulation
 from vcmm.learn.diagnosis.noise import Audit, audit
 from vcmm.learn.diagnosis.null import Noise
 from vcmm.learn.diagnosis.problem import make_problem

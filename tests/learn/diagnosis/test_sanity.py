@@ -274,7 +274,7 @@ def test_a_time_is_told_in_its_unit():
 
 
 def test_a_residual_of_minus_twice_the_known_errors_is_told():
-    from vcmm.learn.diagnosis.opposite_sign import against_known
+    from vcmm.learn.diagnosis.job import against_known
     from vcmm.physics.structure.squareness import Squareness
     from vcmm.task.response.observe import baseline
 

@@ -10,10 +10,9 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import whitener
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.outlying import worth_of_all_rows
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
-from vcmm.learn.diagnosis.search import further, search_names, settle_names
+from vcmm.learn.diagnosis.search import further, search_names, settle_names, worth_of_all_rows
 from vcmm.learn.diagnosis.select import Setting, clean_outliers, select
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.play import BacklashRamp

@@ -10,7 +10,7 @@ import pytest
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.spectrum import price_of, spectrum_of
+from vcmm.learn.diagnosis.sharpen import price_of, spectrum_of
 from vcmm.physics.catalogue.pitch import ScrewPitch
 
 MACHINE = """vcmm = "machine/1"

@@ -8,9 +8,8 @@ import pytest
 from vcmm.learn.tracking import alarms, changes, rates
 from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.compress import SeenRecording
-from vcmm.learn.tracking.evidence import log_likelihood
 from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
-from vcmm.learn.tracking.learn_rates import columns_for, is_due
+from vcmm.learn.tracking.learn_rates import columns_for, is_due, log_likelihood
 
 
 def one(mean, u):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.part.fit.elements import ELEMENTS, free_pose
-from vcmm.part.fit.start import algebraic_start
+from vcmm.part.fit.gauss import algebraic_start
 
 ANGLE = np.linspace(0.0, 2 * np.pi, 12, endpoint=False)
 

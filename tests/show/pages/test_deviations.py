@@ -10,7 +10,7 @@ import pytest
 from tests.build import BORE, scenario
 from vcmm.part.nominal import NominalPoints
 from vcmm.part.part import Feature
-from vcmm.show.pages.deviations import deviation_items, deviations_block, magnification
+from vcmm.show.pages.uncertainty import deviation_items, deviations_block, magnification
 from vcmm.show.pages.view import feature_mesh
 from vcmm.show.report import Lines, Points
 

@@ -17,7 +17,7 @@ from vcmm.face import api
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.gps.reference_circles import least_squares_circle, minimum_zone_circles
 from vcmm.show.charts import ChartSheet, flatness_zone, position_zone
-from vcmm.show.pages.zones import zone_picture
+from vcmm.show.pages.uncertainty import zone_picture
 
 PART = """vcmm = "scenario/1"
 [machine]

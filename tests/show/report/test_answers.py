@@ -17,8 +17,8 @@ from vcmm.show.report.answers import (
     signed,
     value_and_U,
 )
-from vcmm.show.report.contents import contents, linked, with_anchors
 from vcmm.show.report.notices import notice
+from vcmm.show.report.page import contents, linked, with_anchors
 from vcmm.show.report.text import micro
 from vcmm.show.report.trade_words import contributor, what_to_change
 

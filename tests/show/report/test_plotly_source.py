@@ -9,8 +9,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from vcmm.show.report.page import page
-from vcmm.show.report.plotly_source import SHA256, VERSION, packed_plotly
+from vcmm.show.report.page import SHA256, VERSION, packed_plotly, page
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -1,20 +1,33 @@
-"""Answers from terms: numbers of what is delivered from its own refit, of candidates from the fit of everything."""
+"""Answers from terms: numbers of what is delivered from its own refit, of candidates from the fit of everything.
+
+What of a curve is a simple name: a change of geometry whose slope is a scale or a squareness says so, with its number.
+
+A curve with a small bend wins over its straight part by evidence; a person still wants to read "square by -60 urad".
+
+Sizes that physics does not have: outside them a name is a candidate, however well it fits.
+
+An effect declares them where there are any (`Typical.bounds`, `one_sided`). An Abbe arm is bounded by the machine: no reference line lies
+farther from the tip than the diagonal of its travels and tools. A size is outside where its whole 95 % coverage interval is.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import RANK, SCALES, Whitener
-from vcmm.learn.diagnosis.bounds import beyond
-from vcmm.learn.diagnosis.candidates import rebuild_option
+from vcmm.core.effect import Effect, parameter, parameter_fields, unit_at
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.core.units import in_unit
+from vcmm.learn.diagnosis.candidates import Family, Option, rebuild_option
 from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, NOTHING, STRONG
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, MOSTLY, NOTHING, STRONG
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, fitted_noise, setting_for, shares_of_rows
-from vcmm.learn.diagnosis.estimates import estimates
-from vcmm.learn.diagnosis.evidence import Dictionary
+from vcmm.learn.diagnosis.estimates import Estimate, estimates
+from vcmm.learn.diagnosis.evidence import Dictionary, visible
 from vcmm.learn.diagnosis.families import open_text
 from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
@@ -28,7 +41,77 @@ from vcmm.learn.diagnosis.repeated import STRETCH, Repeated
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again
-from vcmm.learn.diagnosis.simple_part import simple_part
+from vcmm.learn.diagnosis.special_cases import generalises
+from vcmm.physics import BY_NAME
+
+ARM = "arm"
+
+
+def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machine, offset: Array) -> str:
+    """Why a fitted effect cannot be, in words; "" where it can. offset (n, 3) mm: tips from the last frame."""
+    if effect is None:
+        return ""
+    if effect.diagnosis.is_never_negative and _negative(effect):
+        return f"{effect.name} cannot be below zero"
+    back = {name: shown for shown, name in effect.about.aliases.items()}
+    for spec in parameter_fields(effect):
+        usual, estimate = spec.metadata["typical"], found.get(back.get(spec.name, spec.name))
+        if usual is None or usual.bounds is None or estimate is None:
+            continue
+        low, high = (in_unit(b, estimate.unit) for b in usual.bounds)
+        if estimate.interval95[1] < low or estimate.interval95[0] > high:
+            return f"{spec.name} = {estimate.value:.3g} {estimate.unit} lies outside {low:.3g} to {high:.3g}: {usual.why}"
+    arm = found.get(ARM)
+    if effect.diagnosis.size_name == ARM and arm is not None:
+        reach = in_unit(_reach(machine, offset), arm.unit)
+        if arm.interval95[0] > reach:
+            return f"an arm of {arm.value:.3g} {arm.unit} lies outside the machine, whose travels and tools reach {reach:.3g} {arm.unit}"
+    return ""
+
+
+def _negative(effect: Effect) -> bool:
+    linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+    return any(float(np.min(getattr(effect, name))) < 0.0 for name in linear)
+
+
+def _reach(machine: Machine, offset: Array) -> float:
+    """mm: the diagonal of the travels, and the longest tool."""
+    travels = [float(np.ptp(a.travel)) for a in machine.axes.values() if not a.rotary]
+    return float(np.linalg.norm(travels)) + float(np.linalg.norm(offset, axis=1).max(initial=0.0))
+
+
+def simple_part(
+    selection: Selection, i: int, families: tuple[Family, ...], problem: Problem, white: Whitener
+) -> str:
+    """'95 % of it is squareness C0Y, -61.2 urad'; '' where term i is no curve or holds no simple name to that extent."""
+    term = selection.terms[i]
+    if term.option.columns.shape[1] < 2:
+        return ""
+    signal = selection.signal(i)
+    best: tuple[float, Family, Option, float] | None = None
+    for family in families:
+        simple = family.name in BY_NAME and BY_NAME[family.name].diagnosis.is_uniform
+        if not simple or not generalises(term.family.name, family.name):
+            continue
+        for known in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
+            option = known if len(known.columns) == problem.m else rebuild_option(known, problem)
+            x = None if option is None else visible(option.columns, white)
+            if option is None or x is None:
+                continue
+            size = float(x[:, 0] @ signal / (x[:, 0] @ x[:, 0]))
+            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), NOTHING)
+            if share > (best[0] if best else MOSTLY):
+                best = share, family, option, size
+    return _text(*best) if best else ""
+
+
+def _text(share: float, family: Family, option: Option, size: float) -> str:
+    assert option.effect is not None
+    show = parameter(option.effect, option.labels[0]).metadata["show"]
+    unit = unit_at(option.effect, show, axis=str(getattr(option.effect, "axis", "")))
+    value = in_unit(size * float(option.unit[0]), unit)
+    where = " ".join(family.where.values())
+    return f"{100 * share:.0f} % of it is {family.name} {where}".rstrip() + f", {value:.3g} {unit}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,15 @@
-"""From terms that were judged to the diagnosis: numbers, rivals, what is left, what could not have been seen, what to measure."""
+"""From terms that were judged to the diagnosis: numbers, rivals, what is left, what could not have been seen, what to measure.
+
+What was named in some of the rows, fitted to all of them: templates, noise, mistakes of the table.
+
+Shapes that the rows do not resolve are no candidates, but they may still be what was found.
+
+Pre-travel over the seats of a probe is a sum of waves (a triangle is no cosine), and a wave with k lobes probed in 2 k
+directions or fewer has the numbers of another one (Shannon; see periods): from four directions six lobes and two lobes
+are the same readings, and four lobes are a wrong radius. No evidence can speak for such a shape, for it has no numbers of
+its own; but its name stands among the rivals of an answer whose signal it, or the sum of such shapes, repeats with no
+more columns than the answer has.
+"""
 
 from __future__ import annotations
 
@@ -8,29 +19,123 @@ from math import nan
 
 import numpy as np
 
-from vcmm.learn.diagnosis.aliases import unresolved_shapes, with_aliases
-from vcmm.learn.diagnosis.all_rows import mistake_on_all_rows, on_all_rows
+from vcmm.answer.evaluation.gaussian import Whitener
+from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.answers import NamedTerms, answers
-from vcmm.learn.diagnosis.candidates import Catalogue
-from vcmm.learn.diagnosis.confusion import Standing
+from vcmm.learn.diagnosis.candidates import Catalogue, Family, Option, applies, make_option, rebuild_option
+from vcmm.learn.diagnosis.confusion import Standing, rank_of, ranks, separability
+from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLUTION_DELTA
 from vcmm.learn.diagnosis.contradictions import add_contradictions, pulls_of, told_pulls, unexplained_pulls
-from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, rms_left
-from vcmm.learn.diagnosis.evidence import scorer
+from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, left_over, rms_left, setting_for
+from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something
+from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.judgement import Judgement
 from vcmm.learn.diagnosis.locate import locate, score_map
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, hypotheses
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
+from vcmm.learn.diagnosis.noise import audit
 from vcmm.learn.diagnosis.null import clip_residuals
 from vcmm.learn.diagnosis.power import power
 from vcmm.learn.diagnosis.problem import FIELD, Problem
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, Answer, Diagnosis, Fit
+from vcmm.learn.diagnosis.scans import refused_changes
 from vcmm.learn.diagnosis.search import Stage
-from vcmm.learn.diagnosis.select import Selection, mismatch
+from vcmm.learn.diagnosis.select import Selection, Term, fitted_again, mismatch
 from vcmm.learn.diagnosis.shortfall import scatter_excess
 from vcmm.learn.diagnosis.table_renewal import is_stale, renew_tables
 from vcmm.learn.diagnosis.thinning import loss, thinning_text
 from vcmm.learn.diagnosis.verdict import beyond, clear_places, curves, doubts, reasons, verdict
+from vcmm.physics import ALL
+
+
+def unresolved_shapes(problem: Problem, white: Whitener) -> Dictionary:
+    """What the refused shapes of the catalogue would show on this recording, where they show anything."""
+    out = []
+    for kind in ALL:
+        changes = refused_changes(kind, problem.run)
+        if not changes or not applies(kind, problem):
+            continue
+        for effect in instances(kind, problem):
+            if lacking_columns(effect, problem.run):
+                continue
+            made = [make_option(replace(effect, **c), problem) for c in changes]
+            options = [o for o in made if o is not None]
+            if options:
+                out.append(Family(reported_name(kind), where_of(effect), (*options, *_sum(options))))
+    return dictionary(out, white)
+
+
+def _sum(options: Sequence[Option]) -> list[Option]:
+    """All shapes together as one option."""
+    if len(options) < 2:
+        return []
+    columns = np.concatenate([o.columns for o in options], axis=1)
+    unit = np.concatenate([o.unit for o in options])
+    return [Option(None, columns, unit, tuple(label for o in options for label in o.labels), 0.0)]
+
+
+def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictionary) -> Standing:
+    """The standing with the names of refused shapes that repeat the signal of term i within this noise."""
+    if not hidden.families:
+        return place
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    given = scorer(hidden, np.concatenate(others, axis=1) if others else None)
+    gap = separability(given, selection.signal(i))
+    mine = rank_of(selection.terms[i].white, given.basis)
+    nearest = np.minimum.reduceat(np.where(ranks(given) <= mine, gap, np.inf), hidden.first)
+    near = nearest < max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
+    known = {selection.terms[i].family.name, *place.names}
+    names = dict.fromkeys(f.name for f, close in zip(hidden.families, near) if close)
+    return replace(place, names=(*place.names, *(n for n in names if n not in known)))
+
+
+def on_all_rows(named: NamedTerms, whole: Problem, seed: int) -> NamedTerms:
+    """The terms fitted again to the observations of `whole`, with the noise that is found there; their standings stay.
+
+    The same where a term cannot be worked out for all rows (a row beyond what its law holds for).
+    """
+    kept = {name for name, _ in named.problem.stated}
+    whole = whole.without([name for name, _ in whole.stated if name not in kept])
+    terms = lift_terms(named.selection.terms, whole)
+    if terms is None:
+        return named
+    plain = whole.whitener()
+    stage = _stage_of(whole, named.stage, plain)
+    first = fitted_again(terms, setting_for(whole, stage), rounds=1)
+    noise = audit(whole, plain, plain.apply(left_over(whole, first)), seed)
+    stage = replace(stage, noise=noise, u=noise.u(whole))
+    stage = _stage_of(whole, stage, whole.whitener(stage.u, noise.rho))
+    selection = fitted_again(first.terms, setting_for(whole, stage))
+    return replace(named, problem=whole, stage=stage, selection=selection, searched=named)
+
+
+def lift_terms(terms: tuple[Term, ...], whole: Problem) -> tuple[Term, ...] | None:
+    """The terms with columns for the observations of `whole`; None where one has none."""
+    options = [rebuild_option(t.option, whole) for t in terms]
+    if any(o is None for o in options):
+        return None
+    return tuple(replace(t, option=o) for t, o in zip(terms, options) if o is not None)
+
+
+def _stage_of(whole: Problem, stage: Stage, white: Whitener) -> Stage:
+    """The stage with the whitener of all rows; its candidates are named there and not looked at again."""
+    bare = dictionary((), white)
+    found = replace(bare, families=stage.found.families, options=stage.found.options, first=stage.found.first)
+    u = whole.u if len(stage.u) != whole.m else stage.u
+    return replace(stage, white=white, u=u, found=found)
+
+
+def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistake | None, Problem]:
+    """The same mistake of the table with its departure in all rows, and the rows without it."""
+    if mistake is None:
+        return None, whole
+    same = ("component", "what", "effect", "factor", "source", "both")
+    own = next(
+        h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)
+    )
+    repaired = replace(whole, residual=whole.residual - own.departure)
+    return replace(mistake, departure=own.departure), repaired
 
 
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:

@@ -1,4 +1,23 @@
-"""diagnose_recording: the whole method, in order. See vcmm/learn/diagnosis/__init__.py."""
+"""diagnose_recording: the whole method, in order. See vcmm/learn/diagnosis/__init__.py.
+
+The prior of a mechanism that no catalogue holds.
+
+Such a mechanism can do whatever the best name does, so the rows cannot tell it from that name, however many nats the name has: its odds
+against the name are a constant w, and a probability p becomes p / (1 + w).
+
+w is the ratio of wrong to right claims of the exam, each plus one: OUTSIDE where the account closes; OUTSIDE_OPEN where something is left that
+the catalogue does not hold, for then there is such a mechanism, and what was told may be its work as well as that of the name. Either was
+fitted on each half of the cases and tested on the other (docs/exam.md).
+It is a statement about the name. What is a finding stays one, and is written: it predicted rows held out, whatever it is called.
+
+Rows far from what is predicted, by their lines: a verdict counts each of them as a few standard deviations, and says so.
+
+A row is told where, by the stated law of the noise, so many rows would show one as far less than once in 1000 recordings.
+
+What else speaks of the names before they are claimed: parts of the rows, and a second opinion.
+
+Lower what is claimed where the recording itself is in doubt, and say what a sign over everything may mean.
+"""
 
 from __future__ import annotations
 
@@ -6,35 +25,183 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import count
 
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.learn.diagnosis.answers import add_repeated
 from vcmm.learn.diagnosis.assembly import account
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
-from vcmm.learn.diagnosis.constants import MISMATCH
-from vcmm.learn.diagnosis.cross_checks import cross_check, steadier, unstable_names
+from vcmm.learn.diagnosis.checks import CrossChecks
+from vcmm.learn.diagnosis.confusion import Standing, lowered
+from vcmm.learn.diagnosis.constants import (
+    CHANCE,
+    EVEN_ODDS,
+    FAR,
+    MISMATCH,
+    NOTHING,
+    OUTSIDE,
+    OUTSIDE_OPEN,
+    UNSEEN,
+)
 from vcmm.learn.diagnosis.delivery import left_over
-from vcmm.learn.diagnosis.far_rows import far_rows, raw_rest
-from vcmm.learn.diagnosis.judgement import beside_field, judge_terms
+from vcmm.learn.diagnosis.judgement import Judgement, beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.locate import each_shape, generic_families
-from vcmm.learn.diagnosis.machine_match import check_belonging, wild
+from vcmm.learn.diagnosis.log_mistakes import LOG
+from vcmm.learn.diagnosis.machine_match import check_belonging, noise_warning, wild
 from vcmm.learn.diagnosis.mistakes import tables_of
-from vcmm.learn.diagnosis.noise import Audit, audit
-from vcmm.learn.diagnosis.outside import with_outside
+from vcmm.learn.diagnosis.noise import Audit, audit, stated_noise
+from vcmm.learn.diagnosis.null import robust_scale
+from vcmm.learn.diagnosis.physical_limits import shared_with_instrument
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.qualify import qualify
 from vcmm.learn.diagnosis.repeated import repeated_stretch
-from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.result import VERDICTS, Answer, Diagnosis
 from vcmm.learn.diagnosis.row_order import in_order
 from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
 from vcmm.learn.diagnosis.screening import screen_families, screened_shapes
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search
+from vcmm.learn.diagnosis.second_opinion import lowered_claim, second_opinion
 from vcmm.learn.diagnosis.select import Selection
+from vcmm.learn.diagnosis.stability import stability
 from vcmm.learn.diagnosis.thinning import LARGEST, MOST_SCREENED, thin_problem
 from vcmm.learn.diagnosis.written_fit import with_written_fit
 from vcmm.task.response.indexing import index_text
 from vcmm.task.response.recording import Recording
+
+DOUBT_REASON = "the recording itself is in doubt; see the warnings"
+
+
+def qualify(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False) -> Diagnosis:
+    """The diagnosis with its warnings, and with its claim lowered where there is doubt.
+
+    scale: noise over what was stated; only_table: the machine has a single table, whose sign is the sign of everything.
+    """
+    units = noise_warning(scale)
+    warnings = [w for w in (*d.warnings, units, _sign(d, only_table)) if w]
+    d = replace(
+        d, warnings=tuple(dict.fromkeys(warnings)), answer=tuple(map(shared_with_instrument, d.answer))
+    )
+    if not (doubtful or units):
+        return d
+    answer = tuple(
+        replace(
+            a,
+            probability=min(a.probability, EVEN_ODDS),
+            alias_probability=min(a.alias_probability, EVEN_ODDS),
+            kin=a.kin.times(min(1.0, EVEN_ODDS / a.kin.probability))
+            if a.kin and a.kin.probability
+            else a.kin,
+        )
+        for a in d.answer
+    )
+    verdict = {"explained": "partly explained", "nothing missing": "unexplained"}.get(d.verdict, d.verdict)
+    return replace(d, answer=answer, verdict=verdict, reasons=(*d.reasons, DOUBT_REASON))
+
+
+def _sign(d: Diagnosis, only_table: bool) -> str | None:
+    """All tables reversed is what a recording with the wrong sense of observation looks like."""
+    if d.mistake is None or d.mistake.what != "sign" or d.mistake.effect == LOG:
+        return None
+    if d.mistake.component != "all" and not only_table:
+        return None
+    return (
+        "the recording holds minus what the machine predicts, in all components: either the tables have the wrong sign,"
+        ' or the sense of the observation does ("indicated - true" against "actual - commanded"); look at `observed` first'
+    )
+
+
+def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:
+    """The judgement with the probability that parts of the rows and a second opinion leave to its names."""
+    stable = stability(one.problem, one.stage, one.selection, one.places)
+    opinion = second_opinion(one.stage.found, one.selection, one.places, one.stage.white.dof)
+    places = [
+        _lower(place, most, opinion.for_ours if lacks else None)
+        for place, most, lacks in zip(one.places, stable.most, opinion.lacks)
+    ]
+    return replace(one, places=places), CrossChecks(stable, opinion)
+
+
+def unstable_names(one: Judgement, checks: CrossChecks) -> set[str]:
+    """Ids of the terms that more parts of the rows lack than have."""
+    return {t.family.id for t, most in zip(one.selection.terms, checks.stable.most) if most < EVEN_ODDS}
+
+
+def steadier(
+    first: tuple[Judgement, CrossChecks], second: tuple[Judgement, CrossChecks]
+) -> tuple[Judgement, CrossChecks]:
+    """The answer without the names that parts of the rows lack, where none of its own is so; what changed stays told."""
+    one, checks = second
+    if not one.selection.terms or min(checks.stable.most) < EVEN_ODDS:
+        return first
+    stable = first[1].stable
+    return one, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))
+
+
+def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
+    """most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
+    even odds to a name that had them.
+    """
+    own = max(place.probability, place.with_aliases)
+    claim = max(own, place.kin.probability if place.kin else 0.0)
+    share = 1.0
+    if for_ours is not None and claim > 0.0:
+        share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(own, NOTHING), 1.0))
+    share = min(share, most / max(claim, most))
+    return place if share >= 1.0 else lowered(place, share * (1.0 + UNSEEN))
+
+
+def far_rows(problem: Problem, rest: Array) -> tuple[str, ...]:
+    """What to tell; rest (m,): white residuals after all names, nothing pulled in."""
+    size = np.abs(rest) / float(robust_scale(rest))
+    out = size > _limit(stated_noise(problem).dof, len(rest))
+    if not out.any():
+        return ()
+    count = int(out.sum())
+    rows = f"{problem.recording.places(out)} lie{'s' if count == 1 else ''}"
+    far = f"{size[out].max():.1f}" if count == 1 else f"{size[out].min():.1f} to {size[out].max():.1f}"
+    return (
+        f"{rows} {far} standard deviations from what is predicted, and count as {FAR:g}: bad readings, or something that happened there"
+        " alone and that no verdict is about; look at them",
+    )
+
+
+def raw_rest(problem: Problem, white: Whitener, selection: Selection) -> Array:
+    """White residuals (m,) after the terms, nothing pulled in."""
+    return white.apply(left_over(problem, selection))
+
+
+def _limit(dof: float, m: int) -> float:
+    """Standard deviations (of the normal law's robust scale) that one of m rows exceeds with the probability 1 - CHANCE."""
+    from scipy.stats import norm, t
+
+    tail = (1.0 - CHANCE) / (2.0 * m)
+    if not np.isfinite(dof):
+        return float(norm.isf(tail))
+    return float(t.isf(tail, dof) / t.isf(norm.sf(1.0), dof))
+
+
+CLOSED = VERDICTS[:2]  # nothing missing, explained
+
+
+def with_outside(d: Diagnosis) -> Diagnosis:
+    """The diagnosis with what a mechanism outside the catalogue leaves to its names."""
+    share = 1.0 / (1.0 + (OUTSIDE if d.verdict in CLOSED else OUTSIDE_OPEN))
+    return replace(d, answer=tuple(_left(a, share) for a in d.answer))
+
+
+def _left(a: Answer, share: float) -> Answer:
+    return replace(
+        a,
+        probability=a.probability * share,
+        rival_probability=a.rival_probability * share,
+        alias_probability=a.alias_probability * share,
+        kin=None if a.kin is None else a.kin.times(share),
+        stands=not a.improbable,
+    )
+
 
 NULLS = 2000
 USUAL_STEPS = 4  # after which half is done

@@ -1,20 +1,166 @@
-"""The diagnosis as a Python call; the command line calls the same function."""
+"""The diagnosis as a Python call; the command line calls the same function.
+
+The diagnosis of a recording whose sensors have gaps (see unread).
+
+Physics without a name that who made the recording has found already: it stands among what is known to be uncertain.
+
+A part that comes back measured is searched for waves in time down to two points per period, along all directions at once, which is
+beyond the shapes that are searched here. What is found so goes along as a covariance called "unknown ...", so that no name takes
+its place, and the verdict has to say it.
+
+May all readings have the opposite sign? Said, never decided: the sense of `observed` is known to the operator only.
+
+A recording of the other sign holds minus what the machine's file predicts, so that its residual holds minus twice:
+
+    c = d . r / d . d -> -2,    u(c) = sigma / |d|      d: white prediction of all known effects, r: white residual
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.core.effect import Effect
+from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
+from vcmm.learn.diagnosis.constants import FAR, OUTLYING, VANISHING_SHARE
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.known_unknowns import describe_unknown
-from vcmm.learn.diagnosis.opposite_sign import other_way
-from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.diagnosis.unread_job import diagnose_unread
+from vcmm.learn.diagnosis.problem import make_problem
+from vcmm.learn.diagnosis.result import Diagnosis, NextStep, Unknown
+from vcmm.learn.diagnosis.unread import for_effects, rows_read, sensors_of
+from vcmm.learn.diagnosis.verdict import verdict
 from vcmm.learn.diagnosis.very_long import few_enough, thinning_notes
-from vcmm.task.response.recording import Recording
+from vcmm.physics import ALL
+from vcmm.task.response.observe import baseline
+from vcmm.task.response.recording import UNKNOWN, Recording
+
+LOOK = 'look at `observed` ("indicated - true" against "actual - commanded")'
+
+
+def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str, ...]:
+    """Sentences about a sign over everything; none where a mistake of the table says so already."""
+    if d.mistake is not None and d.mistake.what == "sign":
+        return ()
+    c, u = against_known(recording, machine)
+    if abs(c) > OUTLYING * u and abs(c + 2.0) < FAR * u:
+        return (
+            f"the residual holds {c:.1f} times what the machine file predicts (standard uncertainty {u:.1f}; -2 where all"
+            f" readings have the opposite sign): `observed` may be the wrong way round; {LOOK}",
+        )
+    for kind in ALL:
+        opposite = kind.about.words.opposite if kind.about.words else None
+        if opposite is None or not opposite.rare:
+            continue
+        own = [a for a in d.answer if a.effect == kind.name]
+        places = [
+            str(v) for a in own if _negative(a.parameters.get(opposite.parameter)) for v in a.where.values()
+        ]
+        if places:
+            return (
+                f"{', '.join(places)} {opposite.rare}, which is rare: if all readings had the opposite sign, it would be an"
+                f" ordinary {kind.name}, and every other sign of the answers would turn too; {LOOK}",
+            )
+    return ()
+
+
+def _negative(number: object) -> bool:
+    return float(getattr(number, "value", 0.0)) < 0.0
+
+
+def against_known(recording: Recording, machine: Machine) -> tuple[float, float]:
+    """c and u(c) of the head of this file; (0, inf) where the machine file predicts nothing that is seen."""
+    try:
+        problem = make_problem(recording, machine)
+        blank = baseline(problem.recording, replace(machine, effects=(), inputs=()))
+        known = baseline(problem.recording, machine) - blank
+        white = problem.whitener()
+    except ModelLimit:
+        return 0.0, float("inf")
+    d, r = white.apply(known[:, None])[:, 0], white.apply(problem.residual)
+    size = float(np.linalg.norm(d))
+    if size < VANISHING_SHARE:
+        return 0.0, float("inf")
+    sigma = float(np.sqrt(r @ r / white.dof))
+    return float(d @ r) / size**2, sigma / size
+
+
+WAVES = 10  # that are watched: their period is known to a hundredth then
+
+
+def describe_unknown(found: Diagnosis, recording: Recording) -> Diagnosis:
+    """The same with the unknown of the recording told: verdict, reason, what to measure next."""
+    told = [(name.removeprefix(UNKNOWN), k) for name, k in recording.known if name.startswith(UNKNOWN)]
+    if not told:
+        return found
+    rests = [
+        Unknown(("time",), f"a {what}, which no effect of the catalogue does", _rms(k), drawn=False)
+        for what, k in told
+    ]
+    why = tuple(f"something without a name is in the recording: {rest.description}" for rest in rests)
+    steps = tuple(step for what, _ in told if (step := _watch(what)) is not None)
+    return replace(
+        found,
+        verdict=verdict(bool(found.found), (*found.reasons, *why)),
+        reasons=(*found.reasons, *why),
+        unknown=found.unknown or rests[0],
+        next_measurement=(*steps, *found.next_measurement),
+    )
+
+
+def _rms(columns: np.ndarray) -> float:
+    """Of the shape that columns (m, r) are scaled to."""
+    return float(np.sqrt(np.mean(columns**2)))
+
+
+def _watch(what: str) -> NextStep | None:
+    """How to see a wave of time by itself: nothing moves, so what swings is no axis and no cutting."""
+    match = re.search(r"wave of ([\d.e+]+) s", what)
+    if match is None:
+        return None
+    period = float(match[1])
+    do = (
+        f"Leave the axes standing with the spindle, pumps and cooling switched on as in the cut, and log an indicator from the spindle to the "
+        f"table in X, Y and Z for {WAVES * period:.3g} s, at least every {period / 10:.2g} s: what swings with {period:.3g} s comes from beside the "
+        "axes; switch the units off one by one. If nothing swings, it comes with the motion: log the axes' actual positions over the same program."
+    )
+    return NextStep((what,), do, 3 * WAVES * period / 60.0, 0.0)
+
+
+def diagnose_unread(
+    recording: Recording, machine: Machine, ask: Callable[[Recording], Diagnosis]
+) -> Diagnosis:
+    """The diagnosis of a recording whose sensors have gaps. ask: that of one without."""
+    first = ask(rows_read(recording))
+    fitted = [a.fitted for a in first.found if a.fitted is not None]
+    needed = sensors_of(recording, (*machine.effects, *fitted))
+    whole = for_effects(recording, (*machine.effects, *fitted))
+    told = _told(recording, whole, needed)
+    if whole.m == rows_read(recording).m:
+        return replace(first, warnings=(*first.warnings, *told))
+    second = ask(whole)
+    untested = {n: c for n, c in second.not_testable.items() if n in first.not_testable}
+    return replace(second, not_testable=untested, warnings=(*second.warnings, *told))
+
+
+def _told(recording: Recording, whole: Recording, needed: tuple[str, ...]) -> tuple[str, ...]:
+    read = rows_read(recording).m
+    out = []
+    for name, rows in recording.unread:
+        lost = int(recording.touching(rows).sum())
+        if name in needed:
+            out.append(
+                f"{lost} observations without a reading of {name} are set aside: what stands in the machine or was found depends on it"
+            )
+        else:
+            out.append(
+                f"what depends on {name} was looked for in the {read} observations that have its reading and was not found; all other"
+                f" names were looked for in {whole.m}"
+            )
+    return tuple(out)
 
 
 def diagnose(

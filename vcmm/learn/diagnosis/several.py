@@ -7,10 +7,17 @@
 
 A name with a lag, period or moment is never taken away so: found in one recording its shape may be wrong for the others, and
 then its sizes contradict one another although the physics is one. It is found from all rows, and its sizes are told.
+
+One recording given twice in one call is no second witness: every interval would come out too narrow by sqrt(2).
+
+Two recordings are the same where all rows of the smaller stand in the other: same places, same readings to the last digit, in
+whatever order. Repeats that a coarse display shows alike are no copies: two readings of one place agree with probability
+q / (2 sqrt(pi) s), q the step of the display, s the scatter; copies are rows that would all agree by chance in less than CHANCE.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,15 +27,16 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import whitener
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FALSE_ALARM, MISMATCH
-from vcmm.learn.diagnosis.duplicate_recordings import refuse_copies
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, MISMATCH, NOTHING
 from vcmm.learn.diagnosis.estimates import as_json
 from vcmm.learn.diagnosis.improve import departure
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.result import Answer, Diagnosis, Transfer, diagnosis_json
+from vcmm.learn.diagnosis.sanity import CHANCE, display_step, usual_u
 from vcmm.learn.diagnosis.scans import is_change
 from vcmm.learn.diagnosis.unread import rows_read
 from vcmm.learn.diagnosis.very_long import few_together
@@ -36,6 +44,34 @@ from vcmm.learn.diagnosis.written_fit import handed_over, rms_left, with_written
 from vcmm.task.response.folds import Mask
 from vcmm.task.response.joining import join_recordings
 from vcmm.task.response.recording import Ints, Recording
+
+
+def refuse_copies(recordings: Sequence[Recording], machine: Machine) -> None:
+    """Raises UsageError with both names where one recording holds another."""
+    for one, two in itertools.combinations(recordings, 2):
+        few, many = sorted((one, two), key=lambda r: r.m)
+        if few.m and _rows(few) <= _rows(many) and _surely(few, machine):
+            raise UsageError(
+                f"all {few.m} readings of {few.name} stand in {many.name} too, to the last digit: a copy is no second witness;"
+                f" give only {many.name}"
+            )
+
+
+def _rows(recording: Recording) -> set[bytes]:
+    """Every observation: reading, direction, where the machine stood and with what offset."""
+    run = recording.run
+    parts = [recording.value[:, None], recording.direction, run.offset[recording.row]]
+    parts += [run.position[a][recording.row][:, None] for a in sorted(run.position)]
+    table = np.concatenate(parts, axis=1) + 0.0  # -0 is 0
+    return {row.tobytes() for row in table}
+
+
+def _surely(recording: Recording, machine: Machine) -> bool:
+    """Would its readings not all repeat by chance?"""
+    u, step = usual_u(recording, machine), display_step(recording.value)
+    chance = min(step / (2.0 * np.sqrt(np.pi) * u), 1.0) if u > 0 else 1.0
+    return bool(recording.m * np.log(max(chance, NOTHING)) < np.log(CHANCE))
+
 
 ROUNDS = 3  # names that are each one's own may hide behind one another
 LEAST_SIZE = (

@@ -7,7 +7,7 @@ A move gives positions of X Y Z A B C, all linear in the share of the move (alon
 for any chain, with the tool offset along Z of the machine as G43 counts it: no tool centre point control, no turned work
 offset. While the rotary axes stand still this map is affine in X Y Z, so lines stay lines, and arcs stay arcs. While they
 turn, the way is cut into short lines with the tool held as in their middle, good enough to find what touches a point
-(SEARCH); vcmm.shop.machining.rotary_contacts then puts the tool exactly where it stands.
+(SEARCH); vcmm.shop.machining.rotary_milling then puts the tool exactly where it stands.
 
 Source of the chain: ISO 230-1 structure codes, multiplied out in vcmm.core.kinematics.
 """

@@ -10,6 +10,8 @@ control works out the axes:
 
 Each such move becomes short moves of the axes, no more than CHORD off the led path, with the feed that gives the tip its speed.
 What comes behind reads them as it reads any other move. Where a tilted plane begins, the rotary axes are brought there first.
+
+No machine turns an axis that it lacks: a program that asks for one is refused with its line, in whatever language it is written.
 """
 
 from __future__ import annotations
@@ -25,11 +27,20 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.moves import Move, Point, Posture, Remark
-from vcmm.shop.motion.lacking import check_axes
+from vcmm.program.sensible import lacking, without_axis
 from vcmm.shop.motion.led_path import led_path, swept_angle
 from vcmm.shop.motion.polar import polar_samples
 from vcmm.shop.motion.posture import rotary_position, swept
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
+
+
+def check_axes(moves: Sequence[Move], machine: Machine, name: str) -> None:
+    """Raises UsageError at the first move that turns a rotary axis which the machine has not."""
+    found = without_axis(moves, machine.axes)
+    if found is not None:
+        move, axis = found
+        raise UsageError(f"{name}:{move.source.line}: {lacking(machine.axes, axis)}")
+
 
 CHORD = 1e-5  # mm by which the axes may leave the led path between two points
 EVERY = 0.02  # rad of the rotary axes, or of an arc, between two looks at it

@@ -1,4 +1,9 @@
-"""The report of an uncertainty evaluation: results, decisions, budgets, pictures, how it was computed."""
+"""The report of an uncertainty evaluation: results, decisions, budgets, pictures, how it was computed.
+
+Pictures of the tolerance zones of measured parts: flatness, roundness and position, as the points that were taken in lie in them.
+
+The picture of deviations: where the surface of a part lies beside its nominal one, at every point that was touched.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,10 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from vcmm import __version__
+from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.result import (
     CharacteristicResult,
     UncertaintyResult,
@@ -14,14 +22,19 @@ from vcmm.answer.evaluation.result import (
     common_causes,
 )
 from vcmm.answer.evaluation.truth import PredictedPart
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.part.alignment import align
+from vcmm.part.characteristic import Characteristic
+from vcmm.part.gps.reference_circles import least_squares_circle, minimum_zone_circles
+from vcmm.part.gps.zone_points import FlatPoints, PlacedAxis, RoundPoints, zone_points
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.callouts import callout_picture
-from vcmm.show.pages.deviations import deviations_block
 from vcmm.show.pages.header import facts, files_block
-from vcmm.show.pages.view import Item, task_in_machine, touches_of
-from vcmm.show.pages.zones import zone_picture
+from vcmm.show.pages.view import Item, part_items, rounded_down, task_in_machine, touch_names, touches_of
+from vcmm.show.report import Lines, Points
 from vcmm.show.tables.ends_known import how_well_known
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
@@ -36,6 +49,85 @@ from vcmm.show.tables.uncertainty import (
     undecided_because,
 )
 from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.task import Task
+
+SHARE = 12.0  # the longest needle is at most so small a part of the size of the part
+KINDS = (("bad", "material left over", 1.0), ("accent", "material missing", -1.0))
+
+
+def deviations_block(task: Task) -> list[str]:
+    """The scene, or nothing where no touch has a deviation (n,) mm along its outward normal (`task.form`)."""
+    if not task.form.any():
+        return []
+    factor = magnification(task.touches.points, task.form)
+    return [
+        r.scene(
+            deviation_items(task, factor),
+            title="Deviations of the points",
+            caption=f"From the nominal surface along its normal, less the known error of the machine, drawn {factor:,.0f} times too long; "
+            f"from {1e3 * task.form.min():+.2f} to {1e3 * task.form.max():+.2f} µm. Point at a dot to read it.",
+        )
+    ]
+
+
+def magnification(points: Array, deviations: Array) -> float:
+    """A round factor by which the longest needle is about a twelfth of the part, or less."""
+    return rounded_down(float(np.ptp(points, axis=0).max()) / SHARE / float(np.abs(deviations).max()))
+
+
+def deviation_items(task: Task, factor: float) -> list[Item]:
+    """The part, and a needle from every touched place to where the surface lies, `factor` times too far; by sign in two colours."""
+    t, form = task.touches, task.form
+    names = touch_names(t)
+    items: list[Item] = [*part_items(list(task.part.features.values()), t.pose, task.part.mesh)]
+    for colour, name, sign in KINDS:
+        rows = np.flatnonzero(sign * form > 0)
+        if len(rows):
+            said = [f"{names[i]}\ndeviation {1e3 * form[i]:+.2f} µm" for i in rows]
+            feet = t.pose.apply(t.points[rows])
+            tips = feet + factor * form[rows, None] * t.pose.turn(t.normals[rows])
+            items += [
+                Lines(np.stack([feet, tips], axis=1), colour, 2.0, name=name),
+                Points(tips, colour, 1.8, hover=said),
+            ]
+    return items
+
+
+def zone_picture(model: LinearModel, c: Characteristic) -> list[str]:
+    """The zone of one characteristic with what was measured; nothing for other types, and where no points were taken in."""
+    task = model.task
+    if not task.form.any():
+        return []
+    features, scheme = task.part.features, task.plan.alignment
+    pose = None if scheme is None else align(scheme, features, model.base, Pose.identity())
+    places = {name: task.touches.points[rows] for name, rows in task.touches.rows.items()}
+    shown = zone_points(c, features, model.base, places, pose)
+    zone = None if c.zone is None else 1e3 * c.zone
+    if isinstance(shown, FlatPoints):
+        title = f"{c.name}: points as indicated, in the zone"
+        return [draw.on_page(draw.flatness_zone, shown.along, 1e3 * shown.residual, zone, title=title)]
+    if isinstance(shown, PlacedAxis):
+        title = f"{c.name}: as indicated, in the zone"
+        return [draw.on_page(draw.position_zone, 1e3 * shown.off, zone, 1e3 * shown.paid, title=title)]
+    return [] if shown is None else [_round(c, shown)]
+
+
+def _round(c: Characteristic, shown: RoundPoints) -> str:
+    order = np.argsort(shown.angle, kind="stable")
+    angle, raw = shown.angle[order], 1e3 * shown.residual[order]
+    lines = [draw.PolarTrace("unfiltered", angle, raw, "c1" if shown.filtered is None else "c6", thin=True)]
+    kept = raw
+    if shown.filtered is not None:
+        kept = 1e3 * shown.filtered[order]
+        lines.append(draw.PolarTrace("filtered", angle, kept, "c1"))
+    circles = []
+    for name, found, zone in (
+        ("LSC", least_squares_circle, False), ("MZC", minimum_zone_circles, True),
+    ):  # fmt: skip
+        (radius, x, y), width = found(angle, kept)
+        circles.append(draw.ReferenceCircle(name, float(radius), float(x), float(y), width, zone=zone))
+    return draw.on_page(draw.traces, lines, title=f"{c.name}: profile as indicated", circles=circles)
+
 
 PREDICTED, MEASURED = "Virtual measurement report", "Measurement result"
 

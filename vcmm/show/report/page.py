@@ -5,23 +5,98 @@
 
 Every block is a string and every function is pure; nothing outside the file is ever requested, and the page says
 so to the browser (content security policy).
+
+plotly.js as text for a page: the bundle for three dimensions, which comes with vcmm, so that a page works offline.
+
+`plotly-gl3d.min.js.xz` is `plotly-gl3d.min.js` of plotly.js 4.1.1, unchanged, packed by xz (npm package plotly.js-gl3d-dist-min; MIT
+licence, beside it). It draws meshes, lines, points and cones, which is all that scenes hold, at a third of the whole library.
+To renew it: npm pack plotly.js-gl3d-dist-min, xz -9e, then VERSION and SHA256 here.
+
+The list of contents of a page, the anchors it leads to, and the facts below the answers (part, machine, date ...).
 """
 
 from __future__ import annotations
 
+import base64
+import gzip
+import html
+import lzma
 import os
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Literal
 
 from vcmm.core.errors import Environment
 from vcmm.show.report.answers import AnswerLine, answers_block
-from vcmm.show.report.contents import contents, facts_list, linked, with_anchors
 from vcmm.show.report.notices import Severity, notice
 from vcmm.show.report.palette import css_variables
-from vcmm.show.report.plotly_source import packed_plotly
 from vcmm.show.report.text import escape, micro
+
+_HEADING = re.compile(r"<h2>(.*?)</h2>", re.S)
+_LINK = re.compile(r'<a data-to="([^"]*)">(.*?)</a>', re.S)
+LEAST = 3  # sections from which on a page has a list of contents
+
+
+def with_anchors(body: str) -> tuple[str, dict[str, str]]:
+    """The page with an id at every section, and heading -> id in their order."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+
+    def anchored(match: re.Match[str]) -> str:
+        title = html.unescape(re.sub(r"<[^>]+>", "", match[1]))
+        plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section"
+        name = next(n for n in _numbered(plain) if n not in taken)
+        taken.add(name)
+        found.setdefault(title, name)
+        return f'<h2 id="{name}">{match[1]}</h2>'
+
+    return _HEADING.sub(anchored, body), found
+
+
+def _numbered(plain: str) -> list[str]:
+    return [plain, *(f"{plain}-{k}" for k in range(2, 1000))]
+
+
+def linked(block: str, found: Mapping[str, str]) -> str:
+    """Links to headings by their words; where the page has no such section the words stand alone."""
+
+    def one(match: re.Match[str]) -> str:
+        name = found.get(html.unescape(match[1]))
+        return match[2] if name is None else f'<a href="#{name}">{match[2]}</a>'
+
+    return _LINK.sub(one, block)
+
+
+def contents(found: Mapping[str, str]) -> str:
+    """Links to all sections; empty where there are few."""
+    if len(found) < LEAST:
+        return ""
+    items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for title, name in found.items())
+    return f'<nav class="contents" aria-label="Contents"><ol>{items}</ol></nav>'
+
+
+def facts_list(facts: Sequence[tuple[str, str]]) -> str:
+    """What an assessor asks first, name and value side by side."""
+    if not facts:
+        return ""
+    items = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts)
+    return f'<dl class="facts">{items}</dl>'
+
+
+VERSION = "4.1.1"
+SHA256 = "aab04dcd9c103a92b18723f8c837712fe820f325d0bcd2421e415e8124a75b9f"  # of the script, unpacked
+FILE = "plotly-gl3d.min.js.xz"
+
+
+@cache
+def packed_plotly() -> str:
+    """The script, packed by gzip, which browsers unpack, and in base64: 0.74 MB."""
+    script = lzma.decompress(resources.files("vcmm.show.report").joinpath(FILE).read_bytes())
+    return base64.b64encode(gzip.compress(script, 9, mtime=0)).decode("ascii")
+
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 
