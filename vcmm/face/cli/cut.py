@@ -58,7 +58,7 @@ def cut_command(
     require
         conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
-    from vcmm.face.cli.options import sharing_of
+    from vcmm.face.job import sharing_of
 
     sharing, options = sharing_of(workers, cluster, shard), {"trials": trials, "seed": seed, "engine": engine}
     back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
@@ -92,7 +92,7 @@ def _shard(
 ) -> int:
     """A part of the trials, for `vcmm merge`."""
     from vcmm.core.errors import UsageError
-    from vcmm.face.cli.options import put_shard, write_shard
+    from vcmm.face.job import put_shard, write_shard
     from vcmm.show.console.documents import sources
 
     if require is not None:
@@ -127,8 +127,8 @@ def run_cut(
     the machine frame, their standard uncertainty as text. other: program to inspect, and its tolerance.
     """
     from vcmm.face.cli.cut_measured import came_back
-    from vcmm.face.cli.options import exit_code
     from vcmm.face.cli.proof import inspected_program
+    from vcmm.face.job import decision_code
     from vcmm.files.own.cut_scenario import load_cut
     from vcmm.show.console.documents import print_json, sources
     from vcmm.show.console.files import output_folder
@@ -138,7 +138,7 @@ def run_cut(
     folder = output_folder(out) if out else None
     proof = None if other is None else inspected_program(load_cut(scenario), *other)
     loaded, result = _cut(scenario, options, sharing, other)
-    code = exit_code(result.characteristics, require)
+    code = decision_code(result.characteristics, require)
     back, measured = None, returned[0] if returned else None
     if given is not None and returned is not None and measured is not None:
         back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or measured.parent)
