@@ -43,9 +43,16 @@ def compare_with_cut(
 
         with progress() as report, about(scenario):
             parts = evaluate(measuring, **(options | {"frame": options["frame"] or "part"}), progress=report)
-    back = came_back(
-        file, loaded, given, options["frame"] == "machine", options["seed"], folder or points.parent
-    )
+    with progress() as report:
+        back = came_back(
+            file,
+            loaded,
+            given,
+            options["frame"] == "machine",
+            options["seed"],
+            folder or points.parent,
+            report,
+        )
     code = decision_code((e.result for p in parts for e in p.characteristics), require)
     body = evaluate_json(parts) if parts else {"characteristics": []}
     files = dict.fromkeys([*sources(scenario), *(sources(cut) if cut else ()), loaded.program, points])

@@ -53,6 +53,10 @@ def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path
         from vcmm.face.cli.uncertainty import UncertaintyJob
 
         return run_job(UncertaintyJob.of_shards(options, sharing), flags)
+    if verb == "cut":
+        from vcmm.face.cli.cut import CutJob
+
+        return run_job(CutJob.of_shards(options, sharing), flags)
     scenario = Path(options.pop("scenario"))
     if verb == "place":
         from vcmm.face.cli.place_machines import choose
@@ -60,13 +64,9 @@ def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path
         return choose(
             scenario, [Path(m) for m in options.pop("machines")], options, json, out, sharing=sharing
         )
-    if verb == "diagnose":
-        from vcmm.face.cli.diagnose_folder import folder_job
+    from vcmm.face.cli.diagnose_folder import folder_job
 
-        return folder_job(scenario, options, sharing, json, out)
-    from vcmm.face.cli.cut import run_cut
-
-    return run_cut(scenario, options, sharing, json, out)
+    return folder_job(scenario, options, sharing, json, out)
 
 
 def _read(file: Path) -> dict[str, Any]:
