@@ -26,7 +26,7 @@ from benchmarks.exam.observe import Hidden, observed, tip_motion
 from benchmarks.exam.score import score, summarise
 from benchmarks.exam.tables import pages
 from vcmm.core.crew import Crew, crew_of
-from vcmm.face.cli.options import share_of
+from vcmm.face.job import share_of
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def test_the_exam_knows_the_product_by_its_command_only() -> None:
         "asking.py": {"vcmm.face.cli"},
         "heldout.py": {"vcmm.files.own.machine", "vcmm.files.own.recording", "vcmm.task.response.observe"},
         "run.py": {
-            "vcmm.face.cli.options",
+            "vcmm.face.job",
             "vcmm.core.crew",
         },  # how many workers there are, nothing of a diagnosis
     }

@@ -46,6 +46,16 @@ def test_help_loads_nothing_heavy(words: list[str], text: str):
     assert text in done.stdout
 
 
+def test_help_of_every_verb_is_read_from_its_source():
+    """No verb is imported for its help, so verbs are free to import what they need at their heads."""
+    code = (
+        "from vcmm.face.cli import VERBS, run\nimport sys\n"
+        "assert all(run([verb, '--help']) == 0 for verb in VERBS)\n"
+        "assert not [v for v in VERBS if f'vcmm.face.cli.{v}' in sys.modules]"
+    )
+    assert run(code)[1] == []
+
+
 def test_public_names_are_found_on_first_use():
     _, loaded = run(
         "import vcmm\nmissing = [n for n in vcmm.__all__ if not hasattr(vcmm, n)]\nassert not missing, missing"

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
-
-from vcmm.face.cli.options import Cluster, Shard, Workers
+from vcmm.answer.inference.audit import AuditResult, audit
+from vcmm.core.blocks import Sharing, key_of
+from vcmm.core.errors import UsageError
+from vcmm.face.cli.audit_several import AuditSeveralJob, with_seed
+from vcmm.face.cli.options import Cluster, Json, Shard, Workers
+from vcmm.face.job import Flags, Progress, Record, SharedJob, run_shared, sharing_of
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say, show_answers, show_table
+from vcmm.show.tables.answers_runs import audit_answers
+from vcmm.show.tables.audit import audit_json, audit_table, missing_claims
+from vcmm.show.tables.table import csv_text
+from vcmm.task.measuring.scenario import Scenario
 
 LEAST_PARTS = 100
 
@@ -20,7 +31,7 @@ def audit_command(
     workers: Workers = None,
     cluster: Cluster = None,
     shard: Shard = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
 ) -> int:
     """Count how often the intervals of this very task hold the true value, on parts and machines drawn from what is known.
@@ -46,81 +57,72 @@ def audit_command(
     out
         Folder for audit.json and audit.csv.
     """
-    from vcmm.core.errors import UsageError
-    from vcmm.face.cli.options import put_shard, sharing_of, write_shard
-
     if parts < LEAST_PARTS:
         raise UsageError(f"--parts {parts} are too few to count a coverage; use 100 or more (2000 is usual)")
-    options = {"parts": parts, "seed": seed}
     several = len(scenarios) > 1 or scenarios[0].is_dir()
     sharing = sharing_of(workers, cluster, shard, keep=several)
-    if sharing.share is None:
-        return run_audit(scenarios, options, sharing, json, out)
-    from vcmm.face.cli.audit_several import files_of, scenarios_in
-
-    files = files_of(scenarios_in(scenarios)) if several else files_of(scenarios)
-    asked = {"scenarios": [str(s) for s in scenarios], **options}
-    shared = write_shard(
-        "audit", asked, files, sharing.share, lambda: count_scenarios(scenarios, options, sharing, not json)
-    )
-    return put_shard(shared, scenarios[0].stem or "audit", json, out)
+    job = audit_job(scenarios, parts, seed, sharing)
+    return run_shared(job, Flags(json, out))
 
 
-def count_scenarios(scenarios: list[Path], options: dict[str, Any], sharing: Any, shown: bool) -> Any:
-    """Rows of one task, or the records of several. Raises ShardDone where a share is wanted."""
+def audit_job(scenarios: list[Path], parts: int, seed: int | None, sharing: Sharing) -> SharedJob[Any, Any]:
+    """The audit of one task, or of several."""
     if len(scenarios) > 1 or scenarios[0].is_dir():
-        from vcmm.face.cli.audit_several import audited_tasks
-
-        return audited_tasks(scenarios, options, sharing, shown)
-    return _count_scenario(scenarios[0], options, sharing, shown)
+        return AuditSeveralJob(tuple(scenarios), parts, seed, sharing=sharing)
+    return AuditJob(scenarios[0], parts, seed, sharing=sharing)
 
 
-def _count_scenario(scenario: Path, options: dict[str, Any], sharing: Any, shown: bool) -> Any:
-    """(rows, seed) of one task; complaints get file and line."""
-    from vcmm.answer.inference.audit import audit
-    from vcmm.core.blocks import key_of
-    from vcmm.face.cli.audit_several import with_seed
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import sources
-    from vcmm.show.console.terminal import progress
+@dataclass(frozen=True)
+class AuditJob(SharedJob[Scenario, tuple[AuditResult, ...]]):
+    """The intervals of one task, counted."""
 
-    loaded = load_scenario(scenario)
-    settings = with_seed(loaded.settings, options["seed"])
-    key = key_of("audit", options, sources(scenario))
-    with progress(shown) as report, about(scenario):
-        rows = audit(
-            loaded, parts=options["parts"], settings=settings, progress=report, sharing=sharing, key=key
+    scenario: Path
+    parts: int
+    seed: int | None = None
+    verb, schema = "audit", "vcmm.audit/1"
+
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, ""
+
+    @property
+    def stem(self) -> str:
+        return self.scenario.stem
+
+    def options(self) -> dict[str, Any]:
+        return {"scenarios": [str(self.scenario)], "parts": self.parts, "seed": self.seed}
+
+    def inputs(self) -> list[Path]:
+        return sources(self.scenario)
+
+    @classmethod
+    def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> AuditJob:
+        (scenario,) = options["scenarios"]
+        return cls(Path(scenario), options["parts"], options["seed"], sharing=sharing)
+
+    def load(self) -> Scenario:
+        return load_scenario(self.scenario)
+
+    def run(self, loaded: Scenario, report: Progress) -> tuple[AuditResult, ...]:
+        key = key_of("audit", {"parts": self.parts, "seed": self.seed}, self.inputs())
+        settings = with_seed(loaded.settings, self.seed)
+        return audit(
+            loaded, parts=self.parts, settings=settings, progress=report, sharing=self.sharing, key=key
         )
-    return rows, settings.seed
 
+    def record(self, loaded: Scenario, result: tuple[AuditResult, ...]) -> Record:
+        return Record(audit_json(result), self.inputs(), with_seed(loaded.settings, self.seed).seed)
 
-def run_audit(
-    scenarios: list[Path], options: dict[str, Any], sharing: Any, json: bool, out: Path | None
-) -> int:
-    """The whole job: document, files, table. options: parts, seed."""
-    if len(scenarios) > 1 or scenarios[0].is_dir():
-        from vcmm.face.cli.audit_several import run_several
+    def texts(
+        self, loaded: Scenario, result: tuple[AuditResult, ...], content: str, folder: Path
+    ) -> dict[str, str]:
+        return {"audit.json": content, "audit.csv": csv_text(audit_table(result))}
 
-        return run_several(scenarios, options, sharing, json, out)
-    from vcmm.show.console.documents import document, json_text, print_json, sources
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, show_answers, show_table
-    from vcmm.show.tables.answers_runs import audit_answers
-    from vcmm.show.tables.audit import audit_json, audit_table, missing_claims
-    from vcmm.show.tables.table import csv_text
+    def exit_code(self, loaded: Scenario, result: tuple[AuditResult, ...]) -> int:
+        return int(any(row.outside for row in result))
 
-    folder = output_folder(out) if out else None
-    rows, seed = _count_scenario(scenarios[0], options, sharing, not json)
-    content = document("vcmm.audit/1", audit_json(rows), seed=seed, files=sources(scenarios[0]))
-    table = audit_table(rows)
-    if folder:
-        write_files(folder, {"audit.json": json_text(content), "audit.csv": csv_text(table)})
-    if json:
-        print_json(content)
-    else:
-        show_answers(audit_answers(rows))
-        show_table(table)
-        for sentence in missing_claims(rows):
+    def show(self, loaded: Scenario, result: tuple[AuditResult, ...]) -> None:
+        show_answers(audit_answers(result))
+        show_table(audit_table(result))
+        for sentence in missing_claims(result):
             say(sentence)
-    return int(any(row.outside for row in rows))

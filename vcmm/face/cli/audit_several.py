@@ -3,39 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from vcmm.answer.inference.audit import AuditResult, audit
+from vcmm.core.blocks import Sharing, key_of
+from vcmm.core.errors import UsageError, VcmmError, first_of
+from vcmm.face.job import Progress, Record, SharedJob
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say, show_table
+from vcmm.show.tables.audit import OfTask, tasks_json, tasks_table
+from vcmm.show.tables.table import csv_text
+from vcmm.task.measuring.scenario import Scenario
+from vcmm.task.measuring.settings import Settings
 
-def run_several(
-    scenarios: Sequence[Path], options: dict[str, Any], sharing: Any, json: bool, out: Path | None
-) -> int:
-    """Document, files, table. Exit code 1: a claimed coverage lies outside; 70: a task met a fault of ours."""
-    from vcmm.answer.inference.audit import AuditResult
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.audit import OfTask, tasks_json, tasks_table
-    from vcmm.show.tables.table import csv_text
+Task = tuple[str, Scenario | str]  # file, and its scenario or what is wrong with it
 
-    folder = output_folder(out) if out else None
-    found = audited_tasks(scenarios, options, sharing, not json)
-    files = files_of([Path(r["file"]) for r in found])
-    rows = [OfTask(r["file"], AuditResult(**one)) for r in found for one in r["rows"]]
-    refused = {r["file"]: r["problem"] for r in found if r["problem"]}
-    body = {"tasks": tasks_json(rows, [r["file"] for r in found], refused)}
-    content, table = document("vcmm.audit/1", body, seed=options["seed"], files=files), tasks_table(rows)
-    if folder:
-        write_files(folder, {"audit.json": json_text(content), "audit.csv": csv_text(table)})
-    if json:
-        print_json(content)
-    else:
-        show_table(table)
-        for file, why in refused.items():
+
+@dataclass(frozen=True)
+class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
+    """The intervals of several tasks, each by itself. The result is a record for each: `file`, `rows`, `problem`, `ours`."""
+
+    named: tuple[Path, ...]
+    parts: int
+    seed: int | None = None
+    verb, schema = "audit", "vcmm.audit/1"
+
+    @property
+    def stem(self) -> str:
+        return self.named[0].stem
+
+    def options(self) -> dict[str, Any]:
+        return {"scenarios": [str(s) for s in self.named], "parts": self.parts, "seed": self.seed}
+
+    def inputs(self) -> list[Path]:
+        return files_of(scenarios_in(self.named))
+
+    @classmethod
+    def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> AuditSeveralJob:
+        named = tuple(Path(s) for s in options["scenarios"])
+        return cls(named, options["parts"], options["seed"], sharing=sharing)
+
+    def load(self) -> list[Task]:
+        """All files are read here, so that workers on other computers need none of them."""
+        return [_load(file) for file in scenarios_in(self.named)]
+
+    def run(self, loaded: list[Task], report: Progress) -> list[dict[str, Any]]:
+        options = {"parts": self.parts, "seed": self.seed}
+        key = key_of("audit", {**options, "files": [file for file, _ in loaded]}, self.inputs())
+        count = len(loaded)
+        report(f"0 of {count} tasks", 0.0)
+        return list(
+            self.sharing.all_of(
+                key, record_of, options, loaded, lambda s: report(f"{round(s * count)} of {count} tasks", s)
+            )
+        )
+
+    def record(self, loaded: list[Task], result: list[dict[str, Any]]) -> Record:
+        names = [r["file"] for r in result]
+        body = {"tasks": tasks_json(_rows(result), names, _refused(result))}
+        return Record(body, files_of([Path(name) for name in names]), self.seed)
+
+    def texts(
+        self, loaded: list[Task], result: list[dict[str, Any]], content: str, folder: Path
+    ) -> dict[str, str]:
+        return {"audit.json": content, "audit.csv": csv_text(tasks_table(_rows(result)))}
+
+    def exit_code(self, loaded: list[Task], result: list[dict[str, Any]]) -> int:
+        """1: a claimed coverage lies outside; 70: a task met a fault of ours."""
+        if any(r["ours"] for r in result):
+            return 70
+        return int(any(row.audited.outside for row in _rows(result)))
+
+    def show(self, loaded: list[Task], result: list[dict[str, Any]]) -> None:
+        show_table(tasks_table(_rows(result)))
+        for file, why in _refused(result).items():
             say(f"note: {file}: {why}")
-    ours = any(r["ours"] for r in found)
-    return 70 if ours else int(any(row.audited.outside for row in rows))
+
+
+def _rows(result: list[dict[str, Any]]) -> list[OfTask]:
+    return [OfTask(r["file"], AuditResult(**one)) for r in result for one in r["rows"]]
+
+
+def _refused(result: list[dict[str, Any]]) -> dict[str, str]:
+    return {r["file"]: r["problem"] for r in result if r["problem"]}
 
 
 def scenarios_in(named: Sequence[Path]) -> list[Path]:
@@ -47,8 +100,6 @@ def scenarios_in(named: Sequence[Path]) -> list[Path]:
 
 
 def _below(folder: Path) -> list[Path]:
-    from vcmm.core.errors import UsageError
-
     found = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and b"scenario/" in _head(p)]
     if not found:
         raise UsageError(
@@ -64,47 +115,19 @@ def _head(path: Path) -> bytes:
 
 def files_of(scenarios: Sequence[Path]) -> list[Path]:
     """Every file once, with those that it names."""
-    from vcmm.show.console.documents import sources
-
     return list(dict.fromkeys(f for p in scenarios for f in sources(p)))
 
 
-def audited_tasks(
-    named: Sequence[Path], options: dict[str, Any], sharing: Any, shown: bool
-) -> list[dict[str, Any]]:
-    """A record of every task. Files are read here, so that workers on other computers need none of them."""
-    from vcmm.core.blocks import key_of
-    from vcmm.show.console.terminal import progress
-
-    files = scenarios_in(named)
-    items = [_load(file) for file in files]
-    key = key_of("audit", {**options, "files": [str(f) for f in files]}, files_of(files))
-    with progress(shown) as bar:
-        count = len(files)
-        bar(f"0 of {count} tasks", 0.0)
-        return list(
-            sharing.all_of(
-                key, record_of, options, items, lambda s: bar(f"{round(s * count)} of {count} tasks", s)
-            )
-        )
-
-
-def _load(file: Path) -> tuple[str, Any]:
+def _load(file: Path) -> Task:
     """(file, scenario), or what is wrong with it as text."""
-    from vcmm.core.errors import VcmmError, first_of
-    from vcmm.files.own.scenario import load_scenario
-
     try:
         return str(file), load_scenario(file)
     except VcmmError as error:
         return str(file), first_of(error)
 
 
-def record_of(options: Mapping[str, Any], item: tuple[str, Any]) -> dict[str, Any]:
+def record_of(options: Mapping[str, Any], item: Task) -> dict[str, Any]:
     """One task as plain values: the rows of its audit, or `problem`, why there are none."""
-    from vcmm.answer.inference.audit import audit
-    from vcmm.core.errors import VcmmError, first_of
-
     file, scenario = item
     known = {"file": file, "rows": [], "ours": False}
     if isinstance(scenario, str):
@@ -122,8 +145,6 @@ def record_of(options: Mapping[str, Any], item: tuple[str, Any]) -> dict[str, An
     return {**known, "problem": None, "rows": [asdict(r) for r in rows]}
 
 
-def with_seed(settings: Any, seed: int | None) -> Any:
+def with_seed(settings: Settings, seed: int | None) -> Settings:
     """The settings with another seed, where one is given."""
-    from dataclasses import replace
-
     return settings if seed is None else replace(settings, seed=seed)

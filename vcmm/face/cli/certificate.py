@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from vcmm.face.cli.options import Seed
+from vcmm.answer.evaluation.at_limit import smallest
+from vcmm.face.cli.options import Json, Seed
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.learn.calibration.certificate_comparison import CertificateWorth, certificate_worth
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+from vcmm.show.tables.answers_parts import certificate_answers
+from vcmm.show.tables.certificate import worth_json, worth_tables
 
 LEAST = 0.94  # of machines at the limit: 95 % less what is seen by chance in some thousand of them
 
@@ -17,7 +22,8 @@ def certificate_command(
     *,
     trials: int | None = 20_000,
     seed: Seed | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
+    out: Path | None = None,
 ) -> int:
     """What a certificate is worth for a part: U under three priors and with every further fact, machines at the limit counted.
 
@@ -33,31 +39,43 @@ def certificate_command(
         Seed of the random streams (default: the scenario's).
     json
         Print one JSON document.
+    out
+        Folder for certificate.json.
     """
-    from vcmm.answer.evaluation.at_limit import smallest
-    from vcmm.learn.calibration.certificate_comparison import certificate_worth
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import progress, say_warnings, show_answers, show_table
-    from vcmm.show.tables.answers_parts import certificate_answers
-    from vcmm.show.tables.certificate import worth_json, worth_tables
+    return run_job(CertificateJob(scenario, trials, seed), Flags(json, out))
 
-    with progress() as report, about(scenario, "machine"):
-        found = certificate_worth(scenario, trials=trials, seed=seed, progress=report)
-    if json:
-        print_json(
-            document(
-                "vcmm.certificate/1",
-                worth_json(found),
-                seed=found.seed,
-                files=sources(scenario),
-                warnings=found.warnings,
-            )
-        )
-    else:
-        show_answers(certificate_answers(found, LEAST))
-        print(found.stated)
-        for table in worth_tables(found):
+
+@dataclass(frozen=True)
+class CertificateJob(Job[Path, CertificateWorth]):
+    """What a certificate is worth for the part of a scenario. Its files are read by the comparison, once for every prior."""
+
+    scenario: Path
+    trials: int | None
+    seed: int | None
+    schema = "vcmm.certificate/1"
+
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, "machine"
+
+    def load(self) -> Path:
+        return self.scenario
+
+    def run(self, loaded: Path, report: Progress) -> CertificateWorth:
+        return certificate_worth(loaded, trials=self.trials, seed=self.seed, progress=report)
+
+    def record(self, loaded: Path, result: CertificateWorth) -> Record:
+        return Record(worth_json(result), sources(loaded), result.seed, result.warnings)
+
+    def texts(self, loaded: Path, result: CertificateWorth, content: str, folder: Path) -> dict[str, str]:
+        return {"certificate.json": content}
+
+    def exit_code(self, loaded: Path, result: CertificateWorth) -> int:
+        return int(smallest(result.covered) < LEAST)
+
+    def show(self, loaded: Path, result: CertificateWorth) -> None:
+        show_answers(certificate_answers(result, LEAST))
+        print(result.stated)
+        for table in worth_tables(result):
             show_table(table)
-        say_warnings(found.warnings)
-    return int(smallest(found.covered) < LEAST)
+        say_warnings(result.warnings)

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Seed
+from vcmm.face.cli.options import Json, Seed
+from vcmm.face.comparing import compare_files
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.own.recording import recording_file
+from vcmm.learn.diagnosis.comparison import Comparison, comparison_json
+from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+from vcmm.show.tables.answers import compare_answers
+from vcmm.show.tables.comparison import short_names, tables
 
 
 def compare_command(
@@ -15,7 +23,7 @@ def compare_command(
     *,
     machine: Annotated[list[Path] | None, Parameter(name="--machine", negative=())] = None,
     seed: Seed = 0,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
 ) -> int:
     """Show what each machine file leaves of the recordings: rows as they are, nuisance refitted, nothing clipped or named.
@@ -33,36 +41,44 @@ def compare_command(
     out
         Folder for report.html and compare.json.
     """
+    return run_job(CompareJob(recordings, machine or [], seed), Flags(json, out))
 
-    from vcmm.face.comparing import compare_files
-    from vcmm.files.own.recording import recording_file
-    from vcmm.learn.diagnosis.comparison import comparison_json
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, say_warnings
 
-    folder = output_folder(out) if out else None
-    rows, warnings, files = compare_files([recording_file(path) for path in recordings], machine or (), seed)
-    content = document("vcmm.compare/1", comparison_json(rows), seed=seed, files=files, warnings=warnings)
-    if folder:
+class ComparedMachines(NamedTuple):
+    """A row for each machine file, what was left out in words, and all files that were read."""
+
+    rows: list[Comparison]
+    warnings: list[str]
+    files: list[Path]
+
+
+@dataclass(frozen=True)
+class CompareJob(Job[list[Path], ComparedMachines]):
+    """What machine files leave of recordings. Files are read by the comparison, for each machine anew."""
+
+    recordings: list[Path]
+    machines: list[Path]
+    seed: int
+    schema = "vcmm.compare/1"
+
+    def load(self) -> list[Path]:
+        return [recording_file(path) for path in self.recordings]
+
+    def run(self, loaded: list[Path], report: Progress) -> ComparedMachines:
+        return ComparedMachines(*compare_files(loaded, self.machines, self.seed))
+
+    def record(self, loaded: list[Path], result: ComparedMachines) -> Record:
+        return Record(comparison_json(result.rows), result.files, self.seed, result.warnings)
+
+    def texts(
+        self, loaded: list[Path], result: ComparedMachines, content: str, folder: Path
+    ) -> dict[str, str]:
         from vcmm.show.pages.compare import compare_page
 
-        text = json_text(content)
-        write_files(folder, {"compare.json": text, "report.html": compare_page(rows)})
-        say(f"wrote {folder}/compare.json, report.html")
-    if json:
-        print_json(content)
-        return 0
-    _show(rows)
-    say_warnings(warnings)
-    return 0
+        return {"compare.json": content, "report.html": compare_page(result.rows)}
 
-
-def _show(rows: list[Any]) -> None:
-    from vcmm.show.console.terminal import show_answers, show_table
-    from vcmm.show.tables.answers import compare_answers
-    from vcmm.show.tables.comparison import short_names, tables
-
-    show_answers(compare_answers(rows, short_names([c.file for c in rows])))
-    for table in tables(rows):
-        show_table(table)
+    def show(self, loaded: list[Path], result: ComparedMachines) -> None:
+        show_answers(compare_answers(result.rows, short_names([c.file for c in result.rows])))
+        for table in tables(result.rows):
+            show_table(table)
+        say_warnings(result.warnings)

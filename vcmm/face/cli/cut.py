@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal, NamedTuple
 
-from cyclopts import Parameter
-
-from vcmm.face.cli.options import Cluster, Require, Seed, Shard, Workers
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.core.blocks import Sharing
+from vcmm.core.errors import UsageError
+from vcmm.core.units import quantity
+from vcmm.face.cli.cut_measured import CameBack, came_back
+from vcmm.face.cli.options import Cluster, Json, Require, Seed, Shard, Workers
+from vcmm.face.cli.proof import inspected_program
+from vcmm.face.job import Flags, Progress, Record, SharedJob, decision_code, run_shared, sharing_of
+from vcmm.files.own.cut_scenario import load_cut
+from vcmm.files.own.measured_data import read_measured_points
+from vcmm.shop.machining.job import cut
+from vcmm.shop.machining.proof import CutProof
+from vcmm.shop.machining.result import CutResult
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show.console.complaints import about
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.report.answers import answer_of
+from vcmm.show.tables import cut as tables
+from vcmm.show.tables.proofs import proof_json, proof_text
+from vcmm.show.tables.uncertainty import not_added_up
 
 
 def cut_command(
@@ -17,7 +35,7 @@ def cut_command(
     trials: int | None = None,
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
-    workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+    workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Json = False, out: Path | None = None,
     measured: Path | None = None, frame: Literal["part", "machine"] = "part", u_point: str = "", inspect: Path | None = None, tolerance: str = "",
     require: Require = None,
 ) -> int:  # fmt: skip
@@ -58,20 +76,17 @@ def cut_command(
     require
         conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
-    from vcmm.face.cli.options import sharing_of
-
-    sharing, options = sharing_of(workers, cluster, shard), {"trials": trials, "seed": seed, "engine": engine}
-    back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
+    sharing, back = (
+        sharing_of(workers, cluster, shard),
+        MeasuredBack.asked(measured, frame == "machine", u_point),
+    )
     other = _inspection_program(inspect, tolerance, back is not None or sharing.share is not None)
-    if sharing.share is None:
-        return run_cut(scenario, options, sharing, json, out, returned=back, other=other, require=require)
-    return _shard(scenario, options, sharing, json, out, measured=back is not None, require=require)
+    job = CutJob(scenario, trials, seed, engine, back, other, require, out, sharing=sharing)
+    return run_shared(job, Flags(json, out))
 
 
 def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tuple[Path, str] | None:
     """(program, tolerance) of --inspect. UsageError for options that do not go together."""
-    from vcmm.core.errors import UsageError
-
     if inspect is None:
         if tolerance:
             raise UsageError("--tolerance is of the proof; add --inspect PROGRAM")
@@ -81,112 +96,146 @@ def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tu
     return inspect, tolerance or "1 um"
 
 
-def _shard(
-    scenario: Path,
-    options: dict[str, Any],
-    sharing: Any,
-    json: bool,
-    out: Path | None,
-    measured: bool,
-    require: str | None,
-) -> int:
-    """A part of the trials, for `vcmm merge`."""
-    from vcmm.core.errors import UsageError
-    from vcmm.face.cli.options import put_shard, write_shard
-    from vcmm.show.console.documents import sources
+class MeasuredBack(NamedTuple):
+    """The part came back measured: its points, whether they stand in the machine frame, u of a point as text."""
 
-    if require is not None:
-        raise UsageError("--require is of the whole job, not of one shard; give it without --shard")
-    if measured:
-        raise UsageError("a shard counts trials only: give --measured to the whole job, without --shard")
-    shared = write_shard(
-        "cut", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
-        lambda: _cut(scenario, options, sharing),
-    )  # fmt: skip
-    return put_shard(shared, scenario.stem, json, out)
+    file: Path
+    in_machine: bool
+    u_point: str
 
-
-def _cut(scenario: Path, options: dict[str, Any], sharing: Any, other: tuple[Path, str] | None = None) -> Any:
-    """(scenario, result); complaints get file and line. other: program that is cut instead."""
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.shop.machining.job import cut
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.terminal import progress
-
-    loaded = load_cut(scenario)
-    loaded = loaded if other is None else replace(loaded, program=other[0])
-    with progress() as report, about(scenario, "cut"):
-        return loaded, cut(loaded, **options, progress=report, sharing=sharing)
-
-
-def run_cut(
-    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path | None, bool, str] | None = None,
-    other: tuple[Path, str] | None = None, require: str | None = None,
-) -> int:  # fmt: skip
-    """The whole job: document, files, tables. options: trials, seed, engine. returned: measured points, whether they stand in
-    the machine frame, their standard uncertainty as text. other: program to inspect, and its tolerance.
-    """
-    from vcmm.face.cli.cut_measured import came_back
-    from vcmm.face.cli.options import exit_code
-    from vcmm.face.cli.proof import inspected_program
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.show.console.documents import print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.tables.proofs import proof_json, proof_text
-
-    given = None if returned is None else measured_points(returned[0], returned[2])
-    folder = output_folder(out) if out else None
-    proof = None if other is None else inspected_program(load_cut(scenario), *other)
-    loaded, result = _cut(scenario, options, sharing, other)
-    code = exit_code(result.characteristics, require)
-    back, measured = None, returned[0] if returned else None
-    if given is not None and returned is not None and measured is not None:
-        back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or measured.parent)
-    content = _content(scenario, loaded, result, measured, back) | (
-        {} if proof is None else proof_json(proof)
-    )
-    if folder:
-        _write(folder, loaded, result, content, [*sources(scenario), loaded.program])
-    if proof is not None and not json:
-        print(proof_text(proof))
-    print_json(content) if json else _show_both(result, back)
-    return int(code or (proof is not None and not proof.met))
-
-
-def _show_both(result: Any, back: Any) -> None:
-    """The prediction, and the measured part where there is one."""
-    show(result)
-    if back is not None:
-        back.show()
-
-
-def _content(scenario: Path, loaded: Any, result: Any, measured: Path | None, back: Any) -> dict[str, Any]:
-    """The document; back: of the measured part, None without one."""
-    from vcmm.show.console.documents import document, sources
-    from vcmm.show.tables.cut import cut_json
-
-    files, warnings, body = [*sources(scenario), loaded.program], result.warnings, cut_json(result)
-    if back is not None:
-        files, warnings, body = (
-            [*files, measured],
-            tuple(dict.fromkeys((*warnings, *back.warnings))),
-            body | back.json,
-        )
-    seed = result.uncertainty.seed
-    return document("vcmm.cut/1", body, seed=seed, files=files, warnings=tuple(warnings))
-
-
-def measured_points(measured: Path | None, u_point: str) -> Any:
-    """(points, u of a point or None) of one measured part; None without one. UsageError for several parts."""
-    from vcmm.core.errors import UsageError
-    from vcmm.core.units import quantity
-
-    if measured is None:
+    @classmethod
+    def asked(cls, file: Path | None, in_machine: bool, u_point: str) -> MeasuredBack | None:
+        """None where no part came back. UsageError: --u-point without one."""
+        if file is not None:
+            return cls(file, in_machine, u_point)
         if u_point:
             raise UsageError("--u-point is of measured points; add --measured points.csv")
         return None
-    from vcmm.files.own.measured_data import read_measured_points
 
+
+class CutTask(NamedTuple):
+    """What is cut; points: of the measured part, and u of a point; proof: of another program, which is then cut instead."""
+
+    scenario: CutScenario
+    points: tuple[GivenPoints, float | None] | None
+    proof: CutProof | None
+
+
+class CutPart(NamedTuple):
+    """The cut part, the exit code of its decisions, and what the measured part says beside it."""
+
+    result: CutResult
+    code: int
+    back: CameBack | None
+
+
+@dataclass(frozen=True)
+class CutJob(SharedJob[CutTask, CutPart]):
+    """A part cut virtually. other: program that is cut instead, and its tolerance; folder: of --out, for the recording."""
+
+    scenario: Path
+    trials: int | None = None
+    seed: int | None = None
+    engine: str = "auto"
+    measured: MeasuredBack | None = None
+    other: tuple[Path, str] | None = None
+    require: str | None = None
+    folder: Path | None = None
+    verb, schema = "cut", "vcmm.cut/1"
+
+    @property
+    def stem(self) -> str:
+        return self.scenario.stem
+
+    def asked(self) -> dict[str, Any]:
+        return {"trials": self.trials, "seed": self.seed, "engine": self.engine}
+
+    def options(self) -> dict[str, Any]:
+        return {"scenario": str(self.scenario), **self.asked()}
+
+    def inputs(self) -> list[Path]:
+        return sources(self.scenario)
+
+    @classmethod
+    def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> CutJob:
+        return cls(**options | {"scenario": Path(options["scenario"])}, sharing=sharing)
+
+    def check_shard(self) -> None:
+        if self.require is not None:
+            raise UsageError("--require is of the whole job, not of one shard; give it without --shard")
+        if self.measured is not None:
+            raise UsageError("a shard counts trials only: give --measured to the whole job, without --shard")
+
+    def load(self) -> CutTask:
+        back = self.measured
+        points = None if back is None else measured_points(back.file, back.u_point)
+        scenario = load_cut(self.scenario)
+        if self.other is None:
+            return CutTask(scenario, points, None)
+        proof = inspected_program(scenario, *self.other)
+        return CutTask(replace(scenario, program=self.other[0]), points, proof)
+
+    def run(self, loaded: CutTask, report: Progress) -> CutPart:
+        with about(self.scenario, "cut"):
+            result = cut(loaded.scenario, **self.asked(), progress=report, sharing=self.sharing)
+        code = decision_code(result.characteristics, self.require)  # before a recording is written
+        back = self.measured
+        if back is None or loaded.points is None:
+            return CutPart(result, code, None)
+        folder = self.folder or back.file.parent
+        came = came_back(
+            self.scenario, loaded.scenario, loaded.points, back.in_machine, self.seed, folder, report
+        )
+        return CutPart(result, code, came)
+
+    def record(self, loaded: CutTask, result: CutPart) -> Record:
+        files, body = [*sources(self.scenario), loaded.scenario.program], tables.cut_json(result.result)
+        warnings = tuple(result.result.warnings)
+        if result.back is not None and self.measured is not None:
+            files, body = [*files, self.measured.file], body | result.back.json
+            warnings = tuple(dict.fromkeys((*warnings, *result.back.warnings)))
+        if loaded.proof is not None:
+            body |= proof_json(loaded.proof)
+        return Record(body, files, result.result.uncertainty.seed, warnings)
+
+    def texts(self, loaded: CutTask, result: CutPart, content: str, folder: Path) -> dict[str, str]:
+        from vcmm.show.pages.cut import cut_page
+
+        files = [*sources(self.scenario), loaded.scenario.program]
+        return {
+            "report.html": cut_page(loaded.scenario, result.result, files),
+            "cut.json": content,
+            "surface.csv": tables.surface_csv(result.result),
+        }
+
+    def write_binaries(self, loaded: CutTask, result: CutPart, folder: Path) -> list[str]:
+        """The blank as it is left, where the set-up states a stock."""
+        from vcmm.shop.cutting.solid import write_stl
+        from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
+
+        blank = result.result.blank
+        if blank is None:
+            return []
+        if isinstance(blank, TurnedBlank):
+            write_turned_stl(blank.after, folder / "stock.stl")
+        else:
+            write_stl(blank.after, folder / "stock.stl")
+        return ["stock.stl"]
+
+    def exit_code(self, loaded: CutTask, result: CutPart) -> int:
+        return int(result.code or (loaded.proof is not None and not loaded.proof.met))
+
+    def show(self, loaded: CutTask, result: CutPart) -> None:
+        """The proof of another program, the prediction, and the measured part where there is one."""
+        if loaded.proof is not None:
+            print(proof_text(loaded.proof))
+        show(result.result)
+        if result.back is not None:
+            result.back.show()
+
+
+def measured_points(measured: Path, u_point: str) -> tuple[GivenPoints, float | None]:
+    """(points, u of a point or None) of one measured part. UsageError for several parts."""
     points, *more = read_measured_points(measured)
     if more:
         raise UsageError(
@@ -198,13 +247,8 @@ def measured_points(measured: Path | None, u_point: str) -> Any:
     return points, u
 
 
-def show(result: Any) -> None:
+def show(result: CutResult) -> None:
     """Deviations, main contributors, what a batch shares, the surface."""
-    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-    from vcmm.show.report.answers import answer_of
-    from vcmm.show.tables import cut as tables
-    from vcmm.show.tables.uncertainty import not_added_up
-
     show_answers(answer_of(c) for c in result.characteristics)
     show_table(tables.finished_part(result))
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
@@ -233,27 +277,3 @@ def _recut_text(result: Any) -> str:
     if result is None:
         return ""
     return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} µm at most\n"
-
-
-def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.cut import cut_page
-    from vcmm.show.tables.cut import surface_csv
-
-    texts = {
-        "cut.json": json_text(content),
-        "surface.csv": surface_csv(result),
-        "report.html": cut_page(scenario, result, files),
-    }
-    write_files(folder, texts)
-    if result.blank is not None:
-        from vcmm.shop.cutting.solid import write_stl
-        from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
-
-        if isinstance(result.blank, TurnedBlank):
-            write_turned_stl(result.blank.after, folder / "stock.stl")
-        else:
-            write_stl(result.blank.after, folder / "stock.stl")
-    say(f"wrote {folder}/report.html, cut.json, surface.csv{', stock.stl' if result.blank else ''}")

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vcmm.answer.inference.given import GivenPoints
+    from vcmm.face.job import Progress
+    from vcmm.shop.machining.scenario import CutScenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +44,21 @@ class CameBack:
 
 
 def came_back(
-    scenario: Path, loaded: Any, given: Any, in_machine: bool, seed: int | None, folder: Path
+    scenario: Path,
+    loaded: CutScenario,
+    given: tuple[GivenPoints, float | None],
+    in_machine: bool,
+    seed: int | None,
+    folder: Path,
+    report: Progress,
 ) -> CameBack:
     """Compare, and write the recording into a folder."""
     from vcmm.shop.machining.measured_part import measured_cut
     from vcmm.show.console.complaints import about
-    from vcmm.show.console.terminal import progress, say
+    from vcmm.show.console.terminal import say
 
     points, u = given
-    with progress() as report, about(scenario, "cut"):
+    with about(scenario, "cut"):
         report("comparing the measured part", 0.0)
         cut = measured_cut(loaded, points, in_machine=in_machine, u_point=u, seed=seed)
     machine, why = machine_file(scenario)

@@ -72,7 +72,7 @@ def _folder(
 ) -> int:
     """Every recording of one folder. shared: workers, cluster, shard. Raises UsageError for several."""
     from vcmm.face.cli.diagnose_folder import folder_job, shard_of_folder
-    from vcmm.face.cli.options import sharing_of
+    from vcmm.face.job import sharing_of
 
     if len(folders) > 1:
         raise UsageError("a folder is diagnosed by itself: name one folder, or recordings")

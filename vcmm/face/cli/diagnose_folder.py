@@ -60,7 +60,7 @@ def read_files(found: list[Path], machine: Path | None) -> list[Path]:
 
 def shard_of_folder(folder: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
     """Every n-th recording, for `vcmm merge`."""
-    from vcmm.face.cli.options import put_shard, write_shard
+    from vcmm.face.job import put_shard, write_shard
     from vcmm.files.own.recording_files import recordings_in
 
     files = read_files(recordings_in(folder), Path(options["machine"]) if options["machine"] else None)

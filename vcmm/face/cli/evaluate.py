@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Evidence, Require
+from vcmm.answer.inference.job import EvaluatedPart
+from vcmm.face.api import check_inputs, evaluate
+from vcmm.face.cli.evaluated_parts import show_parts
+from vcmm.face.cli.options import Evidence, Json, Require
+from vcmm.face.job import Flags, Job, Pack, Progress, Record, decision_code, run_job
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.files import output_folder, write_text
+from vcmm.show.console.terminal import say
+from vcmm.show.tables.evaluation import evaluate_json, values_csv, warnings_of_parts
+from vcmm.show.tables.uncertainty import budget_csv
+from vcmm.task.measuring.scenario import Scenario
 
 
 def evaluate_command(
@@ -21,7 +32,7 @@ def evaluate_command(
     tip_centres: Annotated[bool, Parameter(name="--tip-centres", negative=())] = False,
     trials: int | None = None,
     seed: int | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
     export: Path | None = None,
     evidence: Evidence = None,
@@ -62,129 +73,127 @@ def evaluate_command(
     require
         conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
-    options = {
-        "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
-        "trials": trials, "seed": seed,
-    }  # fmt: skip
-    places = Places(out, export, evidence, require)
+    given = GivenMeasurement(points, values, None if values and frame == "part" else frame, tip_centres)
+    flags = Flags(json, out, evidence)
     if compare or cut:
         from vcmm.face.cli.evaluate_compare import compare_with_cut
 
-        return compare_with_cut(scenario, cut, options, json, places)
-    return _run(scenario, options, json, places)
+        options = {**given.options(), "trials": trials, "seed": seed}
+        return compare_with_cut(scenario, cut, options, flags, export, require)
+    return run_job(EvaluateJob(scenario, given, trials, seed, export, require), flags)
 
 
 @dataclass(frozen=True)
-class Places:
-    """Where results go: a folder, a file for another system, a pack of evidence; and what is required of them."""
+class GivenMeasurement:
+    """What was measured: a file of points or of values. frame: of the points; None for the usual one, that of the part."""
 
-    out: Path | None
-    export: Path | None
-    evidence: Path | None
-    require: str | None = None
+    points: Path | None
+    values: Path | None
+    frame: str | None
+    tip_centres: bool
 
+    @property
+    def file(self) -> Path:
+        found = self.points or self.values
+        assert found is not None  # check_inputs refuses it
+        return found
 
-def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
-    from vcmm.face.api import check_inputs, evaluate
-    from vcmm.face.cli.evaluated_parts import show_parts
-    from vcmm.face.cli.options import keep_evidence
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import print_json
-    from vcmm.show.console.terminal import progress
-    from vcmm.show.tables.evaluation import warnings_of_parts
-
-    # before the scenario is read: no line of it is wrong
-    given = options["points"], options["values"], options["frame"] or "part", options["tip_centres"]
-    check_inputs(*given)
-    folder = _places(places.out, places.export)
-    loaded = load_scenario(scenario)
-    measured = options["points"] or options["values"]
-    with progress() as report, about(scenario):
-        parts = evaluate(loaded, **(options | {"frame": options["frame"] or "part"}), progress=report)
-    code = _code(parts, places.require)
-    content = _document(parts, scenario, measured)
-    if places.evidence:
-        keep_evidence(places.evidence, ("evaluate", scenario, options), loaded.task(), content)
-    if folder:
-        _write(folder, loaded, parts, content, (scenario, measured))
-    if places.export:
-        _hand_over(places.export, loaded, content)
-    print_json(content) if json else show_parts(parts, warnings_of_parts(parts))
-    return code
-
-
-def _code(parts: Any, require: str | None) -> int:
-    from vcmm.face.cli.options import exit_code
-
-    return exit_code((e.result for p in parts for e in p.characteristics), require)
-
-
-def _places(out: Path | None, export: Path | None) -> Path | None:
-    """The folder, made and writable, and the ending of the file: refused before any work."""
-    from vcmm.files.foreign.export import check_ending
-    from vcmm.show.console.files import output_folder
-
-    if export:
-        check_ending(export)
-    return output_folder(out) if out else None
-
-
-def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:
-    """The file for another system, from the document that is shown."""
-    from vcmm.files.foreign.export import export_text
-    from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say
-
-    output_folder(export.parent)
-    text, notes = export_text(export, scenario.name or "part", scenario.part, content)
-    write_text(export, text)
-    for note in notes:
-        say(f"note: {note}")
-    say(f"wrote {export}")
-
-
-def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
-    from vcmm.show.console.documents import document, sources
-    from vcmm.show.tables.evaluation import evaluate_json, warnings_of_parts
-
-    assert measured is not None
-    return document(
-        "vcmm.uncertainty/1",
-        evaluate_json(parts),
-        seed=parts[0].uncertainty.seed,
-        files=[*sources(scenario), measured],
-        warnings=warnings_of_parts(parts),
-    )
-
-
-def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], files: Any) -> None:
-    from dataclasses import replace
-
-    from vcmm.show.console.documents import json_text, sources
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.sheet import sheet_page
-    from vcmm.show.pages.uncertainty import MEASURED, uncertainty_page
-    from vcmm.show.tables.evaluation import values_csv
-    from vcmm.show.tables.uncertainty import budget_csv
-
-    texts = {"evaluation.json": json_text(content), "values.csv": values_csv(parts)}
-    given = [*sources(files[0]), files[1]]
-    if len(parts) == 1:
-        whole = replace(
-            parts[0].uncertainty,
-            characteristics=tuple(e.result for e in parts[0].characteristics),
-            warnings=parts[0].warnings,
-        )
-        texts |= {
-            "report.html": uncertainty_page(scenario, whole, given, MEASURED),
-            "budget.csv": budget_csv(whole),
+    def options(self) -> dict[str, Any]:
+        """By the names of the options."""
+        return {
+            "points": self.points,
+            "values": self.values,
+            "frame": self.frame,
+            "tip_centres": self.tip_centres,
         }
-    for p in parts:
-        texts[_sheet_name(p.part, texts)] = sheet_page(scenario, p, given)
-    write_files(folder, texts)
-    say(f"wrote {', '.join(f'{folder}/{name}' for name in texts)}")
+
+
+@dataclass(frozen=True)
+class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
+    """The true values of parts that were measured."""
+
+    scenario: Path
+    measured: GivenMeasurement
+    trials: int | None
+    seed: int | None
+    export_file: Path | None
+    require: str | None
+    schema = "vcmm.uncertainty/1"
+
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, ""
+
+    def check(self) -> None:
+        """Before the scenario is read: no line of it is wrong."""
+        given = self.measured
+        check_inputs(given.points, given.values, given.frame or "part", given.tip_centres)
+        if self.export_file:
+            from vcmm.files.foreign.export import check_ending
+
+            check_ending(self.export_file)
+
+    def load(self) -> Scenario:
+        return load_scenario(self.scenario)
+
+    def run(self, loaded: Scenario, report: Progress) -> tuple[EvaluatedPart, ...]:
+        given = self.measured
+        return evaluate(
+            loaded, points=given.points, values=given.values, frame=given.frame or "part", tip_centres=given.tip_centres,
+            trials=self.trials, seed=self.seed, progress=report,
+        )  # fmt: skip
+
+    def files(self) -> list[Path]:
+        return [*sources(self.scenario), self.measured.file]
+
+    def record(self, loaded: Scenario, result: tuple[EvaluatedPart, ...]) -> Record:
+        seed = result[0].uncertainty.seed
+        return Record(evaluate_json(result), self.files(), seed, warnings_of_parts(result))
+
+    def pack(self, loaded: Scenario) -> Pack:
+        options = {**self.measured.options(), "trials": self.trials, "seed": self.seed}
+        return Pack("evaluate", self.scenario, options, loaded.task())
+
+    def texts(
+        self, loaded: Scenario, result: tuple[EvaluatedPart, ...], content: str, folder: Path
+    ) -> dict[str, str]:
+        from vcmm.show.pages.sheet import sheet_page
+        from vcmm.show.pages.uncertainty import MEASURED, uncertainty_page
+
+        texts = {"evaluation.json": content, "values.csv": values_csv(result)}
+        if len(result) == 1:
+            (part,) = result
+            found = tuple(e.result for e in part.characteristics)
+            whole = replace(part.uncertainty, characteristics=found, warnings=part.warnings)
+            texts["report.html"] = uncertainty_page(loaded, whole, self.files(), MEASURED)
+            texts["budget.csv"] = budget_csv(whole)
+        for p in result:
+            texts[_sheet_name(p.part, texts)] = sheet_page(loaded, p, self.files())
+        return texts
+
+    def written(
+        self, loaded: Scenario, result: tuple[EvaluatedPart, ...], folder: Path, names: Sequence[str]
+    ) -> str:
+        return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"
+
+    def export(self, loaded: Scenario, result: tuple[EvaluatedPart, ...], content: dict[str, Any]) -> None:
+        """The file for another system, from the document that is shown."""
+        if self.export_file is None:
+            return
+        from vcmm.files.foreign.export import export_text
+
+        output_folder(self.export_file.parent)
+        text, notes = export_text(self.export_file, loaded.name or "part", loaded.part, content)
+        write_text(self.export_file, text)
+        for note in notes:
+            say(f"note: {note}")
+        say(f"wrote {self.export_file}")
+
+    def exit_code(self, loaded: Scenario, result: tuple[EvaluatedPart, ...]) -> int:
+        return decision_code((e.result for p in result for e in p.characteristics), self.require)
+
+    def show(self, loaded: Scenario, result: tuple[EvaluatedPart, ...]) -> None:
+        show_parts(result, warnings_of_parts(result))
 
 
 def _sheet_name(part: str, taken: Collection[str]) -> str:

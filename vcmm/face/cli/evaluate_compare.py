@@ -10,24 +10,30 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vcmm.face.job import Flags, decision_code
+
 OPTIONS = {"values": "--values", "tip_centres": "--tip-centres"}
 
 
 def compare_with_cut(
-    scenario: Path, cut: Path | None, options: dict[str, Any], json: bool, places: Any
+    scenario: Path,
+    cut: Path | None,
+    options: dict[str, Any],
+    flags: Flags,
+    export: Path | None,
+    require: str | None,
 ) -> int:
     """The whole job. scenario: with [cut] and [inspection], or of the measurement, and cut: of the cut part."""
     from vcmm.face.cli.cut import measured_points
     from vcmm.face.cli.cut_measured import came_back
-    from vcmm.face.cli.options import exit_code
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import output_folder
     from vcmm.show.console.terminal import progress
     from vcmm.show.tables.evaluation import evaluate_json
 
-    _check(options, places)
-    folder = output_folder(places.out) if places.out else None
+    _check(options, export or flags.evidence)
+    folder = output_folder(flags.out) if flags.out else None
     file, loaded, measuring = _both(scenario, cut)
     points = options["points"]
     given = measured_points(points, "")
@@ -37,10 +43,17 @@ def compare_with_cut(
 
         with progress() as report, about(scenario):
             parts = evaluate(measuring, **(options | {"frame": options["frame"] or "part"}), progress=report)
-    back = came_back(
-        file, loaded, given, options["frame"] == "machine", options["seed"], folder or points.parent
-    )
-    code = exit_code((e.result for p in parts for e in p.characteristics), places.require)
+    with progress() as report:
+        back = came_back(
+            file,
+            loaded,
+            given,
+            options["frame"] == "machine",
+            options["seed"],
+            folder or points.parent,
+            report,
+        )
+    code = decision_code((e.result for p in parts for e in p.characteristics), require)
     body = evaluate_json(parts) if parts else {"characteristics": []}
     files = dict.fromkeys([*sources(scenario), *(sources(cut) if cut else ()), loaded.program, points])
     warnings = dict.fromkeys([*(w for p in parts for w in p.warnings), *_unsaid(measuring), *back.warnings])
@@ -50,11 +63,11 @@ def compare_with_cut(
     )
     if folder:
         _write(folder, content)
-    print_json(content) if json else _show(parts, replace(back, warnings=tuple(warnings)))
+    print_json(content) if flags.json else _show(parts, replace(back, warnings=tuple(warnings)))
     return code
 
 
-def _check(options: dict[str, Any], places: Any) -> None:
+def _check(options: dict[str, Any], further: Path | None) -> None:
     """UsageError for what a comparison has no use for."""
     from vcmm.core.errors import UsageError
 
@@ -65,7 +78,7 @@ def _check(options: dict[str, Any], places: Any) -> None:
             )
     if options["points"] is None:
         raise UsageError("--compare needs the measured points; add --points points.csv")
-    if places.export or places.evidence:
+    if further:
         raise UsageError(
             "--export and --evidence are of an evaluation by itself; leave --compare out for them"
         )
@@ -134,7 +147,8 @@ def _unsaid(measuring: Any) -> tuple[str, ...]:
 def _show(parts: Any, back: Any) -> None:
     from vcmm.face.cli.evaluated_parts import show_parts
 
-    show_parts(parts, ())
+    if parts:  # none where no measuring machine is stated
+        show_parts(parts, ())
     back.show()
 
 

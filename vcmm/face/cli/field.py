@@ -5,10 +5,24 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import NamedTuple
 
-from cyclopts import Parameter
+from vcmm.answer.evaluation.checks import independent_draws
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.columns import read_csv, read_positions
+from vcmm.files.own.machine import load_machine
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import show_answers, show_table
+from vcmm.show.tables.answers import field_answers
+from vcmm.show.tables.error_field import field_csv, field_json, maxima
+from vcmm.task.response.logs import with_logs
+from vcmm.task.response.volumetric import ErrorField, field, grid, missing_columns
 
 
 def field_command(
@@ -17,7 +31,7 @@ def field_command(
     at: Path | None = None,
     exact: bool = False,
     nodes: int = 5,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
 ) -> int:
     """Volumetric error map: tip errors (actual - nominal), their U, maxima, body diagonals.
@@ -37,62 +51,72 @@ def field_command(
     out
         Folder for field.html (picture of the deformed volume), field.csv and field.json.
     """
-    from vcmm.files.columns import read_positions
-    from vcmm.files.own.machine import load_machine
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import say, show_answers, show_table
-    from vcmm.show.tables.answers import field_answers
-    from vcmm.show.tables.error_field import field_json, maxima
-    from vcmm.task.response.logs import with_logs
-    from vcmm.task.response.volumetric import field, grid, missing_columns
-
-    folder = output_folder(out) if out else None
-    loaded = load_machine(machine)
-    run = with_logs(read_positions(at, loaded.chain.letters)) if at else None
-    absent = missing_columns(loaded, run or grid(loaded, 2))
-    with rows_of(machine, at):
-        error_map = field(loaded, run, exact, nodes)
-    files = sources(machine) + ([at] if at else [])
-    body = {**field_json(error_map), "not_mapped": {name: list(columns) for name, columns in absent}}
-    content = document("vcmm.field/1", body, files=files)
-    if folder:
-        _write(folder, loaded, error_map, content)
-    if json:
-        print_json(content)
-    else:
-        show_answers(field_answers(loaded, error_map))
-        show_table(maxima(loaded, error_map))
-    _say_limits(loaded, error_map)
-    if absent:
-        named = ", ".join(f"{name} ({', '.join(columns)})" for name, columns in absent)
-        say(
-            f"note: not in this map, which holds positions only: {named}{'' if at else '; give such rows with --at'}"
-        )
-    return 0
+    return run_job(FieldJob(machine, at, exact, nodes), Flags(json, out))
 
 
-def _say_limits(loaded: Any, error_map: Any) -> None:
-    """Where the map ends, and what its U does not hold."""
-    from vcmm.answer.evaluation.checks import independent_draws
-    from vcmm.show.console.terminal import say
+class MappedMachine(NamedTuple):
+    """A machine, the positions to map (None for a grid), and what such rows cannot show: (effect, its columns)."""
 
-    if error_map.within:
-        ranges = ", ".join(f"{a} {low:g} to {high:g} mm" for a, low, high in error_map.within)
-        say(
-            f"note: mapped where every effect is known: within {ranges}; body diagonals of the travels lie beyond"
-        )
-    for text in independent_draws(loaded.inputs):
-        say(f"warning: {text}")
-    if error_map.left_out:
-        say(f"note: not in U, which is that of one positioning at 20 degC: {', '.join(error_map.left_out)}")
+    machine: Machine
+    run: Run | None
+    absent: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+@dataclass(frozen=True)
+class FieldJob(Job[MappedMachine, ErrorField]):
+    """The error map of a machine, at positions or on a grid."""
+
+    machine: Path
+    at: Path | None
+    exact: bool
+    nodes: int
+    schema = "vcmm.field/1"
+
+    def load(self) -> MappedMachine:
+        machine = load_machine(self.machine)
+        run = with_logs(read_positions(self.at, machine.chain.letters)) if self.at else None
+        return MappedMachine(machine, run, missing_columns(machine, run or grid(machine, 2)))
+
+    def run(self, loaded: MappedMachine, report: Progress) -> ErrorField:
+        with rows_of(self.machine, self.at):
+            return field(loaded.machine, loaded.run, self.exact, self.nodes)
+
+    def record(self, loaded: MappedMachine, result: ErrorField) -> Record:
+        not_mapped = {name: list(columns) for name, columns in loaded.absent}
+        files = sources(self.machine) + ([self.at] if self.at else [])
+        return Record({**field_json(result), "not_mapped": not_mapped}, files)
+
+    def texts(self, loaded: MappedMachine, result: ErrorField, content: str, folder: Path) -> dict[str, str]:
+        from vcmm.show.pages.field import field_page
+
+        return {
+            "field.html": field_page(loaded.machine, result),
+            "field.csv": field_csv(loaded.machine, result),
+            "field.json": content,
+        }
+
+    def show(self, loaded: MappedMachine, result: ErrorField) -> None:
+        show_answers(field_answers(loaded.machine, result))
+        show_table(maxima(loaded.machine, result))
+
+    def notes(self, loaded: MappedMachine, result: ErrorField) -> Iterator[str]:
+        """Where the map ends, and what its U does not hold."""
+        if result.within:
+            ranges = ", ".join(f"{a} {low:g} to {high:g} mm" for a, low, high in result.within)
+            yield f"note: mapped where every effect is known: within {ranges}; body diagonals of the travels lie beyond"
+        for text in independent_draws(loaded.machine.inputs):
+            yield f"warning: {text}"
+        if result.left_out:
+            yield f"note: not in U, which is that of one positioning at 20 degC: {', '.join(result.left_out)}"
+        if loaded.absent:
+            named = ", ".join(f"{name} ({', '.join(columns)})" for name, columns in loaded.absent)
+            more = "" if self.at else "; give such rows with --at"
+            yield f"note: not in this map, which holds positions only: {named}{more}"
 
 
 @contextmanager
 def rows_of(machine: Path, at: Path | None) -> Iterator[None]:
     """A complaint about a row gets the line of the positions file; without one, the way to choose the positions."""
-    from vcmm.core.errors import ModelLimit
-
     try:
         yield
     except ModelLimit as error:
@@ -102,22 +126,4 @@ def rows_of(machine: Path, at: Path | None) -> Iterator[None]:
             raise ModelLimit(f"{machine}: {text}; or choose the positions with --at") from None
         if not row:
             raise ModelLimit(f"{at}: {text}") from None
-        from vcmm.files.columns import read_csv
-
         raise ModelLimit(f"{read_csv(at).at(int(row[1]) - 1)}: {text[row.end() :]}") from None
-
-
-def _write(folder: Path, machine: Any, error_map: Any, content: dict[str, Any]) -> None:
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.field import field_page
-    from vcmm.show.tables.error_field import field_csv
-
-    texts = {
-        "field.json": json_text(content),
-        "field.csv": field_csv(machine, error_map),
-        "field.html": field_page(machine, error_map),
-    }
-    write_files(folder, texts)
-    say(f"wrote {folder}/field.html, field.csv, field.json")

@@ -50,7 +50,8 @@ def diagnose_cut(scenario: Path, given: Any, in_machine: bool, seed: int, folder
     named, why = machine_file(scenario)
     if named is None:
         raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
-    back = came_back(scenario, load_cut(scenario), given, in_machine, None, folder)
+    with progress() as report:
+        back = came_back(scenario, load_cut(scenario), given, in_machine, None, folder, report)
     written = back.recording
     assert written is not None
     recording, known = load_recording(written, None)

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from vcmm.answer.evaluation.virtual_measurement import Measurement
+from vcmm.face.api import measure
+from vcmm.face.cli.options import Json, Seed
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.own.library import cuts
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import show_answers, show_table
+from vcmm.show.tables.answers_parts import measured_answers
+from vcmm.show.tables.measured_points import measure_json, points_csv, values
+from vcmm.task.measuring.scenario import Scenario
 
-from vcmm.face.cli.options import Seed
+if TYPE_CHECKING:
+    from vcmm.shop.machining.scenario import CutScenario
 
 
 def measure_command(
     scenario: Path,
     *,
     seed: Seed | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
 ) -> int:
     """Measure the part once, virtually: errors at their estimates, or one draw with --seed.
@@ -32,34 +43,41 @@ def measure_command(
     out
         Folder for measure.json and points.csv.
     """
-    from vcmm.face.api import measure
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.library import cuts
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, json_text, print_json, sources
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, show_answers, show_table
-    from vcmm.show.tables.answers_parts import measured_answers
-    from vcmm.show.tables.measured_points import measure_json, points_csv, values
+    return run_job(MeasureJob(scenario, seed), Flags(json, out))
 
-    folder = output_folder(out) if out else None
-    loaded = load_cut(scenario) if cuts(scenario) else load_scenario(scenario)
-    with about(scenario):
-        measured = measure(loaded, seed)
-    content = document(
-        "vcmm.measure/1",
-        measure_json(measured),
-        seed=seed,
-        files=sources(scenario),
-        warnings=measured.warnings,
-    )
-    if folder:
-        write_files(folder, {"measure.json": json_text(content), "points.csv": points_csv(measured)})
-        say(f"wrote {folder}/measure.json, points.csv")
-    if json:
-        print_json(content)
-    else:
-        show_answers(measured_answers(measured))
-        show_table(values(measured))
-    return 0
+
+@dataclass(frozen=True)
+class MeasureJob(Job["Scenario | CutScenario", Measurement]):
+    """One virtual measurement."""
+
+    scenario: Path
+    seed: int | None
+    schema = "vcmm.measure/1"
+
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, ""
+
+    def load(self) -> Scenario | CutScenario:
+        if cuts(self.scenario):
+            from vcmm.files.own.cut_scenario import load_cut
+
+            return load_cut(self.scenario)
+        from vcmm.files.own.scenario import load_scenario
+
+        return load_scenario(self.scenario)
+
+    def run(self, loaded: Scenario | CutScenario, report: Progress) -> Measurement:
+        return measure(loaded, self.seed)
+
+    def record(self, loaded: Scenario | CutScenario, result: Measurement) -> Record:
+        return Record(measure_json(result), sources(self.scenario), self.seed, result.warnings)
+
+    def texts(
+        self, loaded: Scenario | CutScenario, result: Measurement, content: str, folder: Path
+    ) -> dict[str, str]:
+        return {"measure.json": content, "points.csv": points_csv(result)}
+
+    def show(self, loaded: Scenario | CutScenario, result: Measurement) -> None:
+        show_answers(measured_answers(result))
+        show_table(values(result))

@@ -41,10 +41,22 @@ def merge_command(
 
 def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
     """What the verb itself would have done. options: as its shards hold them."""
-    if verb == "audit":
-        from vcmm.face.cli.audit import run_audit
+    from vcmm.face.job import Flags, run_job
 
-        return run_audit([Path(s) for s in options.pop("scenarios")], options, sharing, json, out)
+    flags = Flags(json, out)
+    if verb == "audit":
+        from vcmm.face.cli.audit import audit_job
+
+        named = [Path(s) for s in options["scenarios"]]
+        return run_job(audit_job(named, options["parts"], options["seed"], sharing), flags)
+    if verb == "uncertainty":
+        from vcmm.face.cli.uncertainty import UncertaintyJob
+
+        return run_job(UncertaintyJob.of_shards(options, sharing), flags)
+    if verb == "cut":
+        from vcmm.face.cli.cut import CutJob
+
+        return run_job(CutJob.of_shards(options, sharing), flags)
     scenario = Path(options.pop("scenario"))
     if verb == "place":
         from vcmm.face.cli.place_machines import choose
@@ -52,17 +64,9 @@ def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path
         return choose(
             scenario, [Path(m) for m in options.pop("machines")], options, json, out, sharing=sharing
         )
-    if verb == "diagnose":
-        from vcmm.face.cli.diagnose_folder import folder_job
+    from vcmm.face.cli.diagnose_folder import folder_job
 
-        return folder_job(scenario, options, sharing, json, out)
-    if verb == "cut":
-        from vcmm.face.cli.cut import run_cut
-
-        return run_cut(scenario, options, sharing, json, out)
-    from vcmm.face.cli.uncertainty import run_uncertainty
-
-    return run_uncertainty(scenario, options, sharing, json, out)
+    return folder_job(scenario, options, sharing, json, out)
 
 
 def _read(file: Path) -> dict[str, Any]:

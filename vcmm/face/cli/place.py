@@ -120,8 +120,8 @@ def _choose_machine(
     out: Path | None,
 ) -> int:
     """A choice of machines. named: scenario, machines; options: of the search; shared: workers, cluster, shard."""
-    from vcmm.face.cli.options import sharing_of
     from vcmm.face.cli.place_machines import choose, shard_of_machines
+    from vcmm.face.job import sharing_of
 
     sharing = sharing_of(*shared)
     if sharing.share is None:

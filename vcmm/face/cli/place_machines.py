@@ -44,7 +44,7 @@ def shard_of_machines(
     scenario: Path, named: list[Path], options: dict[str, Any], sharing: Any, json: bool, out: Path | None
 ) -> int:
     """Every n-th machine, for `vcmm merge`."""
-    from vcmm.face.cli.options import put_shard, write_shard
+    from vcmm.face.job import put_shard, write_shard
 
     machines = machines_in(named)
     asked = {"scenario": str(scenario), "machines": [str(m) for m in named], **options}

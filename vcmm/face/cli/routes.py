@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import NamedTuple
 
-from cyclopts import Parameter
-
-from vcmm.face.cli.options import Evidence
+from vcmm.answer.routes.job import RouteData, RoutesResult, routes
+from vcmm.face.cli.options import Evidence, Json
+from vcmm.face.job import Flags, Job, Pack, Progress, Record, run_job
+from vcmm.files.own.routes import read_route_data
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+from vcmm.show.tables.answers import routes_answers
+from vcmm.show.tables.routes import agreements_table, contributions_table, routes_json, routes_table
+from vcmm.show.tables.table import csv_text
+from vcmm.task.measuring.scenario import Scenario
 
 
 def routes_command(
@@ -20,7 +30,7 @@ def routes_command(
     values: Path | None = None,
     trials: int | None = None,
     seed: int | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
     evidence: Evidence = None,
 ) -> int:
@@ -58,71 +68,67 @@ def routes_command(
         "calibrated": calibrated, "repeats": repeats, "positions": positions, "standards": standards, "values": values,
     }  # fmt: skip
     changes = {k: v for k, v in (("seed", seed), ("trials", trials)) if v is not None}
-    return _run(scenario, files, changes, json, (out, evidence))
+    return run_job(RoutesJob(scenario, files, changes), Flags(json, out, evidence))
 
 
-def _run(
-    scenario: Path,
-    files: dict[str, Path | None],
-    changes: dict[str, Any],
-    json: bool,
-    written: tuple[Path | None, Path | None],
-) -> int:
+class RoutedTask(NamedTuple):
+    """A scenario, and what was measured; None where it is measured on a drawn machine."""
 
-    from vcmm.answer.routes.job import routes
-    from vcmm.face.cli.options import keep_evidence
-    from vcmm.files.own.routes import read_route_data
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import progress
-    from vcmm.show.tables.routes import routes_json
-
-    out, evidence = written
-    folder = output_folder(out) if out else None
-    loaded = load_scenario(scenario)
-    given = [f for f in files.values() if f is not None]
-    data = read_route_data(loaded, **files) if given else None
-    with progress() as report, about(scenario):
-        found = routes(loaded, data, settings=loaded.settings.asked(**changes), progress=report)
-    content = document(
-        "vcmm.routes/1", routes_json(found), seed=found.seed, files=[*sources(scenario), *given], warnings=found.remarks
-    )  # fmt: skip
-    if evidence:
-        keep_evidence(evidence, ("routes", scenario, files | changes), loaded.task(), content)
-    if folder:
-        _write(folder, loaded, found, content)
-    if json:
-        print_json(content)
-    else:
-        _show(found)
-    return int(not found.agree)
+    scenario: Scenario
+    data: RouteData | None
 
 
-def _show(found: Any) -> None:
-    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
-    from vcmm.show.tables.answers import routes_answers
-    from vcmm.show.tables.routes import agreements_table, routes_table
+@dataclass(frozen=True)
+class RoutesJob(Job[RoutedTask, RoutesResult]):
+    """One task by independent routes. files: what was measured, by option; changes: of the settings."""
 
-    show_answers(routes_answers(found))
-    show_table(routes_table(found))
-    show_table(agreements_table(found))
-    said = [f"{c.name}, {e.route}: {t}" for c in found.characteristics for e in c.routes for t in e.remarks]
-    say_warnings(dict.fromkeys((*found.remarks, *said)))
+    scenario: Path
+    files: dict[str, Path | None]
+    changes: dict[str, int]
+    schema = "vcmm.routes/1"
 
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, ""
 
-def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.routes import routes_page
-    from vcmm.show.tables.routes import contributions_table
-    from vcmm.show.tables.table import csv_text
+    def _given(self) -> list[Path]:
+        return [f for f in self.files.values() if f is not None]
 
-    texts = {
-        "report.html": routes_page(scenario, found), "routes.json": json_text(content),
-        "routes.csv": csv_text(contributions_table(found)),
-    }  # fmt: skip
-    write_files(folder, texts)
-    say(f"wrote {', '.join(f'{folder}/{name}' for name in texts)}")
+    def load(self) -> RoutedTask:
+        scenario = load_scenario(self.scenario)
+        return RoutedTask(scenario, read_route_data(scenario, **self.files) if self._given() else None)
+
+    def run(self, loaded: RoutedTask, report: Progress) -> RoutesResult:
+        settings = loaded.scenario.settings.asked(**self.changes)
+        return routes(loaded.scenario, loaded.data, settings=settings, progress=report)
+
+    def record(self, loaded: RoutedTask, result: RoutesResult) -> Record:
+        files = [*sources(self.scenario), *self._given()]
+        return Record(routes_json(result), files, result.seed, result.remarks)
+
+    def pack(self, loaded: RoutedTask) -> Pack:
+        return Pack("routes", self.scenario, self.files | self.changes, loaded.scenario.task())
+
+    def texts(self, loaded: RoutedTask, result: RoutesResult, content: str, folder: Path) -> dict[str, str]:
+        from vcmm.show.pages.routes import routes_page
+
+        return {
+            "report.html": routes_page(loaded.scenario, result),
+            "routes.json": content,
+            "routes.csv": csv_text(contributions_table(result)),
+        }
+
+    def written(self, loaded: RoutedTask, result: RoutesResult, folder: Path, names: Sequence[str]) -> str:
+        return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"
+
+    def exit_code(self, loaded: RoutedTask, result: RoutesResult) -> int:
+        return int(not result.agree)
+
+    def show(self, loaded: RoutedTask, result: RoutesResult) -> None:
+        show_answers(routes_answers(result))
+        show_table(routes_table(result))
+        show_table(agreements_table(result))
+        said = [
+            f"{c.name}, {e.route}: {t}" for c in result.characteristics for e in c.routes for t in e.remarks
+        ]
+        say_warnings(dict.fromkeys((*result.remarks, *said)))

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from vcmm.face.cli.options import Seed
+from vcmm.core.errors import UsageError
+from vcmm.face.acceptance import find_figures, table_of_figures
+from vcmm.face.cli.options import Json, Seed
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.toml import read_toml
+from vcmm.show.console.documents import sources
+from vcmm.show.console.files import output_folder, write_text
+from vcmm.show.console.terminal import say, show_answers, show_table
+from vcmm.show.tables.answers_runs import acceptance_answers
+from vcmm.show.tables.calibration import figure_columns
+from vcmm.show.tables.table import records
 
 DrawsOption = Annotated[
     int, Parameter(validator=Number(gte=40, lte=10**6))
@@ -22,7 +33,7 @@ def test_command(
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
     trials: DrawsOption = 1000,
-    report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False,
+    report: Path | None = None, json: Json = False, out: Path | None = None,
 ) -> int:  # fmt: skip
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.
 
@@ -44,57 +55,76 @@ def test_command(
         File for the HTML report of recorded tests of 230-2 and 230-4: band charts, or traces of circles.
     json
         Print one JSON document.
+    out
+        Folder for test.json.
     """
-    from vcmm.face.acceptance import find_figures, table_of_figures
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import show_answers, show_table
-    from vcmm.show.tables.answers_runs import acceptance_answers
-    from vcmm.show.tables.calibration import figure_columns
-    from vcmm.show.tables.table import records
+    job = AcceptanceJob((file, *more), iso, tuple(limit or ()), seed, trials, report)
+    return run_job(job, Flags(json, out))
 
-    _check_report(report, iso, [file, *more])
-    figures, warnings, drawn = find_figures([file, *more], iso, limit or [], seed, trials)
-    _write_report(report, [file, *more], iso, figures, warnings)
-    read = [f for one in (file, *more) for f in sources(one)]
-    body = {"test": f"ISO {iso}", "figures": records(figure_columns(iso), figures)}
-    content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
-    if json:
-        print_json(content)
-    else:
-        if iso != "230-7":  # whose table is no longer than an answer
-            show_answers(acceptance_answers(figures))
-        show_table(table_of_figures(iso, figures))
-        for warning in warnings:
+
+class Figures(NamedTuple):
+    """The figures of a test; drawn: the errors of the machine are drawn from its certificate."""
+
+    figures: Any
+    warnings: list[str]
+    drawn: bool
+
+
+@dataclass(frozen=True)
+class AcceptanceJob(Job[tuple[Path, ...], Figures]):
+    """The figures of an acceptance test, predicted or evaluated, as its files are."""
+
+    files: tuple[Path, ...]
+    iso: str
+    limits: tuple[str, ...]
+    seed: int
+    trials: int
+    report: Path | None
+    schema = "vcmm.test/1"
+
+    def check(self) -> None:
+        """UsageError where --report has nothing to draw."""
+        if self.report is None:
+            return
+        recorded = all(str(read_toml(f).data.get("vcmm", "")).startswith("recording/") for f in self.files)
+        if self.iso not in ("230-2", "230-4") or not recorded:
+            raise UsageError(
+                "--report draws recorded tests of ISO 230-2 and 230-4; leave it out, or give recordings of them"
+            )
+
+    def load(self) -> tuple[Path, ...]:
+        return self.files
+
+    def run(self, loaded: tuple[Path, ...], report: Progress) -> Figures:
+        return Figures(*find_figures(loaded, self.iso, self.limits, self.seed, self.trials))
+
+    def record(self, loaded: tuple[Path, ...], result: Figures) -> Record:
+        body = {"test": f"ISO {self.iso}", "figures": records(figure_columns(self.iso), result.figures)}
+        return Record(body, [f for one in loaded for f in sources(one)], self.seed, result.warnings)
+
+    def texts(self, loaded: tuple[Path, ...], result: Figures, content: str, folder: Path) -> dict[str, str]:
+        return {"test.json": content}
+
+    def export(self, loaded: tuple[Path, ...], result: Figures, content: dict[str, Any]) -> None:
+        """The page of --report."""
+        if self.report is None:
+            return
+        from vcmm.files.own.recording import load_recording
+        from vcmm.learn.calibration.deviations import RecordedTest
+        from vcmm.show.pages.acceptance import acceptance_page
+
+        output_folder(self.report.parent)
+        tests = [RecordedTest(*load_recording(f)) for f in loaded]
+        write_text(self.report, acceptance_page(tests, self.iso, result.figures, result.warnings))
+        say(f"wrote {self.report}")
+
+    def exit_code(self, loaded: tuple[Path, ...], result: Figures) -> int:
+        failed = any(f.p_pass is not None and f.p_pass < 0.5 for f in result.figures)
+        return int(failed and not result.drawn)
+
+    def show(self, loaded: tuple[Path, ...], result: Figures) -> None:
+        if self.iso != "230-7":  # whose table is no longer than an answer
+            show_answers(acceptance_answers(result.figures))
+        show_table(table_of_figures(self.iso, result.figures))
+        for warning in result.warnings:
             print(f"note: {warning}")
-    return int(not drawn and any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
-
-
-def _check_report(report: Path | None, iso: str, files: list[Path]) -> None:
-    """UsageError where there is nothing to draw."""
-    if report is None:
-        return
-    from vcmm.core.errors import UsageError
-    from vcmm.files.toml import read_toml
-
-    recorded = all(str(read_toml(f).data.get("vcmm", "")).startswith("recording/") for f in files)
-    if iso not in ("230-2", "230-4") or not recorded:
-        raise UsageError(
-            "--report draws recorded tests of ISO 230-2 and 230-4; leave it out, or give recordings of them"
-        )
-
-
-def _write_report(
-    report: Path | None, files: list[Path], iso: str, figures: Any, warnings: list[str]
-) -> None:
-    if report is None:
-        return
-    from vcmm.files.own.recording import load_recording
-    from vcmm.learn.calibration.deviations import RecordedTest
-    from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.acceptance import acceptance_page
-
-    output_folder(report.parent)
-    tests = [RecordedTest(*load_recording(f)) for f in files]
-    write_text(report, acceptance_page(tests, iso, figures, warnings))
-    say(f"wrote {report}")

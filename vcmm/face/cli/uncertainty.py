@@ -2,18 +2,45 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from cyclopts import Parameter
-
+from vcmm.answer.evaluation.result import UncertaintyResult, common_causes
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import Cluster, CountOption, Evidence, Require, Seed, Shard, Workers
+from vcmm.face.api import uncertainty
+from vcmm.face.cli.options import Cluster, CountOption, Evidence, Json, Require, Seed, Shard, Workers
+from vcmm.face.job import (
+    Flags,
+    Pack,
+    Progress,
+    Record,
+    SharedJob,
+    decision_code,
+    run_shared,
+    sharing_of,
+)
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.report.answers import answer_of
+from vcmm.show.tables.uncertainty import (
+    budget_csv,
+    computation_table,
+    largest,
+    not_added_up,
+    results,
+    stated_with,
+    uncertainty_json,
+    undecided_because,
+)
+from vcmm.task.measuring.scenario import Scenario
 
 
 def uncertainty_command(
     scenario: Path, *, trials: int | None = None, seed: Seed | None = None, engine: Literal["auto", "montecarlo", "exact"] = "auto", digits: CountOption = None,
-    workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+    workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Json = False, out: Path | None = None,
     evidence: Evidence = None, require: Require = None,
 ) -> int:  # fmt: skip
     """Task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
@@ -48,116 +75,90 @@ def uncertainty_command(
     require
         conforms: exit code 1 also where a characteristic is undecided, not only where one does not conform.
     """
-    from vcmm.face.cli.options import put_shard, sharing_of, write_shard
-    from vcmm.show.console.documents import sources
-
     sharing = sharing_of(workers, cluster, shard)
-    options = {"trials": trials, "seed": seed, "engine": engine, "digits": digits}
-    if sharing.share is None:
-        return run_uncertainty(scenario, options, sharing, json, out, evidence=evidence, require=require)
-    if require is not None:
-        raise UsageError("--require is of the whole job, not of one shard; give it without --shard")
-    if digits is not None:
-        raise UsageError(
-            "--digits decides on the way how many trials are run, so they cannot be split; use --trials"
-        )
-    shared = write_shard(
-        "uncertainty", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
-        lambda: _evaluate(scenario, options, sharing),
-    )  # fmt: skip
-    return put_shard(shared, scenario.stem, json, out)
+    job = UncertaintyJob(scenario, trials, seed, engine, digits, require, sharing=sharing)
+    return run_shared(job, Flags(json, out, evidence))
 
 
-def _evaluate(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
-    """(scenario, result); complaints get file and line."""
-    from vcmm.face.api import uncertainty
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.terminal import progress
+@dataclass(frozen=True)
+class UncertaintyJob(SharedJob[Scenario, UncertaintyResult]):
+    """The uncertainty of every characteristic of a measuring scenario."""
 
-    loaded = load_scenario(scenario)
-    with progress() as report, about(scenario):
-        return loaded, uncertainty(loaded, **options, progress=report, sharing=sharing)
+    scenario: Path
+    trials: int | None = None
+    seed: int | None = None
+    engine: str = "auto"
+    digits: int | None = None
+    require: str | None = None
+    verb, schema = "uncertainty", "vcmm.uncertainty/1"
 
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, ""
 
-def run_uncertainty(
-    scenario: Path,
-    options: dict[str, Any],
-    sharing: Any,
-    json: bool,
-    out: Path | None,
-    evidence: Path | None = None,
-    require: str | None = None,
-) -> int:
-    """The whole job: document, files, tables. options: trials, seed, engine, digits."""
-    from vcmm.face.cli.options import exit_code
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.tables.uncertainty import uncertainty_json
+    @property
+    def stem(self) -> str:
+        return self.scenario.stem
 
-    folder = output_folder(out) if out else None
-    loaded, result = _evaluate(scenario, options, sharing)
-    code = exit_code(result.characteristics, require)
-    content = document(
-        "vcmm.uncertainty/1",
-        uncertainty_json(result),
-        seed=result.seed,
-        files=sources(scenario),
-        warnings=result.warnings,
-    )
-    if evidence:
-        from vcmm.face.cli.options import keep_evidence
+    def asked(self) -> dict[str, Any]:
+        return {"trials": self.trials, "seed": self.seed, "engine": self.engine, "digits": self.digits}
 
-        given = {k: v for k, v in options.items() if (k, v) != ("engine", "auto")}
-        keep_evidence(evidence, ("uncertainty", scenario, given), loaded.task(), content)
-    if folder:
-        _write(folder, loaded, result, content, sources(scenario))
-    if json:
-        print_json(content)
-    else:
-        show(result)
-    return code
+    def options(self) -> dict[str, Any]:
+        return {"scenario": str(self.scenario), **self.asked()}
 
+    def inputs(self) -> list[Path]:
+        return sources(self.scenario)
 
-def show(result: Any) -> None:
-    """The result table, the largest budget lines, and how it was computed."""
-    from vcmm.answer.evaluation.result import common_causes
-    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-    from vcmm.show.report.answers import answer_of
-    from vcmm.show.tables.uncertainty import (
-        computation_table,
-        largest,
-        not_added_up,
-        results,
-        stated_with,
-        undecided_because,
-    )
+    @classmethod
+    def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> UncertaintyJob:
+        return cls(**options | {"scenario": Path(options["scenario"])}, sharing=sharing)
 
-    show_answers(answer_of(c) for c in result.characteristics)
-    show_table(results(result))
-    for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
-        say(sentence)
-    for table in (largest(result.characteristics), computation_table(result)):
-        show_table(table)
-    for c in result.characteristics:
-        for cause, (share, names) in common_causes(c.budget).items():
-            say(f"{c.name}: {share:.1%} of u² come from {cause}, in {' and '.join(names)}")
-    for sentence in not_added_up(result.characteristics):
-        say(sentence)
-    say_warnings(result.warnings)
+    def check_shard(self) -> None:
+        if self.require is not None:
+            raise UsageError("--require is of the whole job, not of one shard; give it without --shard")
+        if self.digits is not None:
+            raise UsageError(
+                "--digits decides on the way how many trials are run, so they cannot be split; use --trials"
+            )
 
+    def load(self) -> Scenario:
+        return load_scenario(self.scenario)
 
-def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any], files: list[Path]) -> None:
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.uncertainty import uncertainty_page
-    from vcmm.show.tables.uncertainty import budget_csv
+    def run(self, loaded: Scenario, report: Progress) -> UncertaintyResult:
+        return uncertainty(loaded, **self.asked(), progress=report, sharing=self.sharing)
 
-    texts = {
-        "uncertainty.json": json_text(content),
-        "budget.csv": budget_csv(result),
-        "report.html": uncertainty_page(scenario, result, files),
-    }
-    write_files(folder, texts)
-    say(f"wrote {folder}/report.html, uncertainty.json, budget.csv")
+    def record(self, loaded: Scenario, result: UncertaintyResult) -> Record:
+        return Record(uncertainty_json(result), sources(self.scenario), result.seed, result.warnings)
+
+    def pack(self, loaded: Scenario) -> Pack:
+        given = {k: v for k, v in self.asked().items() if (k, v) != ("engine", "auto")}
+        return Pack("uncertainty", self.scenario, given, loaded.task())
+
+    def texts(
+        self, loaded: Scenario, result: UncertaintyResult, content: str, folder: Path
+    ) -> dict[str, str]:
+        from vcmm.show.pages.uncertainty import uncertainty_page
+
+        return {
+            "report.html": uncertainty_page(loaded, result, sources(self.scenario)),
+            "uncertainty.json": content,
+            "budget.csv": budget_csv(result),
+        }
+
+    def exit_code(self, loaded: Scenario, result: UncertaintyResult) -> int:
+        return decision_code(result.characteristics, self.require)
+
+    def show(self, loaded: Scenario, result: UncertaintyResult) -> None:
+        """The result table, the largest budget lines, and how it was computed."""
+        show_answers(answer_of(c) for c in result.characteristics)
+        show_table(results(result))
+        for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
+            say(sentence)
+        for table in (largest(result.characteristics), computation_table(result)):
+            show_table(table)
+        for c in result.characteristics:
+            for cause, (share, names) in common_causes(c.budget).items():
+                say(f"{c.name}: {share:.1%} of u² come from {cause}, in {' and '.join(names)}")
+        for sentence in not_added_up(result.characteristics):
+            say(sentence)
+        say_warnings(result.warnings)
