@@ -102,7 +102,7 @@ def rows_of(machine: Path, at: Path | None) -> Iterator[None]:
             raise ModelLimit(f"{machine}: {text}; or choose the positions with --at") from None
         if not row:
             raise ModelLimit(f"{at}: {text}") from None
-        from vcmm.files.columns import read_csv
+        from vcmm.files.sheets import read_csv
 
         raise ModelLimit(f"{read_csv(at).at(int(row[1]) - 1)}: {text[row.end() :]}") from None
 

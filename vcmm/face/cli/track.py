@@ -94,8 +94,9 @@ def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, i
 def _doubtful(found: Any, task: Path | None, parts: Path | None) -> Any:
     """Parts between a good check and an alarm; nothing where no list was given."""
     from vcmm.core.errors import UsageError
+    from vcmm.files.own.dated_parts import read_parts
     from vcmm.files.own.scenario import load_scenario
-    from vcmm.learn.tracking.doubtful import doubtful_parts, read_parts
+    from vcmm.learn.tracking.doubtful import doubtful_parts
     from vcmm.learn.tracking.task_limits import gains_of
 
     if parts is None:
