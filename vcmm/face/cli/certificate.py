@@ -35,7 +35,7 @@ def certificate_command(
         Print one JSON document.
     """
     from vcmm.answer.evaluation.at_limit import smallest
-    from vcmm.learn.calibration.certificate_comparison import certificate_worth
+    from vcmm.files.learned.certificate_comparison import certificate_worth
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.terminal import progress, say_warnings, show_answers, show_table

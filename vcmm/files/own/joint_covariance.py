@@ -10,14 +10,13 @@ location error without position. Values in mm^2, rad^2 and mm rad. Positions are
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from vcmm.core.effect import Effect, own_nodes
 from vcmm.core.errors import DataError
-from vcmm.core.inputs import EVERY, Input
+from vcmm.core.inputs import EVERY, Input, JointCovariance
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
 from vcmm.core.text import brief, csv_of, to_number
@@ -25,26 +24,7 @@ from vcmm.files.sheets import Sheet, read_csv
 from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
 
 HEAD = ("error", "position")
-SMALLEST = 1e-12  # of the largest eigenvalue of the correlation: what is below is rounding
 ASYMMETRY = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class JointCovariance:
-    """errors (k,): name of each number; position (k,): its node, nan for an error without one; matrix (k, k)."""
-
-    errors: tuple[str, ...]
-    position: Array
-    matrix: Array
-
-    @property
-    def factor(self) -> Array:
-        """(k, r) with factor @ factor.T = matrix, by the eigenvectors of the correlation matrix."""
-        u = np.sqrt(np.diag(self.matrix))
-        scale = np.where(u > 0, u, 1.0)
-        size, ways = np.linalg.eigh(self.matrix / np.outer(scale, scale))
-        kept = size > SMALLEST * max(float(size[-1]), 0.0)
-        return np.asarray(scale[:, None] * (ways[:, kept] * np.sqrt(size[kept])))
 
 
 def read_joint_covariance(path: str | Path) -> JointCovariance:
