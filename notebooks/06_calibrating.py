@@ -21,11 +21,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vcmm
+from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
+from vcmm.files.learned.thermal_terms import thermal_text
 from vcmm.files.own.library import folder
 from vcmm.learn.calibration.job import calibrate
-from vcmm.learn.calibration.machine_file import machine_texts, residual_texts
 from vcmm.learn.calibration.thermal import thermal_model
-from vcmm.learn.calibration.thermal_file import thermal_text
 from vcmm.learn.calibration.verification import put_to_test
 from vcmm.show.charts.canvas import canvas
 

@@ -24,13 +24,13 @@ sys.path.insert(0, str(ROOT))
 
 from tests.recordings import convert  # noqa: E402
 from vcmm.core.errors import ModelLimit, VcmmError  # noqa: E402
+from vcmm.files.learned.calibrated_machine import machine_texts  # noqa: E402
+from vcmm.files.learned.thermal_terms import thermal_text  # noqa: E402
 from vcmm.files.own.machine import load_machine  # noqa: E402
 from vcmm.files.own.recording import load_recording  # noqa: E402
 from vcmm.learn.calibration.job import bare_machine, calibrate  # noqa: E402
-from vcmm.learn.calibration.machine_file import machine_texts  # noqa: E402
 from vcmm.learn.calibration.result import rms  # noqa: E402
 from vcmm.learn.calibration.thermal import thermal_model  # noqa: E402
-from vcmm.learn.calibration.thermal_file import thermal_text  # noqa: E402
 from vcmm.learn.calibration.thermal_net import net_left  # noqa: E402
 from vcmm.learn.calibration.verification import IndependentTest, put_to_test  # noqa: E402
 from vcmm.task.response.recording import Recording  # noqa: E402

@@ -42,6 +42,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
         tables,
     )
     from vcmm.face.twins import twin
+    from vcmm.files.learned.track import track
     from vcmm.files.own.cut_scenario import load_cut
     from vcmm.files.own.design import load_design
     from vcmm.files.own.library import example
@@ -50,7 +51,6 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.files.own.scenario import load_scenario
     from vcmm.files.own.setup import load_setup
     from vcmm.learn.diagnosis.several import diagnose_several
-    from vcmm.learn.tracking.job import track
     from vcmm.part.gps import characteristics
     from vcmm.program.setup import Setup
     from vcmm.shop.machining.scenario import CutScenario
@@ -92,7 +92,7 @@ _HOME = {
     "nc": "vcmm.face.file_api",
     "routes": "vcmm.face.count_api",
     "test": "vcmm.face.machine_api",
-    "track": "vcmm.learn.tracking.job",
+    "track": "vcmm.files.learned.track",
     "load_cut": "vcmm.files.own.cut_scenario",
     "load_recording": "vcmm.files.own.recording",
     "Array": "vcmm.core.run",

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.compensation.mill import mill
-from vcmm.compensation.tables import control_tables
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.face.cli import run as vcmm
+from vcmm.files.foreign.compensation_tables import control_tables
 from vcmm.files.own.machine import load_machine
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.scale import ScaleFactor

@@ -153,7 +153,7 @@ direction = [0, 1, 1]
 
 
 def test_the_file_says_the_direction(tmp_path: Path):
-    from vcmm.learn.calibration.machine_file import bare_text
+    from vcmm.files.learned.calibrated_machine import bare_text
 
     path = tmp_path / "machine.toml"
     path.write_text(TEXT)

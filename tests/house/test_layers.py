@@ -26,9 +26,9 @@ WHITEBOARD: dict[str, tuple[str, ...]] = {
     "task": ("core", "physics", "part"),
     "answer": ("core", "physics", "part", "task"),
     "shop": ("core", "physics", "part", "program", "task", "answer"),
-    "files": ("core", "physics", "part", "program", "task", "answer", "shop"),
-    "compensation": ("core", "physics", "program", "answer", "shop"),
+    "compensation": ("core", "program", "answer", "shop"),
     "learn": ("core", "physics", "task", "answer"),
+    "files": ("core", "physics", "part", "program", "task", "answer", "shop", "learn"),
     "show": (
         "core",
         "physics",
@@ -57,8 +57,7 @@ WHITEBOARD: dict[str, tuple[str, ...]] = {
 }
 # Arrows that are not on the whiteboard and are to go, with the reason why they are still there.
 TO_GO: dict[tuple[str, str], str] = {
-    ("learn", "files"): "writes machine files itself",
-    ("compensation", "files"): "reads machines and set-ups, writes tables itself",
+    ("compensation", "files"): "reads machines and set-ups itself",
 }
 # Folders from the ground up: a folder imports from folders above it in this list, never from below.
 FOLDERS = (
@@ -88,14 +87,15 @@ FOLDERS = (
     "answer.placing",
     "shop",
     "shop.machining",
-    "files",
-    "files.foreign",
-    "files.own",
-    "compensation",
     "learn",
     "learn.diagnosis",
     "learn.calibration",
     "learn.tracking",
+    "files",
+    "files.foreign",
+    "files.own",
+    "files.learned",
+    "compensation",
     "show.report",
     "show.charts",
     "show.tables",

@@ -15,6 +15,8 @@ import numpy as np
 from vcmm.core.laws import Law, MultivariateNormal, MultivariateSamples, Normal
 from vcmm.core.run import Array
 
+STATE, SINCE = "machine_state", "time since calibration"  # Inputs of a machine that was followed in time
+SMALLEST = 1e-12  # of the largest eigenvalue of a correlation: what is below is rounding
 EVERY = "*"  # where = "*": one draw shared by all effects of that name (one coefficient of all scales)
 
 
@@ -97,3 +99,21 @@ class Input:
         if isinstance(self.law, MultivariateSamples):
             return self.law, np.eye(k)
         return self.law, np.diag(np.ones(k) if self.scale is None else np.broadcast_to(self.scale, (k,)))
+
+
+@dataclass(frozen=True, eq=False)
+class JointCovariance:
+    """errors (k,): name of each number; position (k,): its node, nan for an error without one; matrix (k, k)."""
+
+    errors: tuple[str, ...]
+    position: Array
+    matrix: Array
+
+    @property
+    def factor(self) -> Array:
+        """(k, r) with factor @ factor.T = matrix, by the eigenvectors of the correlation matrix."""
+        u = np.sqrt(np.diag(self.matrix))
+        scale = np.where(u > 0, u, 1.0)
+        size, ways = np.linalg.eigh(self.matrix / np.outer(scale, scale))
+        kept = size > SMALLEST * max(float(size[-1]), 0.0)
+        return np.asarray(scale[:, None] * (ways[:, kept] * np.sqrt(size[kept])))

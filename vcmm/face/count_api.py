@@ -15,7 +15,7 @@ from vcmm.task.measuring.settings import Settings
 
 if TYPE_CHECKING:
     from vcmm.answer.routes.job import RoutesResult
-    from vcmm.learn.calibration.certificate_comparison import CertificateWorth
+    from vcmm.files.learned.certificate_comparison import CertificateWorth
 
 
 def audit(
@@ -157,7 +157,7 @@ def certificate(
     DataError, UsageError
         A file is wrong; the machine states no certificate.
     """
-    from vcmm.learn.calibration.certificate_comparison import certificate_worth
+    from vcmm.files.learned.certificate_comparison import certificate_worth
 
     found = certificate_worth(Path(scenario), trials=trials, seed=seed, progress=progress)
     return replace(found, reading=readings.certificate_reading(scenario))

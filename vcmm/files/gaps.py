@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Run, Series
-from vcmm.files.columns import Sheet, is_temperature
+from vcmm.files.sheets import Sheet, is_temperature
 from vcmm.task.response.recording import Recording
 
 Mask = npt.NDArray[np.bool_]

@@ -21,17 +21,8 @@ from vcmm.core.errors import DataError, Environment
 from vcmm.core.run import Array
 from vcmm.core.text import LARGEST, is_file, read_head, read_text
 from vcmm.core.units import ABSOLUTE_ZERO
-from vcmm.files.columns import (
-    LABELS,
-    Sheet,
-    cells_of,
-    file_columns,
-    header_of,
-    is_temperature,
-    known_column,
-    read_csv,
-    row_problems,
-)
+from vcmm.files.columns import LABELS, file_columns, known_column
+from vcmm.files.sheets import Layout, Sheet, cells_of, header_of, is_temperature, read_csv, row_problems
 
 LARGE = 8_000_000  # bytes of a CSV file that is read piece by piece
 PIECE = 50_000  # rows
@@ -88,6 +79,9 @@ class ColumnSheet(Sheet):
 
     def texts(self, name: str) -> np.ndarray:
         return np.asarray(self.values[name], dtype=np.str_)
+
+    def words(self, name: str) -> list[str]:
+        return list(map(str, self.texts(name)))
 
 
 def read_table(path: str | Path) -> Sheet:
@@ -203,7 +197,8 @@ def _rows(path: Path, piece: list[tuple[int, str]], delimiter: str) -> tuple[lis
     """Cells and line of every row."""
     if any('"' in text or "'" in text for _, text in piece):
         return cells_of(path, piece, delimiter)
-    return [[c.strip() for c in text.split(delimiter)] for _, text in piece], [k for k, _ in piece]
+    layout = Layout(delimiter)
+    return [layout.cells(text) for _, text in piece], [k for k, _ in piece]
 
 
 def _column(sheet: Sheet, i: int) -> Any:

@@ -17,9 +17,10 @@ from vcmm.core.kinematics import CHUNK, Motion, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
-from vcmm.files.columns import Sheet, axes_of, axis_column, positions_of
+from vcmm.files.columns import axes_of, axis_column, positions_of
 from vcmm.files.gaps import fill_gaps, note_gaps
 from vcmm.files.large_tables import read_table
+from vcmm.files.sheets import Sheet
 from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations
 from vcmm.task.response.recording import Ints, Recording
 
@@ -64,7 +65,7 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
 
 
 def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
-    at, have = f"{sheet.path}:{sheet.header_line}", set(sheet.header)
+    at, have = sheet.head, set(sheet.header)
     due = "d_urad" if sense.kind == "angle" else "d_um"
     found = [c for c in OBSERVED_COLUMNS if c in have]
     out = []
@@ -255,7 +256,7 @@ def _second_ends(run: Run, machine: Machine, sense: Sense, sheet: Sheet) -> tupl
     try:
         position = linear_positions(machine, run, start)
     except ModelLimit as error:
-        raise DataError(f"{sheet.path}:{sheet.header_line}: from_x_mm ...: {error}") from None
+        raise DataError(f"{sheet.head}: from_x_mm ...: {error}") from None
     twice = np.tile(np.arange(run.n), 2)
     both = run.take(twice)
     position = {a: np.concatenate([q, position[a]]) for a, q in run.position.items()}

@@ -18,10 +18,10 @@ from vcmm.answer.evaluation.result import (
 from vcmm.answer.placing.result import PlacementResult
 from vcmm.core.axes import LINEAR, is_rotary
 from vcmm.core.views import line, picture
+from vcmm.files.learned.track_result import Track
 from vcmm.learn.calibration.identifiability import is_angle
 from vcmm.learn.calibration.result import Calibration
 from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.tracking.result import Track
 from vcmm.shop.machining.result import CutResult, rms_text
 from vcmm.show import charts
 from vcmm.show.charts.bars import MOST_BARS

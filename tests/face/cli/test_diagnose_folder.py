@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis import fleet
+from vcmm.files.learned import fleet
 from vcmm.show.tables.fleet import trend_text
 
 MACHINE = """vcmm = "machine/1"

@@ -12,7 +12,7 @@ import vcmm
 from tests.compensation import block
 from vcmm.core.errors import DataError
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.machine_file import improved_machine, repaired_in_place
+from vcmm.files.learned.improved_machine import improved_machine, repaired_in_place
 from vcmm.learn.diagnosis.mistakes import Mistake
 from vcmm.shop.machining.gauge import gauge_plan
 

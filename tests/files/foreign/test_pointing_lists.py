@@ -97,7 +97,7 @@ def test_what_no_list_is(tmp_path, text, words):
 
 
 def test_a_table_without_its_columns(tmp_path):
-    with pytest.raises(DataError, match=r"alt_deg is missing(.|\n)*d_alt_arcsec is due"):
+    with pytest.raises(DataError, match=r"alt_deg is missing(.|\n)*d_alt_arcsec is missing"):
         read_altaz(_written(tmp_path, "az_deg,d_az_arcsec\n1,2\n"))
 
 
@@ -106,3 +106,11 @@ def test_air_lifts_less_the_higher_a_star_stands():
     assert np.degrees(np.arccos(up[0, 2])) * 60 == pytest.approx(
         1.02 / np.tan(np.radians(80 + 10.3 / 85.11)), rel=1e-3
     )
+
+
+@pytest.mark.parametrize("word", ["nan", "1_0", "1e99"])
+def test_a_first_star_with_a_bad_number_is_not_taken_for_the_head(tmp_path, word):
+    """The line below that of the conditions has 14 words: a star, not a free line."""
+    bad = " ".join([word, *STAR.split()[1:]])
+    with pytest.raises(DataError, match=f"14 numbers are due: {word}"):
+        read_tpoint(_written(tmp_path, HEAD + bad + "\n" + STAR))

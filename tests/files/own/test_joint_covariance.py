@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import DataError
+from vcmm.core.inputs import JointCovariance
 from vcmm.core.run import Run
-from vcmm.files.own.joint_covariance import JointCovariance, covariance_text, read_joint_covariance
+from vcmm.files.own.joint_covariance import covariance_text, read_joint_covariance
 from vcmm.files.own.machine import load_machine
 from vcmm.task.response.influence import influences
 

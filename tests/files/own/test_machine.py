@@ -245,7 +245,7 @@ travel = "endless"
 def test_a_rotary_axis_may_turn_on_and_on(tmp_path):
     """10 turns are inside; where the axis is looked at, it is over one turn. It is written as it was read."""
     from vcmm.core.machine import check_travel
-    from vcmm.learn.calibration.machine_file import bare_text
+    from vcmm.files.learned.calibrated_machine import bare_text
 
     path = tmp_path / "m.toml"
     path.write_text(ENDLESS)

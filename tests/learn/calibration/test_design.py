@@ -83,8 +83,8 @@ def test_a_plan_file(tmp_path):
 @pytest.mark.thorough
 def test_a_recalibration_keeps_what_was_not_read(tmp_path):
     """EXX gets 6 um/m more; only X is read again. Its slope follows, everything of Y and Z stays to the last digit."""
+    from vcmm.files.learned.calibrated_machine import machine_texts
     from vcmm.files.own.machine import load_machine
-    from vcmm.learn.calibration.machine_file import machine_texts
 
     rng = np.random.default_rng(3)
     machine, _, first = found_by("laser", 11)

@@ -13,9 +13,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.face.cli import run
+from vcmm.files.learned.calibrated_machine import machine_texts
 from vcmm.files.own.machine import load_machine
 from vcmm.learn.calibration.job import calibrate
-from vcmm.learn.calibration.machine_file import machine_texts
 from vcmm.learn.calibration.result import Calibration
 from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.task.instruments.laser import line

@@ -25,12 +25,12 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import node_weights
 from vcmm.core.run import Run
 from vcmm.face.cli import run
+from vcmm.files.learned.calibrated_machine import machine_texts
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.checks import check_agreement
 from vcmm.learn.calibration.job import calibrate, ranges_of, spans_of
-from vcmm.learn.calibration.machine_file import machine_texts
 from vcmm.learn.calibration.model import error_model
 from vcmm.learn.calibration.readings import readings
 from vcmm.learn.calibration.rotary import average_line

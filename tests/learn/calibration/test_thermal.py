@@ -11,10 +11,10 @@ import pytest
 
 from vcmm.core.errors import UsageError
 from vcmm.face.cli import run
+from vcmm.files.learned.thermal_terms import thermal_text, written_terms
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.calibration.thermal import thermal_model
-from vcmm.learn.calibration.thermal_file import thermal_text, written_terms
 from vcmm.learn.calibration.thermal_search import repeating
 from vcmm.learn.calibration.thermal_terms import standing_out
 from vcmm.learn.calibration.verification import put_to_test

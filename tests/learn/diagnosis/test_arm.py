@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.run import Run
+from vcmm.files.learned.improved_machine import improved_machine
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.machine_file import improved_machine
 from vcmm.physics.structure.squareness import RotaryLocation
 
 CENTRES = {

@@ -10,10 +10,10 @@ import pytest
 from tests.physics.ask import ask
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
+from vcmm.files.learned.improved_machine import effect_toml, improved_machine
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.machine import load_machine
 from vcmm.learn.diagnosis.acceptance import answers_to_write, notes
-from vcmm.learn.diagnosis.machine_file import effect_toml, improved_machine
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.physics import ALL
 from vcmm.physics.catalogue.backlash import Backlash

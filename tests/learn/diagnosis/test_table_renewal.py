@@ -10,6 +10,7 @@ import pytest
 
 from vcmm.answer.evaluation.gaussian import Posterior
 from vcmm.core.run import Run
+from vcmm.files.learned.renewed_tables import name_tables, renewed_files
 from vcmm.files.own.machine import load_machine
 from vcmm.learn.diagnosis.assembly import _renew_tables
 from vcmm.learn.diagnosis.candidates import Family, Option
@@ -17,7 +18,6 @@ from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, VERDICTS, Answer
 from vcmm.learn.diagnosis.select import Term
 from vcmm.learn.diagnosis.table_renewal import RenewedTables, renew_tables, with_tables
-from vcmm.learn.diagnosis.table_renewal_file import name_tables, renewed_files
 from vcmm.task.response.recording import Recording
 
 MACHINE = """vcmm = "machine/1"

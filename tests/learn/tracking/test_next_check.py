@@ -12,9 +12,9 @@ from tests.learn.tracking.small_folder import write_check, write_machine
 from tests.learn.tracking.test_track import TASK
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
-from vcmm.files.own.check_list import ShopCheck, load_checks
+from vcmm.files.own.check_list import load_checks
 from vcmm.learn.tracking.follow import again
-from vcmm.learn.tracking.next_check import plan_checks
+from vcmm.learn.tracking.next_check import ShopCheck, plan_checks
 from vcmm.learn.tracking.rates import GroupRates
 from vcmm.learn.tracking.task_limits import limits_of
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vcmm.files.learned.certificate_comparison import CertifiedU
+from vcmm.files.learned.fleet import Change
 from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.certificate_comparison import CertifiedU
-from vcmm.learn.diagnosis.fleet import Change
 from vcmm.learn.diagnosis.trend import STEP, Trend
 from vcmm.show.report.answers import answer_text
 from vcmm.show.tables import answers_parts, answers_runs

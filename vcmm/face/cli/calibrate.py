@@ -179,9 +179,9 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
 
 def _calibrate(wanted: Any, asked: CalibrationOptions, residual: Path | None) -> Any:
     """The calibration; its machine files are written where they shall be."""
+    from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
     from vcmm.learn.calibration.interpolation import interpolation_of
     from vcmm.learn.calibration.job import calibrate
-    from vcmm.learn.calibration.machine_file import machine_texts, residual_texts
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import progress, say
 
@@ -230,8 +230,8 @@ def _calibrated_machine(found: Any, wanted: Any) -> Any:
     from tempfile import TemporaryDirectory
 
     from vcmm.core.errors import VcmmError
+    from vcmm.files.learned.calibrated_machine import machine_texts
     from vcmm.files.own.machine import load_machine
-    from vcmm.learn.calibration.machine_file import machine_texts
     from vcmm.show.console.files import write_files
 
     if wanted.out is not None:

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
     """Multilaterate, tell the nodes, write the machine file; the document is vcmm.nodes/1."""
     from vcmm.core.errors import UsageError
+    from vcmm.files.learned.node_field import check_nodes, node_text
     from vcmm.learn.calibration.field_process import fitted
-    from vcmm.learn.calibration.node_field import check_nodes, node_text
     from vcmm.learn.calibration.nodes import node_scatter
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text

@@ -32,7 +32,7 @@ def reversal_command(
 def _write(found: Any, structure: str | None, out: Path | None, names: list[str]) -> None:
     from vcmm.core.errors import UsageError
     from vcmm.core.kinematics import parse_structure
-    from vcmm.learn.calibration.reversal_file import reversed_texts
+    from vcmm.files.learned.reversed_machine import reversed_texts
     from vcmm.show.console.files import output_folder, write_files
     from vcmm.show.console.terminal import say
 

@@ -82,10 +82,10 @@ def _write_recordings(setups: Any, planned: Any, truth: Any, out: Path, seed: in
     import numpy as np
 
     from vcmm.core.errors import UsageError
+    from vcmm.files.learned.calibrated_machine import bare_text, stated_repeatability
     from vcmm.files.own.instruments import instrument_text
     from vcmm.files.own.recording import load_recording
     from vcmm.files.own.recording_writer import save_recording
-    from vcmm.learn.calibration.machine_file import bare_text, stated_repeatability
     from vcmm.show.console.files import write_text
     from vcmm.task.instruments.laying import simulate_reading
 

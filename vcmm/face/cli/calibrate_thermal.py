@@ -10,9 +10,9 @@ if TYPE_CHECKING:
 
 def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) -> int:
     """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
+    from vcmm.files.learned.thermal_terms import thermal_text, written_terms
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.thermal import thermal_model
-    from vcmm.learn.calibration.thermal_file import thermal_text, written_terms
     from vcmm.learn.calibration.thermal_terms import warm_readings
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text

@@ -8,7 +8,7 @@ from pathlib import Path
 from vcmm.answer.evaluation.at_limit import smallest
 from vcmm.face.cli.options import Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.learn.calibration.certificate_comparison import CertificateWorth, certificate_worth
+from vcmm.files.learned.certificate_comparison import CertificateWorth, certificate_worth
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_parts import certificate_answers

@@ -17,9 +17,9 @@ def machine_form(machine: Path, points: Path | None, table: str | None, out: Pat
 def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> int:
     """MACHINE --points measured.csv: indicated to corrected points."""
     from vcmm.compensation.points import corrected_points
-    from vcmm.compensation.tables import without_scatter
     from vcmm.face.cli.field import rows_of
     from vcmm.files.columns import read_positions
+    from vcmm.files.foreign.compensation_tables import without_scatter
     from vcmm.files.own.machine import load_machine
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import write_text
@@ -48,7 +48,7 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
 
 def table_form(machine: Path, form: str, out: Path | None, json: bool) -> int:
     """MACHINE --table FORMAT: tables for a control, in the folder --out (default: the current one)."""
-    from vcmm.compensation.tables import control_tables
+    from vcmm.files.foreign.compensation_tables import control_tables
     from vcmm.files.own.machine import load_machine
     from vcmm.show.console.documents import document, print_json, sources
     from vcmm.show.console.files import write_files

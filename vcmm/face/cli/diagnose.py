@@ -183,15 +183,15 @@ def improved_files(
     folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
-    from vcmm.files.toml import read_toml
-    from vcmm.learn.diagnosis.acceptance import anew, answers_to_write
-    from vcmm.learn.diagnosis.machine_file import (
+    from vcmm.files.learned.improved_machine import (
         improved_machine,
         repaired_in_place,
         repaired_table,
         with_table,
     )
-    from vcmm.learn.diagnosis.table_renewal_file import name_tables, renewed_files
+    from vcmm.files.learned.renewed_tables import name_tables, renewed_files
+    from vcmm.files.toml import read_toml
+    from vcmm.learn.diagnosis.acceptance import anew, answers_to_write
 
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)

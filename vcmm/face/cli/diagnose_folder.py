@@ -15,7 +15,7 @@ def folder_job(folder: Path, options: dict[str, Any], sharing: Any, json: bool, 
 
     target = output_folder(out) if out else None
     records, files = diagnose_folder(folder, options, sharing, json)
-    from vcmm.learn.diagnosis.fleet import changes, in_time
+    from vcmm.files.learned.fleet import changes, in_time
 
     records = in_time(records)
     found = changes(records)
@@ -34,8 +34,8 @@ def diagnose_folder(
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """A record of every recording, and all files that were read. Raises ShardDone where a share is wanted."""
     from vcmm.core.blocks import key_of
+    from vcmm.files.learned.fleet import FolderJob, diagnosed_folder
     from vcmm.files.own.recording_files import recordings_in
-    from vcmm.learn.diagnosis.fleet import FolderJob, diagnosed_folder
     from vcmm.show.console.terminal import progress
 
     machine = Path(options["machine"]) if options["machine"] else None

@@ -138,9 +138,9 @@ def _body(found: Any, folder: Path | None) -> dict[str, Any]:
 
 def _write_common(found: Any, known: Any, original: Path | None, out: Path | None) -> dict[str, str]:
     """machine.toml with what is common; empty where there is nothing to write."""
+    from vcmm.files.learned.improved_machine import improved_machine
+    from vcmm.files.learned.renewed_tables import name_tables, renewed_files
     from vcmm.learn.diagnosis.acceptance import anew, answers_to_write
-    from vcmm.learn.diagnosis.machine_file import improved_machine
-    from vcmm.learn.diagnosis.table_renewal_file import name_tables, renewed_files
 
     answers, source = found.together.answer, found.recording.name
     new = anew(answers)

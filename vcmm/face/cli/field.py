@@ -15,8 +15,9 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.face.cli.options import Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.files.columns import read_csv, read_positions
+from vcmm.files.columns import read_positions
 from vcmm.files.own.machine import load_machine
+from vcmm.files.sheets import read_csv
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.tables.answers import field_answers

@@ -54,7 +54,7 @@ def track_command(
     json
         Print one JSON document.
     """
-    from vcmm.learn.tracking.job import track
+    from vcmm.files.learned.track import track
     from vcmm.show.console.files import output_folder
     from vcmm.show.console.terminal import progress
 
@@ -94,8 +94,9 @@ def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, i
 def _doubtful(found: Any, task: Path | None, parts: Path | None) -> Any:
     """Parts between a good check and an alarm; nothing where no list was given."""
     from vcmm.core.errors import UsageError
+    from vcmm.files.own.dated_parts import read_parts
     from vcmm.files.own.scenario import load_scenario
-    from vcmm.learn.tracking.doubtful import doubtful_parts, read_parts
+    from vcmm.learn.tracking.doubtful import doubtful_parts
     from vcmm.learn.tracking.task_limits import gains_of
 
     if parts is None:
@@ -107,8 +108,8 @@ def _doubtful(found: Any, task: Path | None, parts: Path | None) -> Any:
 
 def _rest(machine: Path, folder: Path) -> Any:
     """The learned residual of all recordings against the machine file."""
+    from vcmm.files.learned.track import recordings_by_date
     from vcmm.files.own.machine import load_machine
-    from vcmm.learn.tracking.job import recordings_by_date
     from vcmm.learn.tracking.learned_rest import learn_rest
 
     known = load_machine(machine)
@@ -125,7 +126,7 @@ def _put(
     results: tuple[Any, Any, Any, Any], given: list[Path], places: tuple[Path, Path], seed: int, json: bool
 ) -> None:
     """Files, and tables or the document. results: track, plan, learned residual, doubtful parts; places: machine file, folder."""
-    from vcmm.learn.tracking.learned_text import learned_files
+    from vcmm.files.learned.learned_residual import learned_files
     from vcmm.show.console.documents import document, json_text, print_json, sources
     from vcmm.show.console.files import write_files
     from vcmm.show.console.terminal import say, show_answers, show_table

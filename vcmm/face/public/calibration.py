@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vcmm.learn.calibration.machine_file import bare_text
+from vcmm.files.learned.calibrated_machine import bare_text
 from vcmm.learn.calibration.net import BEST_LAYOUT, EPOCHS, LAYOUTS, AxisNet, folds, share_left, train_net
 from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
 

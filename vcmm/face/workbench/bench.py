@@ -9,8 +9,6 @@ What is dropped lies in an empty folder of its own, and every reader is confined
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 import threading
 from collections.abc import Callable, Mapping
@@ -152,12 +150,13 @@ def _calibrate(files: Mapping[str, bytes], folder: Path, _: Scenario | None, pro
 def _evaluate(
     files: Mapping[str, bytes], folder: Path, scenario: Scenario | None, progress: Progress
 ) -> Answer:
+    from vcmm.files.sheets import first_cells
     from vcmm.show.pages.uncertainty import uncertainty_page
 
     if scenario is None or len(files) != 1:
         raise UsageError(f"drop one table of measured points or values; {len(files)} are among the files")
-    ((name, content),) = files.items()
-    columns = next(csv.reader(io.StringIO(content.decode("utf-8", "replace"))), [])
+    (name,) = files
+    columns = first_cells(folder / name)
     given: dict[str, Any] = {"values" if "characteristic" in columns else "points": folder / name}
     parts = api.evaluate(scenario, **given, progress=progress)
     said = [f"{p.part + ', ' if p.part else ''}{e.result.name}: {answer(e.result)}" for p in parts for e in p.characteristics]  # fmt: skip

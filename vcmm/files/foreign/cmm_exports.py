@@ -35,10 +35,12 @@ from vcmm.files.foreign.pcdmis_report import (
     is_row,
     row_of,
 )
+from vcmm.files.sheets import Layout
 
 UNIT_WORDS = {
     "mm": "mm", "inch": "in", "in": "in", "um": "um", "µm": "um", "deg": "deg", "°": "deg", "rad": "rad",
 }  # fmt: skip
+TABS = Layout("\t")
 CALYPSO = ("id", "actual", "nominal", "idsymbol")
 BLOCK = re.compile(r"(?:DIM\s+)?([^\s=]+)\s*=\s*(.+?)(?:\s+UNITS\s*=\s*(\w+).*|\s*,\s*\$)$", re.IGNORECASE)
 MOST_SHOWN = 8  # names in a message
@@ -155,7 +157,7 @@ def _some(names: Sequence[str]) -> str:
 
 def _kind(path: Path, lines: Sequence[str]) -> str | None:
     """Which reader a file wants, by its heading. DataError: another table of CALYPSO."""
-    head = [c.strip() for c in next((line for line in lines if line.strip()), "").split("\t")]
+    head = TABS.cells(next((line for line in lines if line.strip()), ""))
     if set(CALYPSO) <= set(head):
         return "CALYPSO table"
     if head[0] == "planid" and len(head) > 2:
@@ -185,14 +187,14 @@ def _check_once(rows: Sequence[GivenValue]) -> None:
 
 def _calypso(path: Path, lines: Sequence[str], _notes: list[str]) -> Iterator[ExportRow]:
     header: list[str] = []
-    for n, line in enumerate(lines, 1):
-        cells = [c.strip() for c in line.split("\t")]
-        if not line.strip() or cells[0] == "END":
+    for line in TABS.rows(lines):
+        n = line.line
+        if line.cells[0] == "END":
             continue
         if not header:
-            header = cells
+            header = line.cells
             continue
-        row = dict(zip(header, cells))
+        row = dict(zip(header, line.cells))
         if not row.get("id"):
             raise DataError(f"{path}:{n}: the row has no id; it was cut off, export the table again")
         given = {k: row.get(k, "") for k in ("partnb", "actual", "unit")}

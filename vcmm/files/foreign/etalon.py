@@ -12,20 +12,23 @@ Gridpoints = {
 from __future__ import annotations
 
 import re
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from vcmm.core.error_names import canonical
 from vcmm.core.errors import DataError, UsageError
-from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
+from vcmm.core.text import brief, lines_of, read_text
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable
+from vcmm.files.sheets import Layout, numbers_of
+
+LAYOUT = Layout(remark="//")
 
 
 def is_etalon(text: str) -> bool:
     """Whether the first line that is no comment opens a section such as [EXX]."""
-    lines = (line.split("//")[0].strip() for line in lines_of(text))
-    return next((line for line in lines if line), "").startswith("[")
+    return any(row.text.startswith("[") for row in islice(LAYOUT.rows(lines_of(text)), 1))
 
 
 def read_etalon(path: str | Path) -> ErrorFile:
@@ -33,21 +36,21 @@ def read_etalon(path: str | Path) -> ErrorFile:
     path = Path(path)
     tables: list[ErrorTable] = []
     constants: dict[str, float] = {}
-    name, header, rows, inside = "", 0, list[tuple[float, float]](), False
-    for number, raw in enumerate(lines_of(read_text(path)), 1):
-        line, here = raw.split("//")[0].strip(), f"{path}:{number}"
+    name, header, rows, inside = "", 0, list[tuple[float, ...]](), False
+    for row in LAYOUT.rows(lines_of(read_text(path))):
+        line, here = row.text, f"{path}:{row.line}"
         if section := re.fullmatch(r"\[(\w+)\]", line):
-            name, header = _canonical_name(section[1], here), number
+            name, header = _canonical_name(section[1], here), row.line
         elif value := re.fullmatch(r"VALUE\s*=\s*(\S+)", line, re.IGNORECASE):
-            constants[name] = _number(value[1], here)
+            (constants[name],) = numbers_of([value[1]], here)
         elif re.fullmatch(r"Gridpoints\s*=\s*\{", line, re.IGNORECASE):
             rows, inside = [], True
         elif line == "}" and inside:
             tables.append(_table(name, rows, f"{path}:{header}", header))
             inside = False
-        elif inside and len(line.split()) == 2:
-            rows.append((_number(line.split()[0], here), _number(line.split()[1], here)))
-        elif line:
+        elif inside and len(row.cells) == 2:
+            rows.append(tuple(number for cell in row.cells for number in numbers_of([cell], here)))
+        else:
             raise DataError(
                 f'{here}: "{brief(line)}" is not understood; allowed are [EXX], VALUE = number, Gridpoints = {{, "x value" rows, }}'
             )
@@ -63,21 +66,7 @@ def _canonical_name(name: str, here: str) -> str:
         raise DataError(f"{here}: {error}") from None
 
 
-def _number(text: str, here: str) -> float:
-    try:
-        value = to_number(text)
-    except ValueError:
-        raise DataError(
-            f'{here}: "{brief(text)}" is not a number; decimals are written with a point'
-        ) from None
-    if not is_usual(value):
-        raise DataError(
-            f"{here}: {brief(text)} is not finite or far too large; remove the row or measure it again"
-        )
-    return value
-
-
-def _table(name: str, rows: list[tuple[float, float]], here: str, line: int) -> ErrorTable:
+def _table(name: str, rows: list[tuple[float, ...]], here: str, line: int) -> ErrorTable:
     if name[1:2] == "0" or not rows:
         raise DataError(f"{here}: Gridpoints need a component error such as [EXX] and at least one row")
     numbers = np.array(rows)

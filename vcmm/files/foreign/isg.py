@@ -8,7 +8,6 @@ are accepted; only the name is translated, signs and units are those of ISO 230-
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +17,12 @@ from vcmm.core.axes import axis_of, is_axis
 from vcmm.core.error_names import canonical
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.run import Array
-from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
+from vcmm.core.text import lines_of, read_text
+from vcmm.files.sheets import Layout, numbers_of
+
+LAYOUT = Layout(r"[\s,;]+", remark="//")
+NO_NUMBER = "not a number in {}; decimals are written with a point"
+UNUSUAL = "a value is not finite or far too large; remove the row or measure it again"
 
 
 @dataclass(frozen=True)
@@ -80,13 +84,11 @@ def read_isg(path: str | Path) -> ErrorFile:
 def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
     """(line, words) of every line that says something, table by table."""
     blocks: list[list[tuple[int, list[str]]]] = [[]]
-    for number, raw in enumerate(lines_of(text), 1):
-        line = raw.split("//")[0].strip()
-        if line.startswith("#"):
+    for row in LAYOUT.rows(lines_of(text)):
+        if row.text.startswith("#"):
             blocks.append([])
-            line = line.lstrip("#").strip()
-        if line:
-            blocks[-1].append((number, [w for w in re.split(r"[\s,;]+", line) if w]))
+        if row.text.lstrip("#").strip():
+            blocks[-1].append((row.line, [w for w in LAYOUT.cells(row.text.lstrip("#")) if w]))
     return [block for block in blocks if block]
 
 
@@ -144,18 +146,9 @@ def _numbers(path: Path, rows: list[tuple[int, list[str]]], words: list[str], pr
             )
             continue
         try:
-            values = [to_number(cell) for cell in cells]
-        except ValueError:
-            problems.append(
-                f"{path}:{line}: not a number in {brief(' '.join(cells))}; decimals are written with a point"
-            )
-            continue
-        if not all(map(is_usual, values)):
-            problems.append(
-                f"{path}:{line}: a value is not finite or far too large; remove the row or measure it again"
-            )
-            continue
-        out.append(values)
+            out.append(numbers_of(cells, f"{path}:{line}", NO_NUMBER, UNUSUAL))
+        except DataError as error:
+            problems.extend(error.problems)
     return np.array(out, dtype=float).reshape(len(out), len(words))
 
 

@@ -21,14 +21,14 @@ from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
-from vcmm.files.columns import LABELS, Sheet, file_columns, known_column, read_csv
+from vcmm.files.columns import LABELS, conditions_of, file_columns, known_column
 from vcmm.files.observations import axis_direction
+from vcmm.files.sheets import Column, Layout, Sheet, read_csv
 from vcmm.task.response.recording import Recording
 
-ARCSEC = np.pi / 180.0 / 3600.0
-TARGET = {"target_mm": 1.0, "target_deg": np.pi / 180.0}
-DEVIATION = {"deviation_um": 1e-3, "deviation_mm": 1.0, "deviation_urad": 1e-6, "deviation_arcsec": ARCSEC}
-ACTUAL = {"actual_mm": 1.0, "actual_deg": np.pi / 180.0}
+TARGET = Column("target", units=("mm", "deg"))
+OBSERVED = Column("deviation", units=("um", "mm", "urad", "arcsec"), others=(("actual", ("mm", "deg")),))
+COLUMNS = (TARGET, OBSERVED, Column("run"), Column("direction"))
 UP = ("up", "+", "1", "+1", "forward", "fwd", "positive", "↑")
 DOWN = ("down", "-", "-1", "backward", "bwd", "negative", "↓")
 _ASSIGNMENT = re.compile(
@@ -102,76 +102,45 @@ def read_iso230(path: str | Path) -> PositioningRuns:
 
 
 def _table(sheet: Sheet) -> PositioningRuns:
-    problems: list[str] = []
-    target = _one_of(sheet, TARGET, "target_mm", problems)
-    observed = _one_of(sheet, {**DEVIATION, **ACTUAL}, "deviation_um", problems)
-    for name in ("run", "direction"):
-        if name not in sheet.header:
-            problems.append(f"{sheet.path}:{sheet.header_line}: the column {name} is missing")
+    problems = sheet.missing(COLUMNS)
+    target, observed = (sheet.quantities_or(column, problems) for column in (TARGET, OBSERVED))
     direction = _directions(sheet, problems) if "direction" in sheet.header else np.zeros(0)
     columns, labels = _other_columns(sheet, problems)
-    rotary = "target_deg" in sheet.header
-    names = [c for c in (*DEVIATION, *ACTUAL) if c in sheet.header]
-    if names and (names[0].endswith(("_urad", "_arcsec", "_deg"))) != rotary:
-        problems.append(f"{sheet.path}:{sheet.header_line}: {names[0]} does not fit the unit of the targets")
+    rotary, name = "target_deg" in sheet.header, sheet.heading(OBSERVED)
+    if name and (name.endswith(("_urad", "_arcsec", "_deg"))) != rotary:
+        problems.append(f"{sheet.head}: {name} does not fit the unit of the targets")
     if problems or target is None or observed is None:
         raise DataError(problems)
-    deviation = observed - target if names[0] in ACTUAL else observed
+    deviation = observed - target if name.startswith("actual_") else observed
     run = labels.pop("run")
     return PositioningRuns(target, deviation, direction, run, columns, labels, rotary=rotary)
 
 
-def _one_of(sheet: Sheet, units: Mapping[str, float], example: str, problems: list[str]) -> Array | None:
-    """The one column that is there under one of these names, in canonical units."""
-    at, found = f"{sheet.path}:{sheet.header_line}", [n for n in units if n in sheet.header]
-    if len(found) != 1:
-        what = (
-            f"{' and '.join(found)} are both there; keep one" if found else f"the column {example} is missing"
-        )
-        problems.append(f"{at}: {what}. Allowed: {', '.join(units)}")
-        return None
-    try:
-        return sheet.numbers(found[0]) * units[found[0]]
-    except DataError as error:
-        problems.extend(error.problems)
-    return None
-
-
 def _directions(sheet: Sheet, problems: list[str]) -> Array:
-    i = sheet.header.index("direction")
-    out = np.zeros(len(sheet.rows))
-    for j, row in enumerate(sheet.rows):
-        word = row[i].lower()
+    out = np.zeros(sheet.count)
+    for j, cell in enumerate(sheet.words("direction")):
+        word = cell.lower()
         out[j] = 1.0 if word in UP else -1.0 if word in DOWN else 0.0
         if not out[j]:
-            problems.append(f'{sheet.at(j)}: direction "{brief(row[i])}" is not understood; write up or down')
+            problems.append(f'{sheet.at(j)}: direction "{brief(cell)}" is not understood; write up or down')
     return out
 
 
 def _other_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     """Conditions and labels beside target, deviation and direction."""
-    columns: dict[str, Array] = {}
-    labels: dict[str, np.ndarray] = {}
-    own = {*TARGET, *DEVIATION, *ACTUAL, "direction"}
+    own = [*TARGET.headings, *OBSERVED.headings, "direction"]
     known = [
         c
         for c in file_columns()
         if c == "time_s" or c.startswith(("temp_", "pressure", "humidity", "dead_path"))
     ]
-    for i, name in enumerate(sheet.header):
-        if name in LABELS:
-            labels[name] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
-        elif name not in own and known_column(name, known):
-            try:
-                columns[name] = sheet.numbers(name)
-            except DataError as error:
-                problems.extend(error.problems)
-        elif name not in own:
-            hint = did_you_mean(name, [*own, *known, *LABELS])
-            problems.append(
-                f'{sheet.path}:{sheet.header_line}: unknown column "{name}" of positioning runs.{hint}'
-            )
-    return columns, labels
+    return conditions_of(
+        sheet,
+        own,
+        lambda name: known_column(name, known),
+        lambda name: f" of positioning runs.{did_you_mean(name, [*own, *known, *LABELS])}",
+        problems,
+    )
 
 
 def _ecmc(path: Path, text: str) -> PositioningRuns:
@@ -179,13 +148,13 @@ def _ecmc(path: Path, text: str) -> PositioningRuns:
     targets: dict[int, float] = {}
     actual: dict[tuple[int, int, int], float] = {}
     problems: list[str] = []
-    for at, line in enumerate(lines_of(text), 1):
-        match = _ASSIGNMENT.match(line.split("#")[0].strip())
-        if not match or not match["value"]:
-            if line.split("#")[0].strip().removeprefix("TEST_DATA="):
-                problems.append(f"{path}:{at}: not understood: {brief(line.strip())}")
-            continue
-        _assign(match, f"{path}:{at}", targets, actual, problems)
+    lines = lines_of(text)
+    for row in Layout(remark="#").rows(lines):
+        match, at = _ASSIGNMENT.match(row.text), f"{path}:{row.line}"
+        if match and match["value"]:
+            _assign(match, at, targets, actual, problems)
+        elif row.text.removeprefix("TEST_DATA="):
+            problems.append(f"{at}: not understood: {brief(lines[row.line - 1].strip())}")
     if problems:
         raise DataError(problems)
     return _cycles(path, targets, actual)

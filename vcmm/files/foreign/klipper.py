@@ -20,8 +20,8 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.core.text import read_text
-from vcmm.files.columns import Sheet, read_csv
 from vcmm.files.observations import axis_direction
+from vcmm.files.sheets import Sheet, read_csv
 from vcmm.task.response.recording import Recording
 
 CLOCKS = ("%Y/%m/%d-%H:%M:%S", "%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S")
@@ -50,18 +50,20 @@ def read_klipper(path: str | Path, step: float | None = None) -> Homings:
         )
     length = step if step is not None else float(stated[1])  # type: ignore[index]
     sheet = read_csv(path)
-    at = f"{sheet.path}:{sheet.header_line}"
+    at = sheet.head
     counters = [c for c in sheet.header if re.fullmatch(r"mcu_pos_[xyz]", c)]
     if len(counters) != 1 or "time" not in sheet.header:
         raise DataError(
             f"{at}: time and one of mcu_pos_x, mcu_pos_y, mcu_pos_z are due; the columns are {', '.join(sheet.header)}"
         )
     sensors = [c for c in sheet.header if c.endswith("_t")]
-    rest = [c for c in sheet.header if c not in (*counters, "time", *sensors) and not NOT_READ.fullmatch(c)]
-    if rest:
-        raise DataError(
-            f'{at}: unknown column "{rest[0]}" of a thermal log; temperatures end in _t, as in frame_t'
-        )
+    ignored = [c for c in sheet.header if NOT_READ.fullmatch(c)]
+    problems = sheet.unknown(
+        [*counters, "time", *sensors, *ignored],
+        lambda name: " of a thermal log; temperatures end in _t, as in frame_t",
+    )
+    if problems:
+        raise DataError(problems)
     height = sheet.numbers(counters[0]) * length
     height = height - float(np.median(height))
     kept = np.abs(height) < FAR
@@ -74,7 +76,7 @@ def read_klipper(path: str | Path, step: float | None = None) -> Homings:
 
 def _seconds(sheet: Sheet) -> Array:
     """The column time in s from the first row."""
-    cells = [row[sheet.header.index("time")] for row in sheet.rows]
+    cells = sheet.words("time")
     clock = next((c for c in CLOCKS if _reads(cells[0], c)), None)
     if clock is None:
         time = sheet.numbers("time")

@@ -23,6 +23,7 @@ from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of
 from vcmm.files.foreign.foreign_text import foreign_number, foreign_text
+from vcmm.files.sheets import Layout, Row
 
 INCH = 25.4
 COMMENTS = ("#", "//", "!", "%")
@@ -42,14 +43,11 @@ def read_point_list(path: str | Path) -> PointList | None:
     DataError, with the line: a row with another number of cells than the first, no number, a vector without length.
     """
     text, assumed = foreign_text(path)
-    rows = [
-        (n, line)
-        for n, line in enumerate(lines_of(text), 1)
-        if line.strip() and not line.strip().startswith(COMMENTS)
-    ]
+    lines = lines_of(text)
+    rows = list(Layout(comments=COMMENTS).rows(lines))
     if not rows:
         return None
-    n, first = rows[0]
+    n, first = rows[0].line, lines[rows[0].line - 1]
     notes, factor = list(assumed), 1.0
     if first.startswith("XYZIJK"):
         metric = first[10:16] == "METRIC"
@@ -69,11 +67,9 @@ def _cells(line: str) -> list[str]:
     """Cells of a line; a comma separates only where nothing else does, else it is a decimal comma."""
     text = line.strip()
     if ";" in text or "\t" in text:
-        return [c.strip() for c in re.split(r"[;\t]", text.rstrip(";"))]
+        return Layout(r"[;\t]").cells(text.rstrip(";"))
     return (
-        text.split()
-        if re.search(r"[^,\s]\s+[^,\s]", text)
-        else [c.strip() for c in text.rstrip(",").split(",")]
+        Layout().cells(text) if re.search(r"[^,\s]\s+[^,\s]", text) else Layout(",").cells(text.rstrip(","))
     )
 
 
@@ -93,15 +89,15 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _parse_points(path: Path, rows: Sequence[tuple[int, str]], factor: float) -> GivenPoints:
-    cells = [_cells(line) for _, line in rows]
+def _parse_points(path: Path, rows: Sequence[Row], factor: float) -> GivenPoints:
+    cells = [_cells(row.text) for row in rows]
     width, named = len(cells[0]), not _is_number(cells[0][0])
     if width - named not in (3, 6):
         raise DataError(
-            f"{path}:{rows[0][0]}: {width - named} numbers in a row; points have three, or six with their vector"
+            f"{path}:{rows[0].line}: {width - named} numbers in a row; points have three, or six with their vector"
         )
     table = []
-    for (n, line), row in zip(rows, cells):
+    for line, row in zip(rows, cells):
         numbers = _numbers(row)
         if (
             len(row) != width
@@ -110,17 +106,17 @@ def _parse_points(path: Path, rows: Sequence[tuple[int, str]], factor: float) ->
             or not all(map(is_usual, numbers))
         ):
             raise DataError(
-                f'{path}:{n}: "{brief(line.strip())}" is no row like the first, {"a name and " if named else ""}{width - named} numbers'
+                f'{path}:{line.line}: "{brief(line.text)}" is no row like the first, {"a name and " if named else ""}{width - named} numbers'
             )
         table.append(numbers)
     values = np.array(table)
     normals = values[:, 3:6] if values.shape[1] >= 6 else None
     if normals is not None and (bare := np.flatnonzero(np.linalg.norm(normals, axis=1) == 0.0)).size:
         raise DataError(
-            f"{path}:{rows[bare[0]][0]}: the vector i, j, k has no length; export the points without vectors"
+            f"{path}:{rows[bare[0]].line}: the vector i, j, k has no length; export the points without vectors"
         )
     return GivenPoints(
-        part="", points=factor * values[:, :3], where=tuple(f"{path}:{n}" for n, _ in rows),
+        part="", points=factor * values[:, :3], where=tuple(f"{path}:{row.line}" for row in rows),
         features=tuple(row[0] for row in cells) if named else None,
         normals=None if normals is None else normals,
         step=factor * written_step([[row[named + i] for row in cells] for i in range(3)]),

@@ -11,6 +11,7 @@ hole, in all directions that the table has.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,10 @@ from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
-from vcmm.core.text import read_text
-from vcmm.files.columns import LABELS, Sheet, file_columns, read_csv
+from vcmm.core.text import lines_of, read_text
+from vcmm.files.columns import LABELS, conditions_of, file_columns
 from vcmm.files.observations import with_lateral_share
+from vcmm.files.sheets import Layout, Sheet, read_csv
 from vcmm.task.measuring.plan import axis_positions
 from vcmm.task.response.recording import Recording
 
@@ -31,6 +33,7 @@ DEVIATION = ("d", "dev", "err", "error")
 OF_FEATURE = ("d", "dia", "diam", "diameter", "r", "radius", "round", "roundness", "form", "cylindricity")
 ROUNDING = 2.1e-3  # mm: three numbers, each rounded to 1 um, and one printed step
 NORMAL = {"i": 0, "j": 1, "k": 2, "nx": 0, "ny": 1, "nz": 2}
+NAMES = Layout(r"\s{2,}|\t")  # of a printed list
 _NAME = re.compile(r"(?P<before>[a-z]*?)_?(?P<axis>[xyz])_?(?P<after>[a-z]*)")
 
 
@@ -62,24 +65,22 @@ def read_list(path: Path) -> Sheet:
 
     Raises DataError with the line of a ragged row.
     """
-    lines = read_text(path).splitlines()
-    cells = [re.split(r"\s{2,}|\t", line.strip()) for line in lines]
-    head = next((i for i, row in enumerate(cells) if sum(bool(canonical(c)) for c in row) >= 2), None)
-    if head is None or any(d in lines[head] for d in ",;\t"):
+    lines = lines_of(read_text(path))
+    names = (row for row in NAMES.rows(lines) if sum(bool(canonical(c)) for c in NAMES.cells(row.text)) >= 2)
+    head = next(names, None)
+    if head is None or any(d in lines[head.line - 1] for d in ",;\t"):
         return read_csv(path)
-    header, rows, numbers, problems = cells[head], [], [], []
-    for i, line in enumerate(lines[head + 1 :], head + 2):
-        words = line.split()
-        if words and len(words) != len(header):
-            problems.append(f"{path}:{i}: {len(words)} cells where line {head + 1} names {len(header)}")
-        elif words:
-            rows.append(words)
-            numbers.append(i)
-    if not rows and not problems:
-        problems.append(f"{path}:{head + 1}: there are no rows below the names; add one row per point")
+    header, rows = NAMES.cells(head.text), list(Layout().rows(lines[head.line :], head.line + 1))
+    problems = [
+        f"{path}:{row.line}: {len(row.cells)} cells where line {head.line} names {len(header)}"
+        for row in rows
+        if len(row.cells) != len(header)
+    ]
+    if not rows:
+        problems.append(f"{path}:{head.line}: there are no rows below the names; add one row per point")
     if problems:
         raise DataError(problems)
-    return Sheet(path, header, rows, head + 1, numbers)
+    return Sheet(path, header, [row.cells for row in rows], head.line, [row.line for row in rows])
 
 
 def _drop_same(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
@@ -153,34 +154,34 @@ def _columns(
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, np.ndarray]]:
     """Coordinates by canonical name, conditions, labels."""
     table: dict[str, Array] = {}
-    columns: dict[str, Array] = {}
-    labels: dict[str, np.ndarray] = {}
-    at = f"{sheet.path}:{sheet.header_line}"
     known = [c for c in file_columns() if c == "time_s" or c.startswith("temp_")]
-    for i, name in enumerate(sheet.header):
+    for name in [n for n in sheet.header if n.lower() not in LABELS and canonical(n)]:
         short = canonical(name)
-        if name.lower() in LABELS:
-            labels[name.lower()] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
-            continue
-        if not short and of_feature(name):
-            continue
-        if not short and name not in known:
-            hint = did_you_mean(name, ["feature", "mx", "my", "mz", *known, *LABELS])
-            problems.append(
-                f'{at}: unknown column "{name}" of a point table.{hint} Columns: feature x y z i j k mx my mz'
-            )
-            continue
         if short in table:
-            problems.append(f'{at}: "{name}" means {short}, which is there already; keep one of the two')
+            problems.append(
+                f'{sheet.head}: "{name}" means {short}, which is there already; keep one of the two'
+            )
         try:
-            (table if short else columns)[short or name] = sheet.numbers(name)
+            table[short] = sheet.numbers(name)
         except DataError as error:
             problems.extend(error.problems)
+    used = [n for n in sheet.header if n.lower() not in LABELS and (canonical(n) or of_feature(n))]
+    headings = [n.lower() if n.lower() in LABELS else n for n in sheet.header]
+    columns, labels = conditions_of(
+        replace(sheet, header=headings),
+        used,
+        known.__contains__,
+        lambda name: (
+            f" of a point table.{did_you_mean(name, ['feature', 'mx', 'my', 'mz', *known, *LABELS])}"
+            " Columns: feature x y z i j k mx my mz"
+        ),
+        problems,
+    )
     return table, columns, labels
 
 
 def _check_complete(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
-    at = f"{sheet.path}:{sheet.header_line}"
+    at = sheet.head
     have_normal = [c for c in "ijk" if c in table]
     seen = [c for c in "xyz" if f"m{c}" in table or f"d{c}" in table]
     for c in "xyz":

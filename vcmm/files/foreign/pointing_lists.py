@@ -24,13 +24,18 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.core.text import read_text
-from vcmm.files.columns import LABELS, file_columns, known_column, read_csv
+from vcmm.core.text import lines_of, read_text
+from vcmm.core.units import UNITS
+from vcmm.files.columns import conditions_of, file_columns, known_column
+from vcmm.files.sheets import Column, Layout, numbers_of, read_csv
 from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations, with_down
 from vcmm.task.response.recording import Recording
 
 LONG = 1000.0  # mm: the tool has a direction and no length
-UNITS = {"arcsec": np.pi / 180.0 / 3600.0, "urad": 1e-6, "deg": np.pi / 180.0}
+AZIMUTH, ALTITUDE = (Column(name, units=("deg",), advice=", what the axis read") for name in ("az", "alt"))
+OFFSETS = tuple(
+    Column(f"d_{name}", units=("arcsec", "urad", "deg"), advice=", true - read") for name in ("az", "alt")
+)
 EQUINOXES = ("date", "J2000")
 ROW, HEAD = 14, 8  # numbers of a star; of the line of conditions
 
@@ -87,8 +92,8 @@ def read_tpoint(path: str | Path, equinox: str = "date") -> Pointings:
     path = Path(path)
     if equinox not in EQUINOXES:
         raise UsageError(f'equinox = "{equinox}"; allowed are {", ".join(EQUINOXES)}')
-    lines = read_text(path).splitlines()
-    rows = {i: found for i, line in enumerate(lines, 1) if len(found := _numbers(line)) == ROW}
+    lines = lines_of(read_text(path))
+    rows = {row.line: found for row in Layout().rows(lines) if len(found := _numbers(row.text)) == ROW}
     if not rows:
         raise DataError(
             f"{path}:1: there is no row of {ROW} numbers: RA h m s, Dec d m s, both as read, sidereal time h m"
@@ -98,21 +103,22 @@ def read_tpoint(path: str | Path, equinox: str = "date") -> Pointings:
     for i, line in enumerate(head, 1):
         if line.strip().upper() == ":ALTAZ":
             raise DataError(f'{path}:{i}: the mount is altitude-azimuth; give a table with format = "altaz"')
-    conditions = next((n for line in reversed(head) if len(n := _numbers(line)) >= HEAD), None)
-    if conditions is None:
+    stated = next((i for i in range(begin - 1, 0, -1) if len(_numbers(lines[i - 1])) >= HEAD), None)
+    if stated is None:
         raise DataError(
             f"{path}:{begin}: no line above names latitude d m s, date y m d, temperature and pressure"
         )
     wrong = [
         i
         for i, line in enumerate(lines, 1)
-        if i > begin and i not in rows and line.strip() not in ("", "END")
+        if i not in rows
+        and ((i > begin and line.strip() not in ("", "END")) or (i > stated and len(line.split()) == ROW))
     ]
     if wrong:
         raise DataError([f"{path}:{i}: {ROW} numbers are due: {lines[i - 1].strip()[:60]}" for i in wrong])
     numbers = np.array(list(rows.values()))
     signs = np.array([_signs(lines[i - 1]) for i in rows])
-    return _stars(numbers, signs, conditions, head, equinox, np.array(list(rows)))
+    return _stars(numbers, signs, _numbers(lines[stated - 1]), head, equinox, np.array(list(rows)))
 
 
 def _stars(
@@ -138,10 +144,10 @@ def _stars(
 
 
 def _numbers(line: str) -> list[float]:
-    """The numbers of a line of nothing but numbers, else none."""
+    """The numbers of a line of nothing but finite numbers, else none."""
     try:
-        return [float(word) for word in line.split()]
-    except ValueError:
+        return numbers_of(line.split(), "")
+    except DataError:
         return []
 
 
@@ -165,7 +171,7 @@ def precess(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
         2306.2181 * t + 1.09468 * t**2 + 0.018203 * t**3,
         2004.3109 * t - 0.42665 * t**2 - 0.041833 * t**3,
     )
-    first, second, tilt = (a * UNITS["arcsec"] for a in arcs)
+    first, second, tilt = (a * UNITS["arcsec"][0] for a in arcs)
     a = ra + first
     x = np.cos(tilt) * np.cos(dec) * np.cos(a) - np.sin(tilt) * np.sin(dec)
     y = np.cos(dec) * np.sin(a)
@@ -192,35 +198,16 @@ def refract(seen: Array, latitude: float, celsius: float, hectopascal: float) ->
 def read_altaz(path: str | Path) -> Pointings:
     """Read a table of az_deg, alt_deg and their offsets. Raises DataError with column, line and fix."""
     sheet = read_csv(Path(path))
-    at, problems = f"{sheet.path}:{sheet.header_line}", []
-    offsets = {}
-    for axis in ("az", "alt"):
-        if f"{axis}_deg" not in sheet.header:
-            problems.append(f"{at}: the column {axis}_deg is missing, what the axis read")
-        names = [f"d_{axis}_{unit}" for unit in UNITS if f"d_{axis}_{unit}" in sheet.header]
-        if len(names) != 1:
-            problems.append(
-                f"{at}: one column d_{axis}_arcsec is due (or _urad, _deg), true - read; found {' '.join(names) or 'none'}"
-            )
-        else:
-            offsets[axis] = names[0]
-    used = {"az_deg", "alt_deg", *offsets.values()}
+    problems = sheet.missing((AZIMUTH, ALTITUDE, *OFFSETS))
+    used = [name for column in (AZIMUTH, ALTITUDE, *OFFSETS) for name in column.headings]
     known = file_columns()
-    columns, labels = {}, {}
-    for i, name in enumerate(sheet.header):
-        if name in LABELS:
-            labels[name] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
-        elif name not in used and known_column(name, known):
-            columns[name] = sheet.numbers(name)
-        elif name not in used:
-            problems.append(f'{at}: unknown column "{name}" of a pointing list')
+    columns, labels = conditions_of(
+        sheet, used, lambda name: known_column(name, known), lambda name: " of a pointing list", problems
+    )
     if problems:
         raise DataError(problems)
-    read = [np.radians(sheet.numbers(c)) for c in ("az_deg", "alt_deg")]
-    true = [
-        q + sheet.numbers(n) * UNITS[n.rpartition("_")[2]]
-        for q, n in zip(read, (offsets["az"], offsets["alt"]))
-    ]
+    read = [sheet.quantities(c) for c in (AZIMUTH, ALTITUDE)]
+    true = [q + sheet.quantities(c) for q, c in zip(read, OFFSETS)]
     first = np.mod(np.pi - read[0], 2 * np.pi) - np.pi
     return Pointings(
         first,

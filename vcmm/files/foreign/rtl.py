@@ -16,14 +16,16 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
+from vcmm.core.text import brief, lines_of, read_text
 from vcmm.files.foreign.iso230 import PositioningRuns
+from vcmm.files.sheets import Layout, Row, numbers_of
 
 SECTIONS = ("HEADER", "TARGET DATA", "USER-TEXT", "RUNS", "DEVIATIONS", "EQUIPMENT", "ENVIRONMENT", "EOF")
 CONDITIONS = {"air temp": "temp_air_C", "air press": "pressure_hPa", "air humid": "humidity_pct"}
 _COUNT = re.compile(r"[0-9]{1,9}")
 _MATERIAL = re.compile(r"mat temp (\d)")
-Lines = list[tuple[int, str]]
+NO_NUMBER = '"{}" holds no finite numbers; decimals take a point'
+Lines = list[Row]
 
 
 def read_rtl(path: str | Path) -> PositioningRuns:
@@ -55,19 +57,19 @@ def read_rtl(path: str | Path) -> PositioningRuns:
 def _sections(path: Path, text: str) -> dict[str, Lines]:
     out: dict[str, Lines] = {}
     name, problems = "", []
-    for at, raw in enumerate(lines_of(text), 1):
-        line = raw.strip()
+    for row in Layout().rows(lines_of(text)):
+        at, line = row.line, row.text
         if line.endswith("::"):
             name = line[:-2].strip().upper()
             if name not in SECTIONS or name in out:
                 what = "twice" if name in out else f"not known; known are {', '.join(SECTIONS)}"
                 problems.append(f'{path}:{at}: the section "{brief(name)}" is {what}')
             out.setdefault(name, [])
-        elif line and not name:
+        elif not name:
             problems.append(f"{path}:{at}: a .rtl file begins with HEADER::")
             break
-        elif line:
-            out[name].append((at, line))
+        else:
+            out[name].append(row)
     missing = [s for s in ("TARGET DATA", "DEVIATIONS") if s not in out]
     problems += [f"{path}:1: the section {s}:: is missing" for s in missing if name]
     if problems or missing:
@@ -77,8 +79,8 @@ def _sections(path: Path, text: str) -> dict[str, Lines]:
 
 def _value(lines: Lines, key: str) -> str:
     """The text after 'key :' ('' where it is not there)."""
-    for _, line in lines:
-        word, colon, value = line.partition(":")
+    for row in lines:
+        word, colon, value = row.text.partition(":")
         if colon and word.strip().lower() == key:
             return value.strip()
     return ""
@@ -95,8 +97,9 @@ def _check_type(path: Path, sections: dict[str, Lines]) -> None:
 def _targets(path: Path, lines: Lines) -> Array:
     """The wrapped list of targets (k,) mm."""
     numbers: list[float] = []
-    count, reading, at = 0, False, lines[0][0] if lines else 1
-    for number, line in lines:
+    count, reading, at = 0, False, lines[0].line if lines else 1
+    for row in lines:
+        number, line = row.line, row.text
         word, colon, rest = line.partition(":")
         key = word.strip().lower()
         if colon:
@@ -105,7 +108,7 @@ def _targets(path: Path, lines: Lines) -> Array:
             at, line = (number, rest) if reading else (at, "")
         elif not reading:
             raise DataError(f"{path}:{number}: not understood: {brief(line)}")
-        numbers += _numbers(path, number, line.split())
+        numbers += _numbers(path, number, line.split() if colon else row.cells)
     if not numbers or (count and len(numbers) != count):
         raise DataError(f"{path}:{at}: {len(numbers)} targets, where Target-count says {count}")
     return np.array(numbers)
@@ -114,10 +117,10 @@ def _targets(path: Path, lines: Lines) -> Array:
 def _deviations(path: Path, sections: dict[str, Lines], k: int) -> tuple[Array, Array, Array]:
     """run (n,), target index (n,) from 0, deviation (n,) um."""
     rows, problems = [], []
-    for number, line in sections["DEVIATIONS"]:
+    for row in sections["DEVIATIONS"]:
+        number, line, cells = row.line, row.text, row.cells
         if line.lower().startswith("run target"):
             continue
-        cells = line.split()
         if len(cells) != 3 or not (_COUNT.fullmatch(cells[0]) and _COUNT.fullmatch(cells[1])):
             problems.append(f'{path}:{number}: "{brief(line)}" is not a row of run, target, deviation')
             continue
@@ -129,7 +132,7 @@ def _deviations(path: Path, sections: dict[str, Lines], k: int) -> tuple[Array, 
     found = len({r for r, _, _ in rows})
     if not problems and (not rows or (stated and stated != str(found))):
         problems.append(
-            f"{path}:{sections['DEVIATIONS'][0][0] if rows else 1}: {found} runs, where Run-count says {stated or 'none'}"
+            f"{path}:{sections['DEVIATIONS'][0].line if rows else 1}: {found} runs, where Run-count says {stated or 'none'}"
         )
     if problems:
         raise DataError(problems)
@@ -149,25 +152,17 @@ def _directions(run: Array, target: Array) -> Array:
 
 def _environment(path: Path, lines: Lines, n: int) -> dict[str, Array]:
     out: dict[str, list[float]] = {}
-    for number, line in lines:
-        word, _, value = line.partition(":")
+    for row in lines:
+        word, _, value = row.text.partition(":")
         key = word.strip().lower()
         name = "temp_material_C" if _MATERIAL.fullmatch(key) else CONDITIONS.get(key, "")
         if name:
-            out.setdefault(name, []).extend(_numbers(path, number, value.split()[:1]))
+            out.setdefault(name, []).extend(_numbers(path, row.line, value.split()[:1]))
     return {name: np.full(n, np.mean(values)) for name, values in out.items() if values}
 
 
 def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
-    try:
-        values = [to_number(cell) for cell in cells]
-    except ValueError:
-        values = [np.nan]
-    if not all(map(is_usual, values)):
-        raise DataError(
-            f'{path}:{line}: "{brief(" ".join(cells))}" holds no finite numbers; decimals take a point'
-        )
-    return values
+    return numbers_of(cells, f"{path}:{line}", NO_NUMBER, NO_NUMBER)
 
 
 def _whole(path: Path, line: int, text: str) -> int:

@@ -23,11 +23,12 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.core.text import read_text
+from vcmm.core.text import lines_of, read_text
+from vcmm.files.sheets import Layout
 
 WORD = re.compile(r"\s*([A-Z])\s*([-+]?)\s*(\d+\.?\d*|\.\d+)", re.IGNORECASE)
 HEAD = re.compile(r"\s*TOUCH\b", re.IGNORECASE)
-COMMENT = re.compile(r"\s*($|[%(;#])")
+LAYOUT = Layout(comments=("%", "(", ";", "#"))
 NEEDED, LETTERS = "FXYZ", "FXYZIJKABCST"
 
 
@@ -46,14 +47,12 @@ def read_touch_log(path: str | Path) -> TouchLog:
     path = Path(path)
     rows: list[dict[str, float]] = []
     lines: list[int] = []
-    for number, text in enumerate(read_text(path).splitlines(), 1):
-        if COMMENT.match(text):
-            continue
+    for line in LAYOUT.rows(lines_of(read_text(path))):
         try:
-            rows.append(_words(text))
+            rows.append(_words(line.text))
         except ValueError as error:
-            raise DataError(f"{path}:{number}: {error}") from None
-        lines.append(number)
+            raise DataError(f"{path}:{line.line}: {error}") from None
+        lines.append(line.line)
     if not rows:
         raise DataError(
             f"{path}:1: no line begins with TOUCH; a touch reads: TOUCH F1 I-1 J0 K0 X137.5 Y20 Z-5 A-30 C60"

@@ -10,7 +10,6 @@ minutes = 30
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import Field
@@ -19,16 +18,7 @@ from vcmm.core.errors import DataError
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Table, checked_model
 from vcmm.files.toml import check_version, read_toml
-
-
-@dataclass(frozen=True)
-class ShopCheck:
-    """like: name of a recording that was followed; cost in any unit; minutes of the machine."""
-
-    name: str
-    like: str
-    cost: float
-    minutes: float
+from vcmm.learn.tracking.next_check import ShopCheck
 
 
 class CheckTable(Table):

@@ -19,7 +19,6 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import OFFSET_LABEL, Series
 from vcmm.core.text import is_file
-from vcmm.files.columns import read_csv
 from vcmm.files.own.cut_tables import CutFile, CutTable, InspectionTable, ToolKnowledge
 from vcmm.files.own.environment import (
     EnvironmentTable,
@@ -44,6 +43,7 @@ from vcmm.files.own.scenario import (
 from vcmm.files.own.setup import load_setup
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model, read_model
+from vcmm.files.sheets import Column, read_csv
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.physics.structure.tool_bending import ToolDeflection
@@ -157,12 +157,13 @@ def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict
         return {}
     sheet = read_csv(document.path.parent / file)
     names = ("time_s", *columns)
-    missing = [n for n in names if n not in sheet.header]
-    if missing:
-        what = "force" if columns == FORCES else "load"
-        raise DataError(
-            f"{sheet.path}:{sheet.header_line}: the column {missing[0]} is missing; a {what} log has {', '.join(names)}{_in_other_unit(missing[0], sheet.header)}"
-        )
+    what = "force" if columns == FORCES else "load"
+    problems = sheet.missing(
+        Column(n, advice=f"; a {what} log has {', '.join(names)}{_in_other_unit(n, sheet.header)}")
+        for n in names
+    )
+    if problems:
+        raise DataError(problems[0])
     time = sheet.numbers("time_s")
     back = np.flatnonzero(np.diff(time) <= 0.0)
     if len(back):

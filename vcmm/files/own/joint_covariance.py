@@ -10,41 +10,21 @@ location error without position. Values in mm^2, rad^2 and mm rad. Positions are
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from vcmm.core.effect import Effect, own_nodes
 from vcmm.core.errors import DataError
-from vcmm.core.inputs import EVERY, Input
+from vcmm.core.inputs import EVERY, Input, JointCovariance
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
 from vcmm.core.text import brief, csv_of, to_number
-from vcmm.files.columns import Sheet, read_csv
+from vcmm.files.sheets import Sheet, read_csv
 from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
 
 HEAD = ("error", "position")
-SMALLEST = 1e-12  # of the largest eigenvalue of the correlation: what is below is rounding
 ASYMMETRY = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class JointCovariance:
-    """errors (k,): name of each number; position (k,): its node, nan for an error without one; matrix (k, k)."""
-
-    errors: tuple[str, ...]
-    position: Array
-    matrix: Array
-
-    @property
-    def factor(self) -> Array:
-        """(k, r) with factor @ factor.T = matrix, by the eigenvectors of the correlation matrix."""
-        u = np.sqrt(np.diag(self.matrix))
-        scale = np.where(u > 0, u, 1.0)
-        size, ways = np.linalg.eigh(self.matrix / np.outer(scale, scale))
-        kept = size > SMALLEST * max(float(size[-1]), 0.0)
-        return np.asarray(scale[:, None] * (ways[:, kept] * np.sqrt(size[kept])))
 
 
 def read_joint_covariance(path: str | Path) -> JointCovariance:
@@ -52,24 +32,23 @@ def read_joint_covariance(path: str | Path) -> JointCovariance:
     sheet = read_csv(path)
     if tuple(sheet.header[:2]) != HEAD or len(sheet.header) - 2 != len(sheet.rows):
         raise DataError(
-            f"{sheet.path}:{sheet.header_line}: a joint covariance has the columns error, position and one per row; "
+            f"{sheet.head}: a joint covariance has the columns error, position and one per row; "
             f"there are {len(sheet.rows)} rows and {len(sheet.header) - 2} such columns"
         )
-    errors = tuple(row[0] for row in sheet.rows)
-    position = np.array([_position(sheet, i) for i in range(len(sheet.rows))])
+    errors = tuple(sheet.words("error"))
+    position = np.array([_position(sheet, i, cell) for i, cell in enumerate(sheet.words("position"))])
     due = [label(e, q) for e, q in zip(errors, position)]
     for i, (name, want) in enumerate(zip(sheet.header[2:], due)):
         if name != want:
             raise DataError(
                 f"{sheet.at(i)}: row {i + 1} is {brief(want)}, but column {i + 1} is {brief(name)}; keep one order"
             )
-    matrix = np.stack([sheet.numbers(name) for name in sheet.header[2:]], axis=1)
+    matrix = sheet.stack(sheet.header[2:])
     _check_covariance(sheet, matrix)
     return JointCovariance(errors, position, (matrix + matrix.T) / 2)
 
 
-def _position(sheet: Sheet, row: int) -> float:
-    cell = sheet.rows[row][1]
+def _position(sheet: Sheet, row: int, cell: str) -> float:
     try:
         return to_number(cell) if cell else np.nan
     except ValueError:
@@ -94,7 +73,7 @@ def _check_covariance(sheet: Sheet, matrix: Array) -> None:
     low = float(np.linalg.eigvalsh(matrix / np.outer(safe, safe)).min())
     if low < -1e-5 * len(matrix):
         raise DataError(
-            f"{sheet.path}:{sheet.header_line}: no covariance: its correlation matrix has the eigenvalue {low:.3g}; "
+            f"{sheet.head}: no covariance: its correlation matrix has the eigenvalue {low:.3g}; "
             "a covariance has none below zero"
         )
 

@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.core.text import csv_of
-from vcmm.files.columns import read_csv
+from vcmm.files.sheets import read_csv
 from vcmm.task.response.recording import Recording
 
 InputColumns = tuple[tuple[str, Array], ...]

@@ -10,8 +10,9 @@ import numpy as np
 
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import Array, Run, Series
-from vcmm.files.columns import Sheet, run_columns
+from vcmm.files.columns import run_columns
 from vcmm.files.large_tables import read_table
+from vcmm.files.sheets import Sheet
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.recording import Ints
 
@@ -45,14 +46,13 @@ def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
 
 def _read_log(path: Path) -> dict[str, Series]:
     sheet = read_table(path)
-    at = f"{path}:{sheet.header_line}"
     known = ["time_s", *LOG_COLUMNS, *(c for c in run_columns() if c.startswith("temp_"))]
-    problems = [] if "time_s" in sheet.header else [f"{at}: a log needs the column time_s"]
+    problems = [] if "time_s" in sheet.header else [f"{sheet.head}: a log needs the column time_s"]
     numbers: dict[str, Array] = {}
     rows: dict[str, Ints] = {}
     for name in sheet.header:
         if name not in known and not (name.startswith("temp_") and name.endswith("_C")):
-            problems.append(f'{at}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOG_COLUMNS)}')  # fmt: skip
+            problems.append(f'{sheet.head}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOG_COLUMNS)}')  # fmt: skip
             continue
         try:
             numbers[name], rows[name] = _entries(sheet, name)

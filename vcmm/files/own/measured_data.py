@@ -19,7 +19,7 @@ from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.text import to_number
 from vcmm.core.units import UNITS, dimension_of
-from vcmm.files.columns import Sheet, instead, read_csv
+from vcmm.files.sheets import Column, Sheet, instead, read_csv
 
 LENGTHS = tuple(u for u in UNITS if dimension_of(u) == "length")
 ANGLES = tuple(u for u in UNITS if dimension_of(u) == "angle")
@@ -75,7 +75,7 @@ def read_measured_values(path: str | Path) -> tuple[tuple[GivenValue, ...], ...]
     named = ["characteristic", *(c.name for c in columns)]
     check_columns(sheet, ["characteristic"], ["part", *named], known)
     if not columns:
-        at = f"{sheet.path}:{sheet.header_line}"
+        at = sheet.head
         raise DataError(f"{at}: there is no column of values; add value_mm (deviation_um, value_deg ...)")
     return tuple(_values_of(sheet, columns, part, rows) for part, rows in _parts(sheet))
 
@@ -138,7 +138,7 @@ def _coordinates(sheet: Sheet) -> tuple[tuple[str, ...], float]:
             return names, UNITS[unit][0]
     if set(MEASURED_COLUMNS) <= set(sheet.header):
         return MEASURED_COLUMNS, 1.0
-    at = f"{sheet.path}:{sheet.header_line}"
+    at = sheet.head
     bare = [c for c in "xyzXYZ" if c in sheet.header]
     hint = f' "{bare[0]}" states no unit.' if bare else ""
     raise DataError(
@@ -150,21 +150,19 @@ def check_columns(
     sheet: Sheet, needed: Sequence[str], allowed: Sequence[str], shown: Sequence[str] | None = None
 ) -> None:
     """DataError: a needed column is missing, an unknown one is there."""
-    at, known = f"{sheet.path}:{sheet.header_line}", shown or allowed
-    problems = [f"{at}: the column {name} is missing" for name in needed if name not in sheet.header]
-    for name in sheet.header:
-        if name not in allowed:
-            unit = f' "{name}" states no known unit.' if name.startswith(("value", "deviation")) else ""
-            problems.append(f'{at}: unknown column "{name}".{unit}{choose_from(name, known)}')
+    known = shown or allowed
+    problems = sheet.missing(map(Column, needed))
+    problems += sheet.unknown(allowed, lambda name: f".{_no_unit(name)}{choose_from(name, known)}")
     if problems:
         raise DataError(problems)
 
 
+def _no_unit(name: str) -> str:
+    return f' "{name}" states no known unit.' if name.startswith(("value", "deviation")) else ""
+
+
 def _words(sheet: Sheet, name: str) -> list[str] | None:
-    if name not in sheet.header:
-        return None
-    i = sheet.header.index(name)
-    return [row[i] for row in sheet.rows]
+    return sheet.words(name) if name in sheet.header else None
 
 
 def _parts(sheet: Sheet) -> list[tuple[str, list[int]]]:

@@ -9,10 +9,10 @@ import numpy as np
 
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.run import Array
-from vcmm.files.columns import Sheet, read_csv
 from vcmm.files.problems import misspelt
+from vcmm.files.sheets import Column, Sheet, read_csv
 
-PLACES, NORMALS = ["x_mm", "y_mm", "z_mm"], ["nx", "ny", "nz"]
+PLACES, NORMALS = ("x_mm", "y_mm", "z_mm"), ("nx", "ny", "nz")
 
 
 def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, Array | None]:
@@ -22,20 +22,21 @@ def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, A
     """
     sheet = read_csv(path)
     normals = with_normals or any(column in sheet.header for column in NORMALS)
-    here = f"{sheet.path}:{sheet.header_line}"
     unknown = [column for column in sheet.header if column not in PLACES + NORMALS]
     needs = "x_mm,y_mm,z_mm,nx,ny,nz" if with_normals else "x_mm,y_mm,z_mm and may have nx,ny,nz"
-    problems = [
-        f"{here}: the column {column} is missing.{misspelt(column, unknown)} The file needs {needs}"
-        for column in PLACES + (NORMALS if normals else [])
-        if column not in sheet.header
+    columns = [
+        Column(
+            name,
+            optional=name in NORMALS and not normals,
+            advice=f".{misspelt(name, unknown)} The file needs {needs}",
+        )
+        for name in PLACES + NORMALS
     ]
-    problems += [
-        f'{here}: unknown column "{column}".{choose_from(column, PLACES + NORMALS)}' for column in unknown
-    ]
+    problems = sheet.missing(columns)
+    problems += sheet.unknown(PLACES + NORMALS, lambda name: f".{choose_from(name, PLACES + NORMALS)}")
     if problems:
         raise DataError(problems)
-    return sheet, _columns(sheet, PLACES), _unit(sheet, _columns(sheet, NORMALS)) if normals else None
+    return sheet, sheet.stack(PLACES), _unit(sheet, sheet.stack(NORMALS)) if normals else None
 
 
 def _unit(sheet: Sheet, normals: Array) -> Array:
@@ -54,18 +55,4 @@ def row_of(sheet: Sheet, message: str) -> str:
     """File and line of the point that a message names."""
     match = re.search(r"\bpoint (\d+)\b", message)
     row = int(match[1]) - 1 if match else -1
-    return sheet.at(row) if 0 <= row < len(sheet.lines) else f"{sheet.path}:{sheet.header_line}"
-
-
-def _columns(sheet: Sheet, names: list[str]) -> Array:
-    """Several columns (n, k); every bad cell is reported."""
-    out: list[Array] = []
-    problems: list[str] = []
-    for name in names:
-        try:
-            out.append(sheet.numbers(name))
-        except DataError as error:
-            problems.extend(error.problems)
-    if problems:
-        raise DataError(problems)
-    return np.stack(out, axis=1)
+    return sheet.at(row) if 0 <= row < len(sheet.lines) else sheet.head

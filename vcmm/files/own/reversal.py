@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from vcmm.files.own.recording_tables import RecordingFile, ReversalTable, noise_
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import check_version, read_toml
+from vcmm.learn.calibration.reversal import ReversalFile
 from vcmm.task.instruments.reversal import ReversalTest
 from vcmm.task.instruments.reversal_line import LineScan
 from vcmm.task.instruments.reversal_turns import TurnGroup, turn_group
@@ -29,26 +30,6 @@ HALF_TURN = {
 TILTS = {"EBC": -1.0, "EAC": 1.0}
 ASTRAY = 0.05  # share of steps backwards that noise of the counter may make
 DEFAULT = {"half-turn": "B0C", "face": "EZC"}
-
-
-@dataclass(frozen=True, eq=False)
-class ReversalFile:
-    """One test: error such as EZX, B0C, EXC; axis; scans of a line test, or test and groups of a turning one.
-
-    lever, axis_tilt (rad): of a half turn. u: stated noise of a reading, mm or rad, or None.
-    """
-
-    name: str
-    kind: str
-    error: str
-    axis: str
-    sense: float
-    u: float | None
-    scans: tuple[LineScan, ...] = ()
-    lever: float = -1.0
-    axis_tilt: float = 0.0
-    test: ReversalTest | None = None
-    groups: tuple[TurnGroup, ...] = ()
 
 
 def is_reversal(path: str | Path) -> bool:

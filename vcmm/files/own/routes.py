@@ -24,7 +24,6 @@ from vcmm.answer.routes.job import RouteData
 from vcmm.answer.routes.positions import STANDARDS, StandardReadings
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.units import UNITS
-from vcmm.files.columns import Sheet, instead, read_csv
 from vcmm.files.own.measured_data import (
     ANGLES,
     LENGTHS,
@@ -34,6 +33,7 @@ from vcmm.files.own.measured_data import (
     value_column,
     value_in,
 )
+from vcmm.files.sheets import Sheet, instead, read_csv
 from vcmm.task.measuring.scenario import Scenario
 
 TEMPERATURE = "temp_part_C"
@@ -104,8 +104,8 @@ def _rows(path: Path, needed: Sequence[str], allowed: Sequence[str]) -> tuple[Sh
         raise DataError(
             f"{path}:{sheet.header_line}: there is no column of values; add value_mm (deviation_um, value_deg)"
         )
-    at = sheet.header.index("characteristic")
-    return sheet, [_given_value(sheet, i, row[at], columns) for i, row in enumerate(sheet.rows)]
+    names = sheet.words("characteristic")
+    return sheet, [_given_value(sheet, i, name, columns) for i, name in enumerate(names)]
 
 
 def _given_value(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]) -> GivenValue:
@@ -177,11 +177,11 @@ def _standard_u(sheet: Sheet, column: str) -> np.ndarray:
         for i in map(int, np.flatnonzero((k < LEAST_K) | (k > MOST_K)))
     ]
     problems += [
-        f"{sheet.at(i)}: {column} = {sheet.rows[i][sheet.header.index(column)]}; an uncertainty is above zero"
+        f"{sheet.at(i)}: {column} = {sheet.words(column)[i]}; an uncertainty is above zero"
         for i in map(int, np.flatnonzero(expanded <= 0))
     ]
     problems += [
-        f"{sheet.at(i)}: {column} = {sheet.rows[i][sheet.header.index(column)]} is smaller than anything that can be measured; check its unit"
+        f"{sheet.at(i)}: {column} = {sheet.words(column)[i]} is smaller than anything that can be measured; check its unit"
         for i in map(int, np.flatnonzero((expanded > 0) & (expanded < LEAST_U)))
     ]
     if problems:
@@ -197,7 +197,7 @@ def is_unclear_label(label: str) -> bool:
 def _positions(scenario: Scenario, path: Path) -> dict[str, dict[str, np.ndarray]]:
     sheet, given = _rows(path, ("position",), ())
     rows = _collect_values(scenario, given)
-    places = [row[sheet.header.index("position")] for row in sheet.rows]
+    places = sheet.words("position")
     unclear = [i for i, p in enumerate(places) if is_unclear_label(p)]
     if unclear:
         raise DataError(
@@ -226,7 +226,7 @@ def _standards(path: Path) -> list[StandardReadings]:
     needed = ("standard", "calibrated_mm", "U_um", "k", "reading_mm")
     check_columns(sheet, needed, ("name", *needed))
     u, size, read = _standard_u(sheet, "U_um"), sheet.numbers("calibrated_mm"), sheet.numbers("reading_mm")
-    kinds = [row[sheet.header.index("standard")] for row in sheet.rows]
+    kinds = sheet.words("standard")
     problems = [
         f'{sheet.at(i)}: standard "{k}".{choose_from(k, STANDARDS)}'
         for i, k in enumerate(kinds)
@@ -238,7 +238,7 @@ def _standards(path: Path) -> list[StandardReadings]:
     ]  # fmt: skip
     if problems:
         raise DataError(problems)
-    named = [row[sheet.header.index("name")] for row in sheet.rows] if "name" in sheet.header else kinds
+    named = sheet.words("name") if "name" in sheet.header else kinds
     groups = list(dict.fromkeys(zip(kinds, named, size.tolist(), u.tolist())))
     return [
         StandardReadings(

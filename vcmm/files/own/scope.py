@@ -22,6 +22,7 @@ from vcmm.core.run import Array, Run
 from vcmm.core.text import LARGEST, brief, lines_of, read_text, to_number
 from vcmm.files.observations import axis_direction
 from vcmm.files.own.recording_tables import ScopeTable
+from vcmm.files.sheets import Layout
 from vcmm.task.response.recording import Recording
 
 LENGTH = {"mm": 1.0, "um": 1e-3, "m": 1e3, "in": 25.4}
@@ -42,29 +43,29 @@ class Scope:
 def read_scope(path: str | Path, table: ScopeTable) -> Scope:
     """Read a trace. Raises DataError: a column that is missing, a cell that is no number, time that does not increase."""
     path = Path(path)
-    header, numbers, first = _numbers(path)
+    header, numbers, lines = _numbers(path)
     axes = table.axes or _default_axes(header)
     if not axes:
         raise DataError(
-            f"{path}:{first}: no axis found; name the columns X_commanded_mm, X_actual_mm, or write for example "
+            f"{path}:{lines[0]}: no axis found; name the columns X_commanded_mm, X_actual_mm, or write for example "
             f'[scope] axes = {{ X = ["SetPos", "ActPos"] }}. Columns: {", ".join(header)}'
         )
     _check_axes(path, axes)
 
     def column(name: str) -> Array:
         if name not in header:
-            raise DataError(f'{path}:{first}: there is no column "{name}".{choose_from(name, header)}')
+            raise DataError(f'{path}:{lines[0]}: there is no column "{name}".{choose_from(name, header)}')
         return numbers[:, header.index(name)]
 
     time = column(table.time)
     time = (time - time[0]) * TIME[table.time_unit or _ending(table.time, TIME, "s")]
     back = np.flatnonzero(np.diff(time) <= 0)
     if len(back):
-        raise DataError(f"{path}:{first + int(back[0]) + 1}: the time does not increase")
+        raise DataError(f"{path}:{lines[int(back[0]) + 1]}: the time does not increase")
     both = {a: [column(n) * _factor(path, a, n, table.unit) for n in names] for a, names in axes.items()}
     far = np.flatnonzero(np.max([np.abs(p) for pair in both.values() for p in pair], axis=0) > LARGEST)
     if len(far):
-        raise DataError(f"{path}:{first + int(far[0])}: a position is beyond {LARGEST:g} mm; repair the row")
+        raise DataError(f"{path}:{lines[int(far[0])]}: a position is beyond {LARGEST:g} mm; repair the row")
     return Scope(time, {a: pair[0] for a, pair in both.items()}, {a: pair[1] for a, pair in both.items()})
 
 
@@ -110,31 +111,30 @@ def _default_axes(header: list[str]) -> dict[str, list[str]]:
     return out
 
 
-def _numbers(path: Path) -> tuple[list[str], Array, int]:
-    """Column names, numbers (n, columns) and the line of the first row. Raises DataError for a later row that is none."""
-    lines = lines_of(read_text(path))
-    delimiter = max(",;\t", key="\n".join(lines[:200]).count)
-    cells = [[c.strip() for c in line.split(delimiter)] for line in lines]
-    first = next((i for i, row in enumerate(cells) if len(row) > 1 and all(map(_is_number, row))), None)
+def _numbers(path: Path) -> tuple[list[str], Array, list[int]]:
+    """Column names, numbers (n, columns) and the line of every row. Raises DataError for a later row that is none."""
+    text = lines_of(read_text(path))
+    delimiter = max(",;\t", key="\n".join(text[:200]).count)
+    lines = list(Layout(delimiter).rows(text))
+    first = next(
+        (i for i, row in enumerate(lines) if len(row.cells) > 1 and all(map(_is_number, row.cells))), None
+    )
     if first is None:
         raise DataError(f"{path}:1: there is no row of numbers; a trace has columns of time and positions")
-    above = [row for row in cells[:first] if len(row) == len(cells[first])]
+    count = len(lines[first].cells)
+    above = [row.cells for row in lines[:first] if len(row.cells) == count]
     if not above:
-        raise DataError(f"{path}:{first + 1}: no row above the numbers names the {len(cells[first])} columns")
-    header = next((row for row in above if row[0] == "Name"), above[-1])
-    rows, problems = [], []
-    for i in range(first, len(cells)):
-        if lines[i].strip() in ("", "EOF"):  # TwinCAT ends its exports with the word
-            continue
-        if len(cells[i]) != len(header) or not all(map(_is_number, cells[i])):
-            problems.append(
-                f"{path}:{i + 1}: {len(header)} finite numbers are due: {brief(lines[i].strip())}"
-            )
-            continue
-        rows.append([to_number(c) for c in cells[i]])
+        raise DataError(f"{path}:{lines[first].line}: no row above the numbers names the {count} columns")
+    header = next((cells for cells in above if cells[0] == "Name"), above[-1])
+    rows = [row for row in lines[first:] if row.text != "EOF"]  # TwinCAT ends its exports with the word
+    problems = [
+        f"{path}:{row.line}: {len(header)} finite numbers are due: {brief(row.text)}"
+        for row in rows
+        if len(row.cells) != len(header) or not all(map(_is_number, row.cells))
+    ]
     if problems:
         raise DataError(problems)
-    return header, np.array(rows), first + 1
+    return header, np.array([[to_number(c) for c in row.cells] for row in rows]), [row.line for row in rows]
 
 
 def _is_number(cell: str) -> bool:

@@ -21,13 +21,11 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.errors import DataError, UsageError, choose_from
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import SINCE, STATE, Input
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.run import Array
 from vcmm.files.own.joint_covariance import read_joint_covariance
 from vcmm.files.own.machine_tables import Tracked
-
-STATE, SINCE = "machine_state", "time since calibration"
 
 
 def tracked_inputs(table: Tracked, folder: Path, effects: Sequence[Effect]) -> list[Input]:

@@ -10,9 +10,8 @@ import numpy as np
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.files.own.reversal import ReversalFile
 from vcmm.learn.calibration.identifiability import Combination
-from vcmm.task.instruments.reversal import ARTEFACT, SeparationResult, separate_errors
+from vcmm.task.instruments.reversal import ARTEFACT, ReversalTest, SeparationResult, separate_errors
 from vcmm.task.instruments.reversal_line import (
     PLACE,
     LineScan,
@@ -24,6 +23,26 @@ from vcmm.task.instruments.reversal_line import (
 from vcmm.task.instruments.reversal_turns import TurnGroup
 
 CIRCLE = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+
+
+@dataclass(frozen=True, eq=False)
+class ReversalFile:
+    """One test: error such as EZX, B0C, EXC; axis; scans of a line test, or test and groups of a turning one.
+
+    lever, axis_tilt (rad): of a half turn. u: stated noise of a reading, mm or rad, or None.
+    """
+
+    name: str
+    kind: str
+    error: str
+    axis: str
+    sense: float
+    u: float | None
+    scans: tuple[LineScan, ...] = ()
+    lever: float = -1.0
+    axis_tilt: float = 0.0
+    test: ReversalTest | None = None
+    groups: tuple[TurnGroup, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,3 +306,8 @@ def spans(found: Sequence[ReversalResult]) -> dict[str, tuple[float, float]]:
 def turning_axes(found: Sequence[ReversalResult]) -> set[str]:
     """Axes whose error motions were seen in fixed directions."""
     return {one.file.axis for one in found if one.turning is not None and is_rotary(one.file.axis)}
+
+
+def student_variance(dof: float) -> float:
+    """Variance of Student's law over its squared scale, dof / (dof - 2): an Input has a normal law. Three degrees are the fewest."""
+    return dof / (dof - 2.0) if dof > 2.0 else 3.0

@@ -17,10 +17,8 @@ from vcmm.core.errors import UsageError
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.files.own.reversal import ReversalFile
 from vcmm.learn.calibration.readings import Readings
-from vcmm.learn.calibration.reversal import ReversalResult, separate
-from vcmm.learn.calibration.reversal_file import student_variance
+from vcmm.learn.calibration.reversal import ReversalFile, ReversalResult, separate, student_variance
 from vcmm.task.response.recording import Recording
 
 LINES = ("zero", "slope")

@@ -9,16 +9,12 @@ shifted by this, or not at all.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vcmm.core.errors import DataError, UsageError
-from vcmm.core.text import read_text
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
 from vcmm.learn.tracking.task_limits import CharacteristicGain
@@ -58,24 +54,6 @@ class DoubtfulParts:
                 {"characteristic": s.name, "shift": s.shift, "u": s.u, "unit": s.unit} for s in self.shifts
             ],
         }
-
-
-def read_parts(path: Path) -> tuple[DatedPart, ...]:
-    """part,date: one row per part. Raises DataError naming file and line."""
-    rows = csv.DictReader(read_text(path).splitlines())
-    if not {"part", "date"} <= set(rows.fieldnames or ()):
-        raise DataError(f"{path}:1: columns part,date are due, such as part,date and below it 17,2026-08-19")
-    out = []
-    for line, row in enumerate(rows, start=2):
-        name, date = (row["part"] or "").strip(), (row["date"] or "").strip()
-        try:
-            moment(date)
-        except UsageError as error:
-            raise DataError(f"{path}:{line}: {error}") from None
-        if not name:
-            raise DataError(f"{path}:{line}: the part has no name")
-        out.append(DatedPart(name, date))
-    return tuple(out)
 
 
 def doubtful_parts(

@@ -16,12 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.effect import Effect, with_parameter
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import SINCE, STATE, Input, JointCovariance
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.files.own.joint_covariance import JointCovariance
-from vcmm.files.own.tracked import SINCE, STATE
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.quantities import TrackedQuantity
 from vcmm.physics.structure.component import CalibrationModes

@@ -16,7 +16,6 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
-from vcmm.files.own.check_list import ShopCheck
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.learn_rates import columns_for
 from vcmm.learn.tracking.rates import WanderingMotion
@@ -24,6 +23,16 @@ from vcmm.learn.tracking.task_limits import K, TaskLimit
 
 WIDE, LONGEST = 60, 366  # orders kept; days ahead
 MOST = 60  # checks of a plan
+
+
+@dataclass(frozen=True)
+class ShopCheck:
+    """like: name of a recording that was followed; cost in any unit; minutes of the machine."""
+
+    name: str
+    like: str
+    cost: float
+    minutes: float
 
 
 @dataclass(frozen=True)

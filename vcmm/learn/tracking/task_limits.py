@@ -16,10 +16,10 @@ import numpy as np
 
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import SINCE, STATE
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import quantity
-from vcmm.files.own.tracked import SINCE, STATE
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine
 from vcmm.physics.structure.component import CalibrationModes
 from vcmm.task.measuring.scenario import Scenario

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vcmm import __version__
-from vcmm.learn.diagnosis.fleet import Change
+from vcmm.files.learned.fleet import Change
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables import fleet as tables

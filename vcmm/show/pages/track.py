@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import __version__
+from vcmm.files.learned.track_result import Track
 from vcmm.learn.tracking.doubtful import DoubtfulParts
-from vcmm.learn.tracking.result import Track
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries

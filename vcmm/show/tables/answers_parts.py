@@ -11,7 +11,7 @@ import numpy as np
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.answer.evaluation.virtual_measurement import MeasuredValue, Measurement
 from vcmm.answer.inference.job import EvaluatedPart
-from vcmm.learn.calibration.certificate_comparison import CertificateWorth
+from vcmm.files.learned.certificate_comparison import CertificateWorth
 from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
 from vcmm.show.report.answers import (
     SMALL,

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vcmm.answer.inference.audit import AuditResult
+from vcmm.files.learned.fleet import Change
+from vcmm.files.learned.track_result import NumberOverTime, Track
 from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.thermal import ThermalModel
-from vcmm.learn.diagnosis.fleet import Change
 from vcmm.learn.tracking.dates import date_of
-from vcmm.learn.tracking.result import NumberOverTime, Track
 from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed
 from vcmm.show.report.text import micro
 from vcmm.show.tables.audit import verdict as audit_verdict

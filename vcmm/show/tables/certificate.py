@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from vcmm.answer.evaluation.at_limit import CoveredMachines
+from vcmm.files.learned.certificate_comparison import CertificateWorth, CertifiedU
 from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.certificate_comparison import CertificateWorth, CertifiedU
 from vcmm.show.tables.calibration import FIGURES
 from vcmm.show.tables.quantities import SIZE, percent
 from vcmm.show.tables.table import COUNT, WORDS, Column, ResultTable, records

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.core.units import plain
-from vcmm.learn.diagnosis.fleet import Change, name_of
+from vcmm.files.learned.fleet import Change, name_of
 from vcmm.learn.diagnosis.trend import ALWAYS, DRIFT, IRREGULAR, STEADY, STEP
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from vcmm.core.effect import parameter
 from vcmm.core.units import parse_unit
+from vcmm.files.learned.thermal_terms import WrittenTerms
 from vcmm.learn.calibration.thermal import ThermalModel
-from vcmm.learn.calibration.thermal_file import WrittenTerms
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import Column, ResultTable
 

@@ -12,19 +12,19 @@ import numpy as np
 from vcmm.core.axes import is_location
 from vcmm.core.effect import place_fields
 from vcmm.core.errors import UsageError
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.kinematics import Axis
 from vcmm.core.laws import MultivariateNormal, Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable
 from vcmm.files.foreign.isg_writer import isg_text
-from vcmm.files.own.joint_covariance import JointCovariance, covariance_text
+from vcmm.files.learned.improved_machine import effect_toml, input_toml
+from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import read_error_file
 from vcmm.files.toml_edits import editable, move_names, without_table
 from vcmm.learn.calibration.model import LINEAR, Curve, curve_effect, number_of
 from vcmm.learn.calibration.result import Calibration, rms
-from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml
 from vcmm.physics import BY_NAME
 from vcmm.physics.structure.lost_motion_table import LostMotionTable
 from vcmm.physics.structure.scatter import Scatter

@@ -17,10 +17,10 @@ from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.core.views import draw
 from vcmm.core.whole_files import write_files
+from vcmm.files.learned.dated_machine import machine_files
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
-from vcmm.learn.tracking.machine_text import machine_files
 from vcmm.learn.tracking.quantities import TrackedQuantity
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class Track:
         }
 
     def files(self, target: Path) -> dict[str, str]:
-        """The machine of the day as files: see vcmm.learn.tracking.machine_text."""
+        """The machine of the day as files: see vcmm.files.learned.dated_machine."""
         return machine_files(self.dated, self.original, target, self.at, self.checks[-1].date)
 
     def write(self, folder: str | Path) -> Path:

@@ -14,11 +14,11 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable
 from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.learned.improved_machine import effect_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import effects_of, read_error_file, refine_tables
 from vcmm.files.own.machine_tables import Uncertainty
 from vcmm.files.toml_edits import editable, move_names, without_table
-from vcmm.learn.diagnosis.machine_file import effect_toml
 from vcmm.learn.tracking.machine_at import DatedMachine
 from vcmm.physics import BY_NAME
 from vcmm.physics.structure.component import ComponentSpline, ComponentTable

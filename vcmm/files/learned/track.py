@@ -9,6 +9,16 @@ from pathlib import Path
 from vcmm.core.errors import UsageError, VcmmError, first_of
 from vcmm.core.machine import Machine
 from vcmm.core.own_files import check_replacing
+from vcmm.files.learned.track_result import Track
+from vcmm.files.learned.track_state import (
+    NUMBERS,
+    TEXT,
+    KnownFile,
+    hash_of,
+    read_state,
+    recording_hash,
+    write_state,
+)
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_files import recordings_in
@@ -19,16 +29,6 @@ from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.follow import FollowedMachine, follow_one, start_following
 from vcmm.learn.tracking.machine_at import as_machine, machine_on
 from vcmm.learn.tracking.quantities import tracked_machine
-from vcmm.learn.tracking.result import Track
-from vcmm.learn.tracking.state_file import (
-    NUMBERS,
-    TEXT,
-    KnownFile,
-    hash_of,
-    read_state,
-    recording_hash,
-    write_state,
-)
 from vcmm.task.response.recording import Recording
 
 OWN = (

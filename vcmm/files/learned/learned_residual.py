@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.files.learned.improved_machine import effect_toml
 from vcmm.files.toml_edits import editable, move_names
-from vcmm.learn.diagnosis.machine_file import effect_toml
 from vcmm.learn.tracking.learned_rest import LearnedRest
 
 ROWS = "learned_residual.csv"

@@ -10,15 +10,21 @@ import numpy as np
 from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
-from vcmm.core.inputs import Input
+from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.kinematics import Chain
 from vcmm.core.laws import Law, MultivariateNormal, Normal
 from vcmm.core.run import Array
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable
 from vcmm.files.foreign.isg_writer import isg_text
-from vcmm.files.own.joint_covariance import JointCovariance, covariance_text
-from vcmm.learn.calibration.reversal import ReversalResult, spans, turning_axes, turning_input
-from vcmm.learn.diagnosis.machine_file import effect_toml, input_toml
+from vcmm.files.learned.improved_machine import effect_toml, input_toml
+from vcmm.files.own.joint_covariance import covariance_text
+from vcmm.learn.calibration.reversal import (
+    ReversalResult,
+    spans,
+    student_variance,
+    turning_axes,
+    turning_input,
+)
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.squareness import RotaryLocation
 
@@ -50,11 +56,6 @@ def reversed_texts(
         text += "".join(f"\n# not identified: {c.text}" for c in one.combinations) + "\n"
         text += _effects(one)
     return {f"{target.stem}.toml": text, **out}
-
-
-def student_variance(dof: float) -> float:
-    """Variance of Student's law over its squared scale, dof / (dof - 2): an Input has a normal law. Three degrees are the fewest."""
-    return dof / (dof - 2.0) if dof > 2.0 else 3.0
 
 
 def _head(found: Sequence[ReversalResult], chain: Chain) -> str:

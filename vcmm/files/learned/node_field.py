@@ -55,7 +55,7 @@ def node_text(
     fit: ProcessFit | None = None,
 ) -> str:
     """Text of the machine file with the field at its end. original: the file that it is added to; None: one of structure and travels."""
-    from vcmm.learn.calibration.machine_file import bare_text
+    from vcmm.files.learned.calibrated_machine import bare_text
 
     name = check_nodes(found, machine)
     fit = fitted(found) if fit is None else fit
