@@ -25,6 +25,7 @@ from vcmm.task.measuring.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, COUNTS = ROOT / "docs" / "audit.md", ROOT / "tools" / "audit_counts.json"
+CHECK = ROOT / "tools" / "audit_check.json"  # what --check found last
 COLUMNS = ("prior", "0", "2", "6", "20", "other family")
 MACHINE = """vcmm = "scenario/1"
 [machine]
@@ -159,7 +160,7 @@ def main() -> int:
     parser.add_argument("--fresh", action="store_true", help="count all of them again")
     parser.add_argument("--only", default="")
     parser.add_argument(
-        "--check", type=int, default=0, help="parts of each task beside the page; writes nothing"
+        "--check", type=int, default=0, help="parts of each task beside the page; counts nothing for it"
     )
     given = parser.parse_args()
     if given.check:
@@ -190,8 +191,8 @@ def out_of_date(parts: int, only: str = "") -> int:
     test says so at 5 % over all of them (Bonferroni).
     """
     tasks = {f"{n}, {d} points": (n, d) for n in TASKS for d in DENSITIES if only in n}
-    found, before = 0, read_counts()
-    for task, (name, density) in tasks.items():
+    found, said_of_all, before = 0, list[str](), read_counts()
+    for number, (task, (name, density)) in enumerate(tasks.items(), 1):
         if task not in before:
             print(f"{task}: not on the page")
             continue
@@ -205,7 +206,13 @@ def out_of_date(parts: int, only: str = "") -> int:
                 )
         found += len(said)
         if said:
-            print(f"{task}: {'; '.join(said)}", flush=True)
+            said_of_all.append(f"{task}: {'; '.join(said)}")
+            print(said_of_all[-1], flush=True)
+        CHECK.write_text(
+            json.dumps({"parts": parts, "tasks": number, "of": len(tasks), "differ": said_of_all}, indent=1)
+            + "\n"
+        )
+    PAGE.write_text(page(before), encoding="utf-8")
     print(f"{len(tasks)} tasks, {parts} parts a column: {found} differences from the page")
     return int(found > 0)
 
@@ -215,6 +222,18 @@ def differ(held: int, n: int, other: int, m: int) -> float:
     from scipy.stats import fisher_exact
 
     return float(fisher_exact([[held, n - held], [other, m - other]])[1])
+
+
+def up_to_date() -> str:
+    """What the last --check said of the page."""
+    if not CHECK.exists():
+        return ""
+    last = json.loads(CHECK.read_text())
+    lines = "".join(f"\n- {text}" for text in last["differ"])
+    return (
+        f"The last check counted {last['parts']} parts of {last['tasks']} of {last['of']} tasks anew; {len(last['differ'])} differ from the table, whose "
+        f"numbers are of an earlier version there:\n{lines}\n"
+    )
 
 
 def read_counts() -> dict[str, Counted]:
@@ -276,7 +295,7 @@ def page(done: dict[str, Counted]) -> str:
     why = "\n".join(f"- {'; '.join(tasks)}: {reason}" for reason, tasks in reasons.items())
     return f"""# Coverage, counted
 
-`make audit` (`python tools/audit_table.py`, 2000 parts a column, seed 7, a day of one core) wrote this page; `python tools/audit_table.py --check 100` counts
+`make audit` (`python tools/audit_table.py`, 2000 parts a column, seed 7) wrote this page; `python tools/audit_table.py --check 100` counts
 100 parts of every task and column anew in minutes and names what is out of date. Every task below was measured as many times per column as *parts* says, each time with another part and
 another machine drawn from what is known, and the share of 95 % intervals that held the true value was counted. The columns: parts over
 the whole prior (forms from nothing to 40 times the noise of the machine); forms of 0, 2, 6 and 20 times the noise; parts of another
@@ -288,6 +307,7 @@ This table counts the belts by themselves, on machines as they are stated. `vcmm
 and distances among them) are evaluated as a file is, on machines from perfect to the limit, and each row names the family that was drawn. A judge that
 shares nothing with vcmm counts too: [referee](referee.md).
 
+{up_to_date()}
 | task | parts | {" | ".join(COLUMNS)} | length | coverage |
 |---|---|---|---|---|---|---|---|---|---|
 {chr(10).join(line(row) for row in rows)}
