@@ -1,6 +1,7 @@
 """The published table of coverage: tasks of all kinds audited, written to docs/audit.md. One command: make audit.
 
 python tools/audit_table.py [--parts 2000] [--minutes 10]     goes on where the last run stopped
+python tools/audit_table.py --check 100                       counts so many parts of each anew and says where the page is out of date
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from vcmm.task.measuring.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, COUNTS = ROOT / "docs" / "audit.md", ROOT / "tools" / "audit_counts.json"
+CHECK = ROOT / "tools" / "audit_check.json"  # what --check found last
 COLUMNS = ("prior", "0", "2", "6", "20", "other family")
 MACHINE = """vcmm = "scenario/1"
 [machine]
@@ -157,7 +159,12 @@ def main() -> int:
     )
     parser.add_argument("--fresh", action="store_true", help="count all of them again")
     parser.add_argument("--only", default="")
+    parser.add_argument(
+        "--check", type=int, default=0, help="parts of each task beside the page; counts nothing for it"
+    )
     given = parser.parse_args()
+    if given.check:
+        return out_of_date(given.check, given.only)
     done = {} if given.fresh else read_counts()
     start = time.monotonic()
     for density in DENSITIES:
@@ -177,6 +184,56 @@ def main() -> int:
             )
     PAGE.write_text(page(done), encoding="utf-8")
     return 1 if any("outside" in row.verdicts for row in done.values()) else 0
+
+
+def out_of_date(parts: int, only: str = "") -> int:
+    """Prints tasks of the page whose claim is another now, or whose counts are; 1 where there are any. Two counts differ where Fisher's exact
+    test says so at 5 % over all of them (Bonferroni).
+    """
+    tasks = {f"{n}, {d} points": (n, d) for n in TASKS for d in DENSITIES if only in n}
+    found, said_of_all, before = 0, list[str](), read_counts()
+    for number, (task, (name, density)) in enumerate(tasks.items(), 1):
+        if task not in before:
+            print(f"{task}: not on the page")
+            continue
+        old, new = before[task], counted(name, density, parts)
+        said = [] if old.claimed == new.claimed else [f"claimed {old.claimed} on the page, {new.claimed} now"]
+        for column, a, b in zip(COLUMNS, old.attained, new.attained):
+            p = differ(round(a * old.parts), old.parts, round(b * parts), parts)
+            if p < 0.05 / (len(COLUMNS) * len(tasks)):
+                said.append(
+                    f"{column}: {a:.1%} of {old.parts} on the page, {b:.1%} of {parts} now (p = {p:.1g})"
+                )
+        found += len(said)
+        if said:
+            said_of_all.append(f"{task}: {'; '.join(said)}")
+            print(said_of_all[-1], flush=True)
+        CHECK.write_text(
+            json.dumps({"parts": parts, "tasks": number, "of": len(tasks), "differ": said_of_all}, indent=1)
+            + "\n"
+        )
+    PAGE.write_text(page(before), encoding="utf-8")
+    print(f"{len(tasks)} tasks, {parts} parts a column: {found} differences from the page")
+    return int(found > 0)
+
+
+def differ(held: int, n: int, other: int, m: int) -> float:
+    """p value of Fisher's exact test that held of n and other of m have one share."""
+    from scipy.stats import fisher_exact
+
+    return float(fisher_exact([[held, n - held], [other, m - other]])[1])
+
+
+def up_to_date() -> str:
+    """What the last --check said of the page."""
+    if not CHECK.exists():
+        return ""
+    last = json.loads(CHECK.read_text())
+    lines = "".join(f"\n- {text}" for text in last["differ"])
+    return (
+        f"The last check counted {last['parts']} parts of {last['tasks']} of {last['of']} tasks anew; {len(last['differ'])} differ from the table, whose "
+        f"numbers are of an earlier version there:\n{lines}\n"
+    )
 
 
 def read_counts() -> dict[str, Counted]:
@@ -238,7 +295,8 @@ def page(done: dict[str, Counted]) -> str:
     why = "\n".join(f"- {'; '.join(tasks)}: {reason}" for reason, tasks in reasons.items())
     return f"""# Coverage, counted
 
-`make audit` wrote this page: every task below was measured as many times per column as *parts* says, each time with another part and
+`make audit` (`python tools/audit_table.py`, 2000 parts a column, seed 7) wrote this page; `python tools/audit_table.py --check 100` counts
+100 parts of every task and column anew in minutes and names what is out of date. Every task below was measured as many times per column as *parts* says, each time with another part and
 another machine drawn from what is known, and the share of 95 % intervals that held the true value was counted. The columns: parts over
 the whole prior (forms from nothing to 40 times the noise of the machine); forms of 0, 2, 6 and 20 times the noise; parts of another
 family of forms that the inverse has never seen. *Claimed* is what `vcmm evaluate` says of itself (`coverage_claimed`); what is not claimed
@@ -249,6 +307,7 @@ This table counts the belts by themselves, on machines as they are stated. `vcmm
 and distances among them) are evaluated as a file is, on machines from perfect to the limit, and each row names the family that was drawn. A judge that
 shares nothing with vcmm counts too: [referee](referee.md).
 
+{up_to_date()}
 | task | parts | {" | ".join(COLUMNS)} | length | coverage |
 |---|---|---|---|---|---|---|---|---|---|
 {chr(10).join(line(row) for row in rows)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,6 +43,7 @@ class Machine:
         False  # translations above 1 mm and rotations above 1 mrad are meant: transforms are multiplied
     )
     remarks: tuple[str, ...] = ()  # what its file states and a reader should check
+    record: Mapping[str, str] = field(default_factory=dict)  # serial number, certificate: words for reports
 
     def __post_init__(self) -> None:
         for letter in self.chain.letters:

@@ -28,6 +28,15 @@ def test_small_differences():
     assert q.small(math.inf, "mm") == "–"
 
 
+def test_what_rounds_to_nothing_has_no_minus():
+    """-0.04 um with one decimal is nothing; a shift of the work offsets said "-0.0 µm"."""
+    shift, offset = q.fixed(1, "um", 1e3, signed=True), q.fixed(1, "um", 1e3)
+    assert [shift.terminal(v, "") for v in (-4e-5, 4e-5, -6e-5)] == ["+0.0 µm", "+0.0 µm", "-0.1 µm"]
+    assert offset.terminal(-4e-5, "") == "0.0 µm"
+    assert q.percent(0).terminal(-0.004, "") == "0%"
+    assert q.in_file(4, 1e3)(-4e-9, "") == "0.0000"
+
+
 def test_very_small_differences():
     assert q.FINE.terminal(1.26e-7, "mm") == "0.13 nm"
     assert q.FINE.terminal(1.26e-9, "rad") == "0.0013 µrad"

@@ -50,25 +50,31 @@ class Errorless:
         return self.task.machine, self.task.touches.run
 
 
-def all_over(feature: Feature, measured: Array, count: int = AROUND) -> Array:
+def all_over(feature: Feature, measured: Array, count: int = AROUND, *, middles: bool = False) -> Array:
     """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh), the nominal
     ones where it is known by them.
 
-    count: around the feature, or along a line.
+    count: around the feature, or along a line. middles: of equal pieces of the surface, for means over it; else up to its ends, for
+    extreme values. Of 15 points up to the ends the mean square is 16 / 42 = 0.381, of middles 0.332, of the side itself 1 / 3.
     """
     around = np.arange(count) * (2 * np.pi / count)
+
+    def places(n: int) -> Array:
+        """(n,) from -1 to 1."""
+        return np.linspace(-1.0, 1.0, n) * ((n - 1) / n if middles else 1.0)
+
     if feature.kind == "plane":
-        u, v = (np.linspace(-e / 2, e / 2, SIDE) for e in feature.extent)
+        u, v = (places(SIDE) * e / 2 for e in feature.extent)
         return surface_point(feature, np.repeat(u, SIDE), np.tile(v, SIDE))
     if feature.kind == "line":
-        return surface_point(feature, np.linspace(0.0, feature.extent[0], count))
+        return surface_point(feature, (places(count) + 1.0) * feature.extent[0] / 2)
     if feature.kind == "circle":
         return surface_point(feature, around)
     if feature.nominal is not None:
         return feature.nominal.points
     if feature.kind in ("cylinder", "cone"):
-        along = np.linspace(0.0, feature.extent[0], ALONG)
-        return surface_point(feature, np.tile(around, ALONG), np.repeat(along, count))
+        heights = (places(ALONG) + 1.0) * feature.extent[0] / 2
+        return surface_point(feature, np.tile(around, ALONG), np.repeat(heights, count))
     if feature.kind == "sphere":  # evenly over the whole sphere, turned by the golden angle (spiral of Vogel)
         k = np.arange(240) + 0.5
         return surface_point(feature, k * np.pi * (3.0 - np.sqrt(5.0)), np.arcsin(1.0 - 2.0 * k / 240))

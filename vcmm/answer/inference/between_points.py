@@ -4,12 +4,13 @@
     r = M (f + e)                    residuals of the fit at the points; e: what the machine adds, known from its Inputs
     a f                              how far the form moves a result: a = d result / d point along its normal, the fit included
 
-What shapes the form has nobody knows, so several are asked: one number of lobes (or half waves) alone, and waves of all numbers that
-fall by different powers. For each of them the residuals tell s (evidence over a grid of s, evenly over the decades) with as few
-degrees of freedom as they have, and then how large a f may be; its sign is left open, so that no fit of a model is taken off the result.
-The interval holds for every shape that the residuals leave
-plausible: it takes the widest, not the mean of them. A shape that the points do not meet (four lobes at four points) has no bound,
-and then no coverage is claimed.
+What shapes the form has nobody knows, so several are asked: one number of lobes (or half waves) alone, waves of all numbers that
+fall by different powers, and of planes and lines polynomials of second and third degree. A parabola of 1 touched at -0.9, 0 and 0.9
+moves the mean by 2/3 0.81 - 1/3 = 0.207, a cosine as high at these points (0.81) by 0.125: neither stands for the other. For each of
+them the residuals tell s (evidence over a grid of s, evenly over the decades) with as few degrees of freedom as they have, and then
+how large a f may be; its sign is left open, so that no fit of a model is taken off the result. The interval holds for every shape
+that the residuals leave plausible: it takes the widest, not the mean of them. A shape that the points do not meet (four lobes at four
+points) has no bound, and then no coverage is claimed. Means over a surface are those of the middles of equal pieces of it.
 
 Form as a random process of harmonics: M. M. Dowling, P. M. Griffin, K.-L. Tsui, C. Zhou, Technometrics 39 (1997) 3; H. Xia, Y. Ding,
 J. Wang, IIE Transactions 40 (2008) 931. A shape is left out when its evidence is `slim` times less than the mean of all: by Markov's
@@ -40,6 +41,8 @@ LOBES, HALF_WAVES, FLAT = (
     3,
     5,
 )  # single shapes: lobes; half waves along each side of a plane; waves of a plane in all
+BENT = (2, 3)  # degrees of planes and lines as clamping, heat or a bent guideway leaves them
+BENT_WORDS = {2: "a bow", 3: "a bow of third degree"}
 POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number
 DRAWS, SIZES = 400, 64
 MOST_POINTS = 2000  # points of a feature of which residuals are read: forms of a few waves ask for no more
@@ -177,8 +180,8 @@ def forms_of(
 def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int, Array]) -> FeatureForms:
     t, every = model.task.touches, -(-len(rows) // MOST_POINTS)
     few = rows[::every]
-    at, dense = t.points[few], all_over(feature, t.points[few])
-    here, whole = (w.T for w in Ground(feature, (at, dense)).waves)  # (n, c), (N, c)
+    at, dense = t.points[few], all_over(feature, t.points[few], middles=True)
+    here, whole = (w.T for w in _waves(feature, at, dense))  # (n, c), (N, c)
     met = {i: _met(feature, t.points[rows], dense, a) for i, a in across.items()}
     moved = _motions(feature, at)
     left = here - moved @ (moved.T @ here)
@@ -200,10 +203,37 @@ def _met(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
     """(c,): what each wave moves a result by that changes by across (n,) per height of the points, a block of them at a time."""
     blocks = range(0, len(points), MOST_POINTS)
     waves = (
-        (Ground(feature, (points[k : k + MOST_POINTS], dense)).waves[0], across[k : k + MOST_POINTS])
-        for k in blocks
+        (_waves(feature, points[k : k + MOST_POINTS], dense)[0], across[k : k + MOST_POINTS]) for k in blocks
     )
     return np.asarray(sum(w @ a for w, a in waves))
+
+
+def _waves(feature: Feature, at: Array, dense: Array) -> tuple[Array, Array]:
+    """(c, n) at points (n, 3), and all over: waves, then of planes and lines polynomials, motions and sizes left out of both."""
+    ground = Ground(feature, (at, dense))
+    waves = ground.waves
+    bent = [_polynomials(feature, *place) for place in ground.coordinates]
+    bent = [b - bent[-1] @ columns for b, columns in zip(bent, ground.motion_columns)]
+    here, whole = (np.concatenate(pair) for pair in zip(waves, bent))
+    return here, whole
+
+
+def _polynomials(feature: Feature, first: Array, along: Array) -> Array:
+    """(k, n): products of the polynomials of Legendre along both sides, in the order of `_degrees`."""
+    p = np.polynomial.legendre.legvander
+    a, b = (p(x, BENT[-1]).T for x in (first, along))
+    return np.array([a[i] * b[j] for i, j in _degrees(feature)]).reshape(-1, len(along))
+
+
+def _degrees(feature: Feature) -> list[tuple[int, int]]:
+    """Of the polynomials along both sides of a plane, along a line; none of round features."""
+    most = BENT[-1]
+    return [
+        (i, j)
+        for i in range(most + 1)
+        for j in range(most + 1)
+        if BENT[0] <= i + j <= most and (feature.kind == "plane" or (feature.kind == "line" and i == 0))
+    ]
 
 
 def _motions(feature: Feature, points: Array) -> Array:
@@ -216,7 +246,7 @@ def _motions(feature: Feature, points: Array) -> Array:
 
 
 def _kinds(feature: Feature) -> list[tuple[str, Array]]:
-    """Words and the weights of the waves (4 (AROUND + 1) (ALONG + 1),) for every kind of form."""
+    """Words and the weights (c,) of `_waves` for every kind of form."""
     around = np.repeat(np.arange(AROUND + 1), ALONG + 1)
     along = np.tile(np.arange(ALONG + 1), AROUND + 1)
     if feature.kind in ROUND:
@@ -228,7 +258,16 @@ def _kinds(feature: Feature) -> list[tuple[str, Array]]:
         single = [(_half_waves(m, n, flat), (around == m) & (along == n)) for m, n in numbers]
         within = (around <= FLAT) if flat else (around == 0)
     power = [("waves", within * (1.0 + around + along) ** -p) for p in POWERS]
-    return [(words, np.tile(w, 4).astype(float)) for words, w in (*single, *power)]
+    degrees = _degrees(feature)
+    none = np.zeros(len(degrees))
+    waves = [(words, np.r_[np.tile(w, 4).astype(float), none]) for words, w in (*single, *power)]
+    bent = [(BENT_WORDS[k], np.array([float(i + j <= k) for i, j in degrees])) for k in BENT * bool(degrees)]
+    bent += [
+        (f"a bow along its {side} side", np.array([float(d == only) for d in degrees]))
+        for side, only in (("first", (2, 0)), ("second", (0, 2)))
+        if feature.kind == "plane"
+    ]
+    return [*waves, *((words, np.r_[np.zeros(4 * len(around)), w]) for words, w in bent)]
 
 
 def _half_waves(m: int, n: int, flat: bool) -> str:

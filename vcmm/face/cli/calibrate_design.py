@@ -14,7 +14,8 @@ def design_command(path: Path, json: bool) -> int:
     from vcmm.learn.calibration.pose_design import is_pose_design
     from vcmm.show.console.complaints import about
     from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import show_table
+    from vcmm.show.console.terminal import show_answers, show_table
+    from vcmm.show.tables.answers_runs import design_answers
     from vcmm.show.tables.calibration import setups
 
     made, machine, budget = load_design(path)
@@ -43,6 +44,7 @@ def design_command(path: Path, json: bool) -> int:
             ("best within the budget", best),
             ("cheapest that is complete", cheapest),
         )
+        show_answers(design_answers(everything, best, cheapest))
         show_table(setups([(what, one) for what, one in chosen if one is not None]))
         for c in everything.identified.combinations:
             print(f"not identified, even by all: {c.text}")

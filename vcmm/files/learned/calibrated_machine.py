@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -137,6 +138,8 @@ def bare_text(machine: Machine) -> str:
             lines.append(f"direction = [{', '.join(f'{c:.17g}' for c in axis.direction)}]")
         lines += [f'error_frame = "{axis.error_frame}"'] if axis.error_frame != "moving" else []
         lines += [f"dynamics = {{ {_dynamics_text(axis)} }}"] if axis.dynamics else []
+    if machine.record:
+        lines += ["[record]", *(f"{key} = {json.dumps(text)}" for key, text in machine.record.items())]
     return "\n".join(lines) + "\n"
 
 

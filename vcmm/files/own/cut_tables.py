@@ -10,6 +10,7 @@ from vcmm.files.own.environment import (
     Temperatures,
 )
 from vcmm.files.own.placement import PlacementTable
+from vcmm.files.own.record import RecordTable
 from vcmm.files.own.scenario import (
     PoseTable,
 )
@@ -86,3 +87,4 @@ class CutFile(Table):
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     placement: PlacementTable = Field(default_factory=PlacementTable)
+    record: RecordTable = Field(default_factory=RecordTable)

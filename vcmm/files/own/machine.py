@@ -103,7 +103,7 @@ def _checked_machine(
             name=model.name or document.path.stem, kind=model.kind, chain=chain, axes=axes,  # type: ignore[arg-type]
             state=errors.state if errors else "residual", load_limit=model.load_limit,
             compensation=tuple(errors.compensation) if errors else (), large_errors=model.large_errors,
-            remarks=_of_scales(model),
+            remarks=_of_scales(model), record=model.record.stated,
         ),
     )  # fmt: skip
     if bare is not None and model.certificate is not None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from vcmm.core.errors import DataError
+from vcmm.files.own.record import RecordTable
 from vcmm.files.schema import (
     AngleSpread,
     AxisAcceleration,
@@ -161,6 +162,7 @@ class MachineFile(Table):
     load_limit: Mass | None = None
     large_errors: bool = False
     certificate: CertificateTable | None = None
+    record: RecordTable = Field(default_factory=RecordTable)
 
 
 def found_machine(path: str | Path) -> tuple[Document, dict[str, Any], Location]:

@@ -114,7 +114,10 @@ def _check_document(
     if recording is None or machine is None or logs is None or problems.found:
         return None
     name, data = model.name or document.path.stem, folder / model.data
-    recording = replace(recording, name=name, nuisance=model.nuisance or recording.nuisance, noise=noise)
+    record = ({"date": model.date} if model.date else {}) | model.record.stated
+    recording = replace(
+        recording, name=name, nuisance=model.nuisance or recording.nuisance, noise=noise, record=record
+    )
     known = model.known
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data)),

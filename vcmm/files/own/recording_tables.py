@@ -12,6 +12,7 @@ from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, usual
 from vcmm.files.columns import LABELS
+from vcmm.files.own.record import RecordTable
 from vcmm.files.own.scenario import PoseTable
 from vcmm.files.own.touch_tables import TouchesTable
 from vcmm.files.problems import Problems, TableProblems
@@ -132,6 +133,7 @@ class RecordingFile(Table):
     instrument: InstrumentTable | None = None
     reversal: ReversalTable | None = None
     touch: TouchesTable | None = None
+    record: RecordTable = Field(default_factory=RecordTable)
 
     @property
     def shape(self) -> str:

@@ -32,6 +32,7 @@ from vcmm.files.own.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.own.part import PartData, part_from
 from vcmm.files.own.placement import PlacementTable, ProcessTable, placement_from, process_of
 from vcmm.files.own.plan import plan_from
+from vcmm.files.own.record import RecordTable
 from vcmm.files.own.room import room_changes
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Gradient, Point, Table, Turn, checked_model, read_model
@@ -57,22 +58,6 @@ class JobTable(Table):
     rule: str = Field(default=RULES[0], examples=[f'"{RULES[0]}"'])
     known_bias: Literal["reported", "corrected"] = "reported"
     production: dict[str, ProcessTable] = Field(default_factory=dict)
-
-
-class RecordTable(Table):
-    by: str = Field(default="", examples=['"A. Person"'])
-    date: str = Field(default="", examples=['"2026-11-22"'])
-    laboratory: str = ""
-    machine_serial: str = ""
-    machine_certificate: str = ""
-    probe: str = ""
-    reference_sphere: str = Field(default="", examples=['"25 mm, SN 7; certificate 2026-118"'])
-    standards: str = Field(default="", examples=['"step gauge SN 3; certificate 2026-031"'])
-    thermometers: str = Field(default="", examples=['"part sensor SN 9; certificate 2026-204"'])
-    part_serial: str = ""
-    drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
-    order: str = ""
-    remarks: str = ""
 
 
 class KnobsTable(Table):
@@ -195,7 +180,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
         constants=columns_of(temperatures) | sensors, inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
-        surroundings=around, record={k: v for k, v in model.record.model_dump().items() if v},
+        surroundings=around, record={**machine.record, **model.record.stated},
     )  # fmt: skip
 
 

@@ -72,6 +72,7 @@ class CutScenario:
     found_since: Mapping[str, str] = field(
         default_factory=dict
     )  # id of an Input of setting up -> evidence in the machine file, which holds instead
+    record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the report
 
     def __repr__(self) -> str:
         asked = ", ".join(c.name for c in self.part.characteristics)

@@ -12,10 +12,11 @@ from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.show.pages.header import facts, files_block
+from vcmm.show.pages.header import OF_MACHINES, facts, files_block
 from vcmm.show.tables.answers_machine import calibration_answers
 from vcmm.show.tables.calibration import Left, errors_by_name, positioning, residuals
 from vcmm.show.tables.table import html, titled_html
+from vcmm.task.response.joining import joined_record
 
 MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
 
@@ -43,7 +44,12 @@ def calibration_page(found: Calibration, figures: Sequence[Figure] = (), files: 
         blocks,
         footer=footer,
         answers=calibration_answers(found, figures),
-        facts=facts("", f"{found.machine.name}, structure {found.machine.chain.structure}", None),
+        facts=facts(
+            "",
+            f"{found.machine.name}, structure {found.machine.chain.structure}",
+            joined_record([found.machine.record, *(one.recording.record for one in found.readings)]),
+            asked=OF_MACHINES,
+        ),
     )
 
 

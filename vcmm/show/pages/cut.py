@@ -58,7 +58,7 @@ def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = (
         facts=facts(
             scenario.part.name if hasattr(scenario.part, "name") else "",
             scenario.machine.name,
-            None,
+            scenario.record,
             result.uncertainty.seed,
             [("program", scenario.program.name), ("cycle time", clock(result.seconds))],
         ),

@@ -31,7 +31,7 @@ from vcmm.show.pages.diagnosis_pictures import (
     unknown_picture,
     zone_maps,
 )
-from vcmm.show.pages.header import facts
+from vcmm.show.pages.header import OF_MACHINES, facts
 from vcmm.show.tables.answers_machine import diagnosis_answers
 from vcmm.show.tables.diagnosis import (
     answers,
@@ -168,7 +168,14 @@ def diagnosis_page(
         blocks,
         footer=footer,
         answers=diagnosis_answers(d),
-        facts=facts("", machine.name, None, d.seed, [("observations", f"{recording.m:,}")]),
+        facts=facts(
+            "",
+            machine.name,
+            {**machine.record, **recording.record},
+            d.seed,
+            [("observations", f"{recording.m:,}")],
+            OF_MACHINES,
+        ),
     )
 
 

@@ -15,6 +15,7 @@ NAMES = {
     "machine_certificate": "certificate of the machine", "probe": "probe and styli",
 }  # fmt: skip
 ASKED = ("drawing", "date", "by", "order")  # said to be open where the record does not hold them
+OF_MACHINES = ("date", "by")  # the same of reports on a machine, without a part
 
 
 def facts(
@@ -23,8 +24,11 @@ def facts(
     record: Mapping[str, str] | None = None,
     seed: int | None = None,
     more: Iterable[tuple[str, str]] = (),
+    asked: Sequence[str] = ASKED,
 ) -> list[tuple[str, str]]:
-    """Names and values. record: the table [record] of a scenario; None where the job has no such table."""
+    """Names and values. record: the table [record] of a scenario, machine or recording; None where the job has no such table. asked:
+    what is said to be open where the record does not hold it.
+    """
     known = record or {}
     serial = f", serial number {known['machine_serial']}" if known.get("machine_serial") else ""
     out = [("part", part)] if part else []
@@ -34,10 +38,15 @@ def facts(
     out += list(more)
     out.append(("software", f"vcmm {__version__}" + ("" if seed is None else f", seed {seed}")))
     if record is not None:
-        missing = [NAMES[key] for key in ASKED if not known.get(key)]
+        missing = [NAMES[key] for key in asked if not known.get(key)]
         missing += [] if serial else ["serial number of the machine"]
         if missing:
-            out.append(("not stated", f"{', '.join(missing)} (table [record] of the scenario)"))
+            out.append(
+                (
+                    "not stated",
+                    f"{', '.join(missing)} (table [record] of the scenario, the machine or the recording)",
+                )
+            )
     return out
 
 

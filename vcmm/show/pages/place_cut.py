@@ -31,7 +31,9 @@ def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
         blocks,
         footer=footer,
         answers=placed_cut_answers(placed),
-        facts=facts("", scenario.machine.name, None, placed.seed, [("program", scenario.program.name)]),
+        facts=facts(
+            "", scenario.machine.name, scenario.record, placed.seed, [("program", scenario.program.name)]
+        ),
     )
 
 

@@ -13,7 +13,7 @@ from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries
-from vcmm.show.pages.header import facts
+from vcmm.show.pages.header import OF_MACHINES, facts
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
 from vcmm.show.tables.table import html
@@ -60,7 +60,13 @@ def track_page(
         blocks,
         footer=f"vcmm {__version__}",
         answers=track_answers(track, planned),
-        facts=facts("", name, more=[("machine file valid on", track.at)]),
+        facts=facts(
+            "",
+            name,
+            {"date": track.at, **track.followed.tracked.machine.record},
+            more=[("machine file valid on", track.at)],
+            asked=OF_MACHINES,
+        ),
     )
 
 

@@ -9,6 +9,7 @@ from vcmm.answer.inference.audit import AuditResult
 from vcmm.files.learned.fleet import Change
 from vcmm.files.learned.track_result import NumberOverTime, Track
 from vcmm.learn.calibration.acceptance import Figure
+from vcmm.learn.calibration.design import Proposal
 from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.learn.tracking.dates import date_of
 from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed
@@ -186,3 +187,37 @@ def thermal_answers(found: ThermalModel, terms: int) -> list[AnswerLine]:
             labels=("", "", ""),
         )
     ]
+
+
+def design_answers(
+    everything: Proposal, best: Proposal | None, cheapest: Proposal | None
+) -> list[AnswerLine]:
+    """Which set-ups to make: the cheapest that leave nothing open, else what all of them leave open; and the best within a budget."""
+    left = [c.text for c in everything.identified.combinations]
+    one = cheapest or everything
+    lines = [
+        AnswerLine(
+            "Set-ups to make",
+            f"{len(one.names)} of {len(everything.names)}, {one.minutes:.0f} min",
+            coverage="nothing stays open" if cheapest else f"{len(left)} open, even by all",
+            verdict="complete" if cheapest else "not complete",
+            kind="good" if cheapest else "bad",
+            because=", ".join(one.names),
+            change="" if cheapest else left[0] if left else "",
+            labels=("limits", "these:", "not identified:"),
+            numbers={"setups": len(one.names), "minutes": one.minutes, "open": len(left)},
+        )
+    ]
+    if best is not None:
+        rest = len(best.identified.combinations)
+        lines.append(
+            AnswerLine(
+                "Best within the budget",
+                f"{len(best.names)} of {len(everything.names)}, {best.minutes:.0f} min",
+                coverage=f"{rest} open" if rest else "nothing stays open",
+                because=", ".join(best.names),
+                labels=("limits", "these:", "to improve:"),
+                numbers={"setups": len(best.names), "minutes": best.minutes, "open": rest},
+            )
+        )
+    return lines

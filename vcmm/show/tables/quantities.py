@@ -104,12 +104,12 @@ SHARE = Writing(
 
 
 def fixed(decimals: int, unit: str = "", scale: float = 1.0, signed: bool = False) -> Writing:
-    """A number with so many decimals, times `scale`, with the word of its unit: fixed(2, "um", 1e3)."""
+    """A number with so many decimals, times `scale`, with the word of its unit: fixed(2, "um", 1e3). What rounds to nothing has no minus."""
     sign, word = "+" if signed else "", f" {unit}" if unit else ""
     word = word.replace(" um", " µm").replace(" urad", " µrad")
 
     def written(value: Any, word: str) -> str:
-        return DASH if _missing(value) else f"{value * scale:{sign}.{decimals}f}{word}"
+        return DASH if _missing(value) else f"{value * scale:{sign}z.{decimals}f}{word}"
 
     return Writing(lambda value, unit: written(value, word), lambda value, unit: written(value, word))
 
@@ -117,12 +117,12 @@ def fixed(decimals: int, unit: str = "", scale: float = 1.0, signed: bool = Fals
 def percent(decimals: int, signed: bool = False) -> Writing:
     """A share: 0.247 as 24.7%."""
     sign = "+" if signed else ""
-    return Writing(lambda value, unit: DASH if _missing(value) else f"{value:{sign}.{decimals}%}")
+    return Writing(lambda value, unit: DASH if _missing(value) else f"{value:{sign}z.{decimals}%}")
 
 
 def in_file(decimals: int, scale: float = 1.0) -> Any:
     """For CSV files: a number with so many decimals, empty where there is none."""
-    return lambda value, unit: "" if _missing(value) else f"{value * scale:.{decimals}f}"
+    return lambda value, unit: "" if _missing(value) else f"{value * scale:z.{decimals}f}"
 
 
 def small_in_file(value: float | None, unit: Unit) -> str:

@@ -11,7 +11,7 @@ noise      the common statement, or the standard uncertainty of every observatio
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -70,9 +70,22 @@ def join_recordings(recordings: Sequence[Recording], machine: Machine) -> Joined
         index={f"{r.name}: {k}": v for r in recordings for k, v in r.index.items()},
         known=_join_knowledge(recordings, machine),
         chosen_from=_chosen_from(recordings),
+        record=joined_record([r.record for r in recordings]),
     )
     part = np.repeat(np.arange(len(recordings)), [r.m for r in recordings])
     return JoinedRecordings(one, part, left_out)
+
+
+def joined_record(records: Iterable[Mapping[str, str]]) -> dict[str, str]:
+    """One record of several: what differs between them stands side by side, dates as the first and the last."""
+    values: dict[str, list[str]] = {}
+    for record in records:
+        for key, text in record.items():
+            values.setdefault(key, []).append(text)
+    different = {key: list(dict.fromkeys(texts)) for key, texts in values.items()}
+    dates = sorted(different.pop("date", []))
+    out = {key: "; ".join(texts) for key, texts in different.items()}
+    return out | ({"date": dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"} if dates else {})
 
 
 def _chosen_from(recordings: Sequence[Recording]) -> int:

@@ -56,6 +56,7 @@ class Recording:
     chosen_from: of how many observations these were chosen evenly (see vcmm.learn.diagnosis.thinning); 0: they are all.
     notes: what was set aside when the file was read, in words: rows or columns with gaps of a sensor.
     unread: (column, rows (n,)): run rows in which a sensor has no reading; the number that stands there is held, and says nothing.
+    record: who, when, serial numbers, in words for reports.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -77,6 +78,7 @@ class Recording:
     chosen_from: int = 0
     notes: tuple[str, ...] = ()
     unread: tuple[tuple[str, npt.NDArray[np.bool_]], ...] = ()
+    record: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
