@@ -198,11 +198,13 @@ def _least_squares(a: Array, y: Array) -> tuple[Array, Array, Array, float, floa
     scale = np.sqrt((a**2).sum(axis=0))
     scale[scale == 0] = 1.0
     q = a / scale
-    found, _, rank, _ = np.linalg.lstsq(q, y, rcond=1e-10)
+    inverse = np.linalg.pinv(q.T @ q, rcond=1e-12, hermitian=True)
+    rank = np.linalg.matrix_rank(inverse, hermitian=True)
+    found = inverse @ (q.T @ y)
+    found = found + inverse @ (q.T @ (y - q @ found))  # once more: what rounding left
     left = y - q @ found
     noise = float(np.sqrt((left**2).sum() / max(len(y) - int(rank), 1)))
     memory = _memory(left)
-    inverse = np.linalg.pinv(q.T @ q, rcond=1e-12, hermitian=True)
     return found / scale, noise**2 * memory * inverse / np.outer(scale, scale), left, noise, memory
 
 
