@@ -42,7 +42,7 @@ def face_errors(
             f"no feed move{where} passes over the scanned face; check work offset and scan, or name the lines"
         )
     named = ", ".join(map(str, list(dict.fromkeys(used))[:6])) + (" ..." if len(set(used)) > 6 else "")
-    joined = _joined(values)
+    joined = _with_joints(values)
     knots = np.cumsum([0, *map(len, joined)])
     whole = np.concatenate(joined)
     largest = float(np.abs(whole).max())
@@ -52,7 +52,7 @@ def face_errors(
     )  # fmt: skip
 
 
-def _joined(values: Sequence[Array | None]) -> list[Array]:
+def _with_joints(values: Sequence[Array | None]) -> list[Array]:
     """e at the knots of every move: one that is not over the face leads from what the one before ends with to what the next begins with."""
     zero = np.zeros(3)
     out = []

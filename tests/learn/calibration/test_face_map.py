@@ -51,7 +51,9 @@ def test_one_side_alone_does_not_see_it_and_says_so():
 
 def test_a_machine_file_gives_what_one_side_does_not_see():
     machine = lathe(fx.RotaryLocation("B0C", tilt=SQUARE))
-    rise = -machine.tip_error(vcmm.Run({"X": np.array([10.0]), "C": np.zeros(1), "Z": np.zeros(1)}, np.zeros((1, 3))))[0, 2]
+    rise = -machine.tip_error(
+        vcmm.Run({"X": np.array([10.0]), "C": np.zeros(1), "Z": np.zeros(1)}, np.zeros((1, 3)))
+    )[0, 2]
     slope = rise / 10.0
     found = FACES.map_face(spiral(lambda r: -slope * r, lambda x: slope * x, both=False), machine)
     assert abs(slope) == pytest.approx(SQUARE, rel=1e-6)
@@ -89,7 +91,12 @@ def test_the_stated_uncertainty_of_the_cone_is_its_scatter():
     # 24 scans with 20 nm of white noise: the rms of z = error / u is 1 within 4 standard errors (1 / sqrt(48))
     z = []
     for seed in range(24):
-        one = figure(FACES.map_face(spiral(lambda r: SQUARE * r, lambda x: -SQUARE * x, noise=2e-5, seed=seed, n=1440)), "cone")
+        one = figure(
+            FACES.map_face(
+                spiral(lambda r: SQUARE * r, lambda x: -SQUARE * x, noise=2e-5, seed=seed, n=1440)
+            ),
+            "cone",
+        )
         z.append((one.value - SQUARE) / one.u)
     assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=4 / np.sqrt(48))
 
@@ -98,7 +105,9 @@ def test_a_raster_less_its_plane_and_less_the_machine():
     # a saddle of 1 um at the corners, a plane, and a slide that sags by 2 um at X = +-30, which cut and scan alike hold
     x, y = (v.ravel() for v in np.meshgrid(np.linspace(-30, 30, 61), np.linspace(-20, 20, 41)))
     saddle = 1e-3 * x * y / 600
-    machine = mill(fx.ComponentTable("EZX", ("X",), (np.array([-50.0, 0.0, 50.0]),), np.array([0.0, 2e-3, 0.0])))
+    machine = mill(
+        fx.ComponentTable("EZX", ("X",), (np.array([-50.0, 0.0, 50.0]),), np.array([0.0, 2e-3, 0.0]))
+    )
     rise = -machine.tip_error(vcmm.Run({"X": x, "Y": y, "Z": 0 * x}, np.zeros((len(x), 3))))[:, 2]
     scan = FACES.FaceScan("face", False, x, y, saddle + rise + 1e-3 + 5e-5 * x, np.full(len(x), ""))
     found = FACES.map_face(scan, machine)
@@ -171,9 +180,13 @@ M30
 @pytest.fixture
 def folder(tmp_path):
     scan = spiral(lambda r: SQUARE * r, lambda x: -SQUARE * x)
-    rows = [f"{x:.6f},{np.degrees(c):.4f},{1e3 * d:.7f}" for x, c, d in zip(scan.x, scan.across, scan.reading)]
+    rows = [
+        f"{x:.6f},{np.degrees(c):.4f},{1e3 * d:.7f}" for x, c, d in zip(scan.x, scan.across, scan.reading)
+    ]
     (tmp_path / "scan.csv").write_text("\n".join(["X_mm,C_deg,d_um", *rows]) + "\n", encoding="utf-8")
-    (tmp_path / "scan.toml").write_text('vcmm = "scan/1"\nkind = "spiral"\ndata = "scan.csv"\n', encoding="utf-8")
+    (tmp_path / "scan.toml").write_text(
+        'vcmm = "scan/1"\nkind = "spiral"\ndata = "scan.csv"\n', encoding="utf-8"
+    )
     for name, text in (("lathe.toml", MACHINE), ("setup.toml", SETUP), ("face.nc", PROGRAM)):
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
@@ -195,7 +208,13 @@ def test_from_the_command_line_a_corrected_program(folder, capsys):
     assert any(line.startswith("Z-0.00017") for line in lines)
     assert any("X-1.6" in line and "Z0.00033" in line for line in lines)
     assert "G1 X42. Z-20." in lines  # another surface
-    assert {p.name for p in out.iterdir()} == {"face.json", "face.html", "map.csv", "profile.csv", "face-compensated.nc"}
+    assert {p.name for p in out.iterdir()} == {
+        "face.json",
+        "face.html",
+        "map.csv",
+        "profile.csv",
+        "face-compensated.nc",
+    }
 
 
 def test_lines_that_pass_over_no_face_are_refused(folder, capsys):
@@ -211,3 +230,14 @@ def test_a_scan_without_its_column_names_it(folder, capsys):
     (folder / "scan.csv").write_text("X_mm,C_deg\n1,2\n", encoding="utf-8")
     assert command(["calibrate", "face", str(folder / "scan.toml")]) == 2
     assert "d_um is missing" in capsys.readouterr().err
+
+
+def test_what_a_scan_does_not_use_is_refused(folder, capsys):
+    (folder / "scan.csv").write_text("X_mm,C_deg,d_um,temp_air_C\n1,2,3,20\n", encoding="utf-8")
+    assert command(["calibrate", "face", str(folder / "scan.toml")]) == 2
+    assert "nothing uses the column temp_air_C" in capsys.readouterr().err
+    (folder / "scan.toml").write_text(
+        'vcmm = "scan/1"\nkind = "spiral"\nlevel = "plane"\ndata = "scan.csv"\n', encoding="utf-8"
+    )
+    assert command(["calibrate", "face", str(folder / "scan.toml")]) == 2
+    assert "level belongs to" in capsys.readouterr().err

@@ -31,7 +31,7 @@ def face_command(scan: Path, machine: Path | None, program: FaceProgram, out: Pa
     from vcmm.show.tables import faces as tables
 
     found = map_face(load_face_scan(scan), None if machine is None else load_machine(machine))
-    better = _corrected(found, program)
+    better = _correction(found, program)
     body, notes = tables.face_json(found), [*found.warnings]
     if better is not None:
         body |= {"program": _program(better)}
@@ -72,7 +72,7 @@ def _data(scan: Path) -> Path:
     return scan.parent / str(read_toml(scan).data["data"])
 
 
-def _corrected(found: Any, program: FaceProgram) -> Any:
+def _correction(found: Any, program: FaceProgram) -> Any:
     """The corrected program; None where none was named."""
     from vcmm.core.units import quantity
     from vcmm.face.public.faces import correct_face

@@ -47,6 +47,11 @@ def load_face_scan(path: str | Path) -> FaceScan:
     radius = (
         0.0 if model is None or not model.radius else problems.attempt(("radius",), lambda: _radius(model))
     )
+    if model is not None and model.kind == "spiral" and "level" in model.model_fields_set:
+        problems.add(
+            ("level",),
+            'level belongs to kind = "raster"; the tilt of a turned face is always taken off; remove it',
+        )
     problems.raise_if_any()
     assert model is not None
     assert radius is not None
@@ -66,6 +71,9 @@ def _read(model: FaceScanFile, data: Path, radius: float, name: str) -> FaceScan
         raise DataError(
             f"{data}:1: the column d_um is missing; it holds what the probe read above the programmed face"
         )
+    idle = sorted((set(run.columns) - {"d_um"}) | (set(run.labels) - {"run"}))
+    if idle:
+        raise DataError(f"{data}:1: nothing uses the column {idle[0]} of a scan of a face; remove it")
     return FaceScan(
         name=name,
         spiral=spiral,

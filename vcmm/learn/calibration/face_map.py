@@ -78,7 +78,7 @@ class FaceMap:
         """
         if self.r is not None and self.profile is not None:
             return np.asarray(np.interp(np.hypot(x, y), self.r, self.profile))
-        return _bilinear(self.x, self.y, _filled(self.height), x, y)
+        return _bilinear(self.x, self.y, _without_gaps(self.height), x, y)
 
 
 def map_face(scan: FaceScan, machine: Machine | None = None) -> FaceMap:
@@ -273,12 +273,12 @@ def _raster(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceM
             f"{len(height)} readings on no area: a raster takes twelve or more, over X and over Y"
         )
     flat = height - a @ np.linalg.lstsq(a, height, rcond=None)[0]
-    x, y, cells, count, inside = _binned(scan.x, scan.across, flat)
+    x, y, cells, count, inside = _cell_means(scan.x, scan.across, flat)
     noise, memory = (
         float(np.sqrt((inside**2).sum() / max(len(flat) - int((count > 0).sum()), 1))),
         _memory(inside),
     )
-    known = _binned(scan.x, scan.across, u_rise**2)[2]
+    known = _cell_means(scan.x, scan.across, u_rise**2)[2]
     with np.errstate(divide="ignore", invalid="ignore"):
         u = np.sqrt(noise**2 * np.minimum(memory, count) / count + known)
     return FaceMap(
@@ -352,13 +352,13 @@ def _cells(
     x: Array, y: Array, height: Array, noise: float, memory: float
 ) -> tuple[Array, Array, Array, Array]:
     """(x, y, means, u) of cells; u of a mean of readings that err as `memory` of them do."""
-    cx, cy, mean, count, _ = _binned(x, y, height)
+    cx, cy, mean, count, _ = _cell_means(x, y, height)
     with np.errstate(divide="ignore", invalid="ignore"):
         u = noise * np.sqrt(np.minimum(memory, count) / count)
     return cx, cy, mean, np.where(count > 0, u, np.nan)
 
 
-def _binned(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _cell_means(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Array, Array]:
     """(x, y, mean (m, k), count (m, k), rest of every reading (n,)) of even cells, about four readings each."""
     side = int(np.clip(np.sqrt(len(x) / 4), 3, MOST_CELLS))
     edges = [np.linspace(v.min(), v.max(), side + 1) for v in (x, y)]
@@ -371,7 +371,7 @@ def _binned(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Arr
     return middles[0], middles[1], mean.reshape(side, side), count.reshape(side, side), height - mean[number]
 
 
-def _filled(height: Array) -> Array:
+def _without_gaps(height: Array) -> Array:
     """Empty cells take the nearest one that has a value."""
     if np.isfinite(height).all():
         return height
