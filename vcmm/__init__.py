@@ -34,6 +34,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.face.public import (
         calibration,
         diagnosis,
+        faces,
         instruments,
         machining,
         measuring,
@@ -114,6 +115,7 @@ _SUBJECTS = {
     "charts": "vcmm.show.charts",
     "diagnosis": "vcmm.face.public.diagnosis",
     "effects": "vcmm.physics",
+    "faces": "vcmm.face.public.faces",
     "instruments": "vcmm.face.public.instruments",
     "kinematics": "vcmm.core.kinematics",
     "laws": "vcmm.core.laws",

@@ -177,7 +177,8 @@ class SurfaceErrors:
     against: tuple[
         str, ...
     ]  # features on which most of it is left: their walls want the same tool to go two ways at once
-    seen: SeenPoints
+    seen: SeenPoints | None = None  # None: not found by a virtual cut
+    told: str = ""  # what it is, where it was not found by a virtual cut
 
     def at(self, low: Ints, high: Ints, tips: Array) -> Array:
         """e (k, 3) of tips (k, 3) on the nearest of moves low to high (k,)."""
@@ -258,9 +259,11 @@ def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) 
     corrected for. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
     job = set_up(replace(scenario, program=program))
     seen = first.seen
+    if seen is None:
+        raise UsageError("what was measured on a face is not found anew by a virtual cut")
     surface = surface_at(job, seen.at, seen.normals)
     good = np.flatnonzero(surface.status == CUT)
-    contacts, errors, _ = _cut_at(job, surface.take(good), first.seen.cuts.feature[good])
+    contacts, errors, _ = _cut_at(job, surface.take(good), seen.cuts.feature[good])
     still = np.zeros(len(seen.at))
     still[good] = contacts.surface(errors) - seen.level[good]
     cuts = seen.cuts
@@ -334,6 +337,8 @@ def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[
     """What is not corrected, and what is corrected on the finished surface instead of the path."""
     if surface is None:
         return left
+    if surface.told:
+        return (*left, surface.told)
     left = tuple(said for said in left if said.split(" ")[0] not in surface.effects)
     told = (
         f"{', '.join(surface.effects) or 'the path that the control takes (corners, lag)'}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "

@@ -11,7 +11,7 @@ import pytest
 from vcmm.face.cli import CODES, VERBS, build_app, verb_help
 
 JOBS = [
-    ["calibrate", job] for job in ("fit", "design", "simulate", "thermal", "nodes", "compare")
+    ["calibrate", job] for job in ("fit", "design", "simulate", "thermal", "nodes", "face", "compare")
 ]  # docs/calibrate.md
 PAGES = [[verb] for verb in VERBS] + JOBS
 

@@ -1,4 +1,4 @@
-"""vcmm calibrate fit | design | program | simulate | thermal | nodes | compare: each with the options it has, and no others.
+"""vcmm calibrate fit | design | program | simulate | thermal | nodes | face | compare: each with the options it has, and no others.
 
 Without such a word `vcmm calibrate` takes all options at once, as before (`--design`, `--thermal` ...).
 """
@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from cyclopts import App, Parameter
 
 from vcmm.face.cli.calibrate import calibrate_command
-from vcmm.face.cli.options import Seed
+from vcmm.face.cli.options import Decimals, Seed
 
 Json = Annotated[bool, Parameter(name="--json")]
 Tests = Annotated[list[Path] | None, Parameter(name="--test", negative=())]
@@ -186,6 +186,47 @@ def nodes_command(
     )
 
 
+def face_command(
+    scan: Path,
+    *,
+    machine: Path | None = None,
+    program: Path | None = None,
+    setup: Path | None = None,
+    lines: str = "",
+    tolerance: str = "1 um",
+    decimals: Decimals = None,
+    json: Json = False,
+    out: Path | None = None,
+) -> int:
+    """Map a turned or milled face from a spiral or raster scan on the machine that made it, and correct the program that cut it.
+
+    Parameters
+    ----------
+    scan
+        Scan of the face (scan/1): its kind, and the CSV of its readings.
+    machine
+        Machine file of the machine that scanned: its errors are taken off the readings.
+    program
+        NC program that cut the face: it is written again, corrected for the map.
+    setup
+        Set-up file (setup/1) of that program.
+    lines
+        Lines of the program that cut the face, such as "12-20". Default: every feed move that passes over the scanned area.
+    tolerance
+        Largest departure from the corrected path that may be left, beside the rounding of the last decimal.
+    decimals
+        Decimals of the new numbers (default: those of the program, at least 0.001 mm or 0.0001 inch).
+    json
+        Print one JSON document.
+    out
+        Folder for face.html, face.json, map.csv, profile.csv and the corrected program.
+    """
+    from vcmm.face.cli.calibrate_face import FaceProgram
+    from vcmm.face.cli.calibrate_face import face_command as map_and_correct
+
+    return map_and_correct(scan, machine, FaceProgram(program, setup, lines, tolerance, decimals), out, json)
+
+
 def compare_command(
     *recordings: Path,
     structure: str | None = None,
@@ -225,6 +266,7 @@ JOBS: dict[str, Callable[..., int]] = {
     "simulate": simulate_command,
     "thermal": thermal_command,
     "nodes": nodes_command,
+    "face": face_command,
     "compare": compare_command,
 }
 

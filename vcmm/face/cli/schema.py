@@ -7,7 +7,9 @@ from typing import Literal
 
 
 def schema_command(
-    kind: Literal["machine", "scenario", "part", "plan", "recording", "setup", "design"] = "scenario",
+    kind: Literal[
+        "machine", "scenario", "part", "plan", "recording", "setup", "design", "checks", "scan"
+    ] = "scenario",
     *,
     out: Path | None = None,
 ) -> int:

@@ -8,10 +8,12 @@ from typing import Any
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.files.columns import REDRAW
+from vcmm.files.own.check_list import CheckListFile
 from vcmm.files.own.cut_tables import CutFile
 from vcmm.files.own.design import DesignFile
 from vcmm.files.own.effects import may_be_left_out
 from vcmm.files.own.environment import EnvironmentTable
+from vcmm.files.own.face_scan import FaceScanFile
 from vcmm.files.own.features import TABLES
 from vcmm.files.own.inputs import INPUT_KEYS, LAW_KEYS
 from vcmm.files.own.machine import MachineFile
@@ -31,6 +33,8 @@ MODELS: dict[str, type[Table]] = {
     "recording": RecordingFile,
     "setup": SetupFile,
     "design": DesignFile,
+    "checks": CheckListFile,
+    "scan": FaceScanFile,
 }
 Schema = dict[str, Any]
 

@@ -1,0 +1,73 @@
+"""Faces scanned on the machine that made them: scan in, map out, corrected program out.
+
+scan = vcmm.faces.load_face_scan("scan.toml")
+found = vcmm.faces.map_face(scan, vcmm.load_machine("lathe.toml"))
+better = vcmm.faces.correct_face("face.nc", "setup.toml", found)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.compensation.face import face_errors
+from vcmm.compensation.job import compensate, prepare
+from vcmm.compensation.result import CompensatedProgram
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
+from vcmm.files.own.face_scan import load_face_scan
+from vcmm.learn.calibration.face_map import FaceFigure, FaceMap, map_face
+from vcmm.task.instruments.face_scan import FaceScan
+
+__all__ = ["FaceFigure", "FaceMap", "FaceScan", "correct_face", "load_face_scan", "map_face"]
+
+
+def correct_face(
+    program: str | Path, setup: str | Path, found: FaceMap, *, lines: tuple[int, int] | None = None,
+    dialect: str | None = None, tolerance: float = 1e-3, decimals: int | None = None,
+) -> CompensatedProgram:  # fmt: skip
+    """The program that cut the face, with what the map shows too high taken off along Z.
+
+    Parameters
+    ----------
+    program, setup
+        NC program and set-up file (setup/1) with which the face was cut.
+    found
+        Map of the face.
+    lines
+        First and last line of the program that cut it; default: every feed move that passes over the scanned area.
+    dialect
+        How the program is written; default: that of the set-up file, else guessed.
+    tolerance
+        mm that may be left, beside the rounding of the last decimal.
+    decimals
+        Decimals of the new numbers.
+
+    Returns
+    -------
+    CompensatedProgram
+        The text, its proof and what was changed.
+    """
+    given = {"dialect": dialect, "decimals": decimals, "set_here": False}
+    work = prepare(program, setup, None, constants=None, **given)  # type: ignore[arg-type]
+    machine = replace(work.machine, effects=(), inputs=())
+    if work.dialect.lathe != found.scan.spiral:
+        what = "spiral of a turned face" if found.scan.spiral else "raster of a milled face"
+        raise UsageError(
+            f"the scan is a {what}, and {program} is a program of a {'lathe' if work.dialect.lathe else 'mill'}"
+        )
+    extent = _extent(found)
+    moves = work.program.moves
+    surface = face_errors(moves, work.setup, found.at, extent=extent, lathe=work.dialect.lathe, lines=lines)
+    return compensate(program, work.setup, machine, surface=surface, tolerance=tolerance, **given)  # type: ignore[arg-type]
+
+
+def _extent(found: FaceMap) -> tuple[Array, Array]:
+    """Lowest and highest x, y of the part that the scan reached, mm."""
+    if found.scan.spiral:
+        far = np.full(2, float(np.abs(found.scan.x).max()))
+        return -far, far
+    places = np.column_stack([found.scan.x, found.scan.across])
+    return places.min(axis=0), places.max(axis=0)

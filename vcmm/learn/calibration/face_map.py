@@ -1,0 +1,388 @@
+"""A turned or milled face scanned on the machine that made it: what the part is, what the machine is, and what no such scan tells.
+
+    reading d = f(part) + s(machine)         s = -(tip error along Z): how the surface under the probe seems to rise, mm
+    spiral      the spindle C turns the part under the probe, which stands at X (signed): place r = |X|, d from the programmed surface
+    turned face f = p(r) with p(r) = t(r) - s(r): t is what the tool leaves beside the slide's own error, which is cut into the part
+
+With g(X) the mean over the turns: g(+r) = p(r) + s(r) = t(r), so on the side where the tool cut everything that the slide repeats is
+invisible; g(-r) = p(r) + s(-r). Hence
+
+    (g(+r) - g(-r)) / 2 = odd part of s          (g(+r) + g(-r)) / 2 = p(r) + even part of s
+
+whoever cut the part. A squareness of X to the axis of C by phi, s = -phi X, cuts the cone p = phi r, which the cut side does not show and
+the other side shows twice. The even part of s (a dish of the slide) is told by no scan: it comes from the machine file (a reversal,
+docs/reversal.md) or stays in p. Evans, Hocken and Estler, "Self-calibration: reversal, redundancy, error separation, and absolute testing",
+Annals of the CIRP 45 (1996) 617-634.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.task.instruments.face_scan import FaceScan
+
+LOBES = (2, 3, 4, 5, 6)  # orders per turn that are told; order 1 is the tilt of the face
+READINGS = 12  # at least, for every ring of a turned face
+MOST_RINGS, MOST_CELLS = 40, 60
+LAGS = 200  # of the memory of neighbours
+
+
+@dataclass(frozen=True)
+class FaceFigure:
+    """One number with its standard uncertainty, of unit "mm" or "rad"."""
+
+    name: str
+    value: float
+    u: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class FaceMap:
+    """The map of the part: cells x (k,), y (m,) mm of the face, height and u (m, k) mm; NaN where no reading lies.
+
+    Of a turned face also r (j,), profile p (j,) with u and covariance (j, j), and odd (j,) with u_odd: the odd part of the slide's error that the
+    machine file does not hold, None without readings on both sides. noise: rms of what is left, mm; memory: readings that err as one.
+    """
+
+    scan: FaceScan
+    x: Array
+    y: Array
+    height: Array
+    u: Array
+    figures: tuple[FaceFigure, ...]
+    noise: float
+    memory: float
+    warnings: tuple[str, ...]
+    machine: str
+    r: Array | None = None
+    profile: Array | None = None
+    covariance: Array | None = None
+    odd: Array | None = None
+    u_odd: Array | None = None
+
+    @property
+    def u_profile(self) -> Array:
+        assert self.covariance is not None
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def at(self, x: Array, y: Array) -> Array:
+        """What the face is too high, mm, at places (n,) of the part; beyond the scan the value at its edge.
+
+        A turned face by its profile over the radius: what goes round with the spindle is no matter of a turning program.
+        """
+        if self.r is not None and self.profile is not None:
+            return np.asarray(np.interp(np.hypot(x, y), self.r, self.profile))
+        return _bilinear(self.x, self.y, _without_gaps(self.height), x, y)
+
+
+def map_face(scan: FaceScan, machine: Machine | None = None) -> FaceMap:
+    """The face of a scan. machine: what is known of the machine that scanned it; its errors are taken off the readings.
+
+    Raises UsageError where the readings are too few or lie on no area.
+    """
+    rise, u_rise = _machine_rise(scan, machine)
+    height = scan.reading - rise
+    return (_spiral if scan.spiral else _raster)(
+        scan, height, u_rise, "" if machine is None else machine.name
+    )
+
+
+def _machine_rise(scan: FaceScan, machine: Machine | None) -> tuple[Array, Array]:
+    """(s (n,), its standard uncertainty (n,)) mm by the machine file."""
+    n = len(scan.x)
+    if machine is None:
+        return np.zeros(n), np.zeros(n)
+    from vcmm.task.response.known_volume import tip_uncertainty
+    from vcmm.task.response.volumetric import with_defaults
+
+    second = "C" if scan.spiral else "Y"
+    missing = [a for a in ("X", second) if a not in machine.axes]
+    if missing:
+        raise UsageError(
+            f"the machine {machine.name} has no axis {missing[0]}, along which the face was scanned"
+        )
+    position = {a: np.zeros(n) for a in machine.axes} | {"X": scan.x, second: scan.across}
+    run = with_defaults(machine, Run(position, np.zeros((n, 3))))
+    u = tip_uncertainty(machine, run)[0][:, 2] if machine.inputs else np.zeros(n)
+    return -machine.tip_error(run)[:, 2], u
+
+
+def _spiral(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceMap:
+    """A turned face: profiles of both sides, tilt and lobes by least squares, each scan with its own zero."""
+    sides = [s for s in (1.0, -1.0) if (s * scan.x > 0).sum() >= 4 * READINGS]
+    if 1.0 not in sides:
+        raise UsageError(
+            "no readings at X > 0, the side on which the tool cuts: turn the sign of X_mm, or scan that side"
+        )
+    nodes = _rings(scan, sides)
+    a, cut = _columns(scan, sides, nodes)
+    found, covariance, _left, noise, memory = _least_squares(a, height)
+    k = len(nodes)
+    sides_at = [slice(i * k, (i + 1) * k) for i in range(len(sides))]
+    levelling = np.eye(k) - np.outer(np.ones(k), _ring_areas(nodes))
+    to_p = np.zeros((k, len(found)))
+    for one in sides_at:
+        to_p[:, one] = levelling / len(sides)
+    u_known = levelling @ np.diag(_at_nodes(scan.x, u_rise, nodes) ** 2) @ levelling.T
+    profile, spread = to_p @ found, to_p @ covariance @ to_p.T + u_known
+    odd = u_odd = None
+    if len(sides) == 2:
+        half = np.zeros((k, len(found)))
+        half[:, sides_at[0]], half[:, sides_at[1]] = np.eye(k) / 2, -np.eye(k) / 2
+        odd, u_odd = half @ found, np.sqrt(np.diag(half @ covariance @ half.T))
+    figures = [*_shape_figures(scan, nodes, profile, spread), *_lobe_figures(found, covariance, cut["lobes"])]
+    if odd is not None:
+        figures.append(_slope(nodes, odd, half @ covariance @ half.T))
+    px, py = scan.x * np.cos(scan.across), scan.x * np.sin(scan.across)
+    flat = (
+        height
+        - a[:, cut["free"]] @ found[cut["free"]]
+        - float(_ring_areas(nodes) @ (profile_of(found, sides_at)))
+    )
+    if odd is not None:  # what the slide still does, on either side
+        flat = flat - np.sign(scan.x) * (_hats(nodes, np.abs(scan.x)) @ odd)
+    x, y, cells, u = _cells(px, py, flat, noise, memory)
+    return FaceMap(
+        scan=scan, x=x, y=y, height=cells, u=u, figures=(*_size_figures(cells, u), *figures), noise=noise, memory=memory,
+        warnings=_unseen(scan, machine, len(sides)), machine=machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
+    )  # fmt: skip
+
+
+def profile_of(found: Array, sides: list[slice]) -> Array:
+    """Mean (k,) of the sides."""
+    return np.asarray(np.mean([found[one] for one in sides], axis=0))
+
+
+def _rings(scan: FaceScan, sides: list[float]) -> Array:
+    """Radii of the nodes, mm, from the innermost to the outermost reading that all sides have."""
+    low = max(float(np.abs(scan.x[s * scan.x > 0]).min()) for s in sides)
+    high = min(float(np.abs(scan.x[s * scan.x > 0]).max()) for s in sides)
+    if not high > low:
+        raise UsageError(
+            "the readings lie on one radius: a spiral goes over the face, from the rim to the centre"
+        )
+    count = min(MOST_RINGS, len(scan.x) // (READINGS * len(sides)))
+    return np.linspace(low, high, max(count, 3))
+
+
+def _columns(scan: FaceScan, sides: list[float], nodes: Array) -> tuple[Array, dict[str, slice]]:
+    """Columns of the fit: profile of each side, then what is free (tilt of each scan, zero of each but the first) and lobes."""
+    r, c = np.abs(scan.x), scan.across
+    profiles = [_hats(nodes, r) * (s * scan.x > 0)[:, None] for s in sides]
+    names = list(dict.fromkeys(scan.run.tolist()))
+    free = []
+    for i, name in enumerate(names):
+        mine = (scan.run == name).astype(float)
+        free += [mine * scan.x * np.cos(c), mine * scan.x * np.sin(c)] + ([mine] if i else [])
+    lobes = []
+    for order in LOBES:  # E_ZC and -x E_BC alike: of part or spindle, which one scan does not tell
+        lobes += [
+            wave * arm for wave in (np.cos(order * c), np.sin(order * c)) for arm in (np.ones(len(r)), scan.x)
+        ]
+    start = len(sides) * len(nodes)
+    cut = {
+        "free": slice(start, start + len(free)),
+        "lobes": slice(start + len(free), start + len(free) + len(lobes)),
+    }
+    return np.column_stack([*profiles, *free, *lobes]), cut
+
+
+def _least_squares(a: Array, y: Array) -> tuple[Array, Array, Array, float, float]:
+    """(found, covariance, left, noise, memory): neighbours that err alike count as fewer (1 + 2 sum of correlations)."""
+    scale = np.sqrt((a**2).sum(axis=0))
+    scale[scale == 0] = 1.0
+    q = a / scale
+    inverse = np.linalg.pinv(q.T @ q, rcond=1e-12, hermitian=True)
+    rank = np.linalg.matrix_rank(inverse, hermitian=True)
+    found = inverse @ (q.T @ y)
+    found = found + inverse @ (q.T @ (y - q @ found))  # once more: what rounding left
+    left = y - q @ found
+    noise = float(np.sqrt((left**2).sum() / max(len(y) - int(rank), 1)))
+    memory = _memory(left)
+    return found / scale, noise**2 * memory * inverse / np.outer(scale, scale), left, noise, memory
+
+
+def _memory(left: Array) -> float:
+    """1 + 2 sum of correlations up to the first that is not above zero."""
+    size, total = float((left**2).mean()), 1.0
+    if size == 0:
+        return total
+    for lag in range(1, min(LAGS, len(left) // 4)):
+        rho = float((left[lag:] * left[:-lag]).mean()) / size
+        if rho <= 2 / np.sqrt(len(left)):
+            break
+        total += 2 * rho
+    return total
+
+
+def _shape_figures(scan: FaceScan, r: Array, p: Array, covariance: Array) -> list[FaceFigure]:
+    """Cone and dish of the profile: p = c0 + c1 r + c2 (r/R)^2, weighted by area; of a sphere the tool beside the centre, d = c1 radius."""
+    a = np.column_stack([np.ones(len(r)), r, (r / r[-1]) ** 2])
+    weight = np.sqrt(_ring_areas(r))[:, None]
+    to = np.linalg.pinv(a * weight) * weight.T
+    value, spread = to @ p, to @ covariance @ to.T
+    u = np.sqrt(np.diag(spread))
+    out = [
+        FaceFigure("cone", float(value[1]), float(u[1]), "rad"),
+        FaceFigure("dish at the rim", float(value[2]), float(u[2]), "mm"),
+    ]
+    if scan.radius:
+        out.append(
+            FaceFigure(
+                "tool beside the centre", float(value[1]) * scan.radius, float(u[1]) * abs(scan.radius), "mm"
+            )
+        )
+    return out
+
+
+def _lobe_figures(found: Array, covariance: Array, where: slice) -> list[FaceFigure]:
+    """Amplitude of each order at the centre of the face (axial)."""
+    out = []
+    for i, order in enumerate(LOBES):
+        c, s = where.start + 4 * i, where.start + 4 * i + 2
+        size = float(np.hypot(found[c], found[s]))
+        u = float(np.sqrt((covariance[c, c] + covariance[s, s]) / 2))
+        out.append(FaceFigure(f"{order} per turn, axial", size, u, "mm"))
+    return out
+
+
+def _slope(r: Array, odd: Array, covariance: Array) -> FaceFigure:
+    """Slope of the odd part: the squareness of X to the spindle that the machine file does not hold, s = -phi X."""
+    to = -r / float(r @ r)
+    return FaceFigure(
+        "squareness of X to the spindle", float(to @ odd), float(np.sqrt(to @ covariance @ to)), "rad"
+    )
+
+
+def _raster(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceMap:
+    """A milled face: less its plane (or its mean) of each scan."""
+    names = list(dict.fromkeys(scan.run.tolist()))
+    columns = []
+    for name in names:
+        mine = (scan.run == name).astype(float)
+        columns += [mine, mine * scan.x, mine * scan.across] if scan.level == "plane" else [mine]
+    a = np.column_stack(columns)
+    if len(height) < 12 + a.shape[1] or np.ptp(scan.x) == 0 or np.ptp(scan.across) == 0:
+        raise UsageError(
+            f"{len(height)} readings on no area: a raster takes twelve or more, over X and over Y"
+        )
+    flat = height - a @ np.linalg.lstsq(a, height, rcond=None)[0]
+    x, y, cells, count, inside = _cell_means(scan.x, scan.across, flat)
+    noise, memory = (
+        float(np.sqrt((inside**2).sum() / max(len(flat) - int((count > 0).sum()), 1))),
+        _memory(inside),
+    )
+    known = _cell_means(scan.x, scan.across, u_rise**2)[2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.sqrt(noise**2 * np.minimum(memory, count) / count + known)
+    return FaceMap(
+        scan=scan, x=x, y=y, height=cells, u=u, figures=_size_figures(cells, u), noise=noise, memory=memory,
+        warnings=_unseen(scan, machine, 1), machine=machine,
+    )  # fmt: skip
+
+
+def _size_figures(cells: Array, u: Array) -> tuple[FaceFigure, ...]:
+    """Peak to valley (u of the two cells) and rms of the map."""
+    known = np.isfinite(cells)
+    value = cells[known]
+    ends = np.array([value.argmax(), value.argmin()])
+    rms = float(value.std())
+    return (
+        FaceFigure("flatness of the map, peak to valley", float(np.ptp(value)), float(np.linalg.norm(u[known][ends])), "mm"),
+        FaceFigure("rms of the map", rms, float(np.sqrt((u[known] ** 2).mean() / len(value))), "mm"),
+    )  # fmt: skip
+
+
+def _unseen(scan: FaceScan, machine: str, sides: int) -> tuple[str, ...]:
+    """What the scan does not tell, in words."""
+    if not scan.spiral:
+        if machine:
+            return ()
+        return (
+            "no machine file: what the machine repeats is cut into the face and followed by the probe alike, so this map holds only what it does not repeat; "
+            "name the machine file with --machine",
+        )
+    out = []
+    if sides == 1 and not machine:
+        out.append(
+            "one side alone and no machine file: what the slide X repeats (its straightness, its squareness to the spindle) is cut into the face and not seen; "
+            "scan on to the other side of the centre, or name the machine file with --machine"
+        )
+    elif sides == 1:
+        out.append(
+            "one side alone: the squareness of X to the spindle and the odd part of the slide's error are taken from the machine file, unchecked"
+        )
+    elif not machine:
+        out.append(
+            "no machine file: an even error of the slide X (a dish, the same on both sides of the centre) is cut and scanned alike and not seen; "
+            "a straightness reversal tells it (docs/reversal.md), name its machine file with --machine"
+        )
+    return tuple(out)
+
+
+def _ring_areas(r: Array) -> Array:
+    """(k,) shares of the face that rings about the nodes have."""
+    edges = np.concatenate([[r[0]], (r[1:] + r[:-1]) / 2, [r[-1]]])
+    area = np.diff(edges**2)
+    return np.asarray(area / area.sum())
+
+
+def _at_nodes(x: Array, u: Array, nodes: Array) -> Array:
+    order = np.argsort(np.abs(x))
+    return np.asarray(np.interp(nodes, np.abs(x)[order], u[order]))
+
+
+def _hats(nodes: Array, r: Array) -> Array:
+    """(n, k) linear interpolation between the nodes, the end value beyond them."""
+    r = np.clip(r, nodes[0], nodes[-1])
+    left = np.clip(np.searchsorted(nodes, r, side="right") - 1, 0, len(nodes) - 2)
+    t = (r - nodes[left]) / (nodes[left + 1] - nodes[left])
+    out = np.zeros((len(r), len(nodes)))
+    out[np.arange(len(r)), left], out[np.arange(len(r)), left + 1] = 1 - t, t
+    return out
+
+
+def _cells(
+    x: Array, y: Array, height: Array, noise: float, memory: float
+) -> tuple[Array, Array, Array, Array]:
+    """(x, y, means, u) of cells; u of a mean of readings that err as `memory` of them do."""
+    cx, cy, mean, count, _ = _cell_means(x, y, height)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = noise * np.sqrt(np.minimum(memory, count) / count)
+    return cx, cy, mean, np.where(count > 0, u, np.nan)
+
+
+def _cell_means(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """(x, y, mean (m, k), count (m, k), rest of every reading (n,)) of even cells, about four readings each."""
+    side = int(np.clip(np.sqrt(len(x) / 4), 3, MOST_CELLS))
+    edges = [np.linspace(v.min(), v.max(), side + 1) for v in (x, y)]
+    at = [np.clip(np.searchsorted(e, v, side="right") - 1, 0, side - 1) for e, v in zip(edges, (x, y))]
+    number = at[1] * side + at[0]
+    count = np.bincount(number, minlength=side * side).astype(float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(number, height, side * side) / count
+    middles = [(e[1:] + e[:-1]) / 2 for e in edges]
+    return middles[0], middles[1], mean.reshape(side, side), count.reshape(side, side), height - mean[number]
+
+
+def _without_gaps(height: Array) -> Array:
+    """Empty cells take the nearest one that has a value."""
+    if np.isfinite(height).all():
+        return height
+    rows, columns = np.nonzero(np.isfinite(height))
+    out = height.copy()
+    for i, j in zip(*np.nonzero(~np.isfinite(height))):
+        near = ((rows - i) ** 2 + (columns - j) ** 2).argmin()
+        out[i, j] = height[rows[near], columns[near]]
+    return out
+
+
+def _bilinear(x: Array, y: Array, values: Array, at_x: Array, at_y: Array) -> Array:
+    wx, wy = _hats(x, at_x), _hats(y, at_y)
+    return np.asarray(np.einsum("ni,ij,nj->n", wy, values, wx))
