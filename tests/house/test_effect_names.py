@@ -18,11 +18,11 @@ from vcmm.physics import ALL, BY_NAME
 # (module, string): why it stands there without meaning the effect of that name.
 CONTRACT = {
     (
-        "learn.calibration.node_field",
+        "files.learned.node_field",
         "scatter",
     ): "key of a residual field: scale of one approach at its nodes",
+    ("files.learned.improved_machine", "scatter"): "the same key",
     ("core.residual_process", "scatter"): "the same key",
-    ("learn.diagnosis.machine_file", "scatter"): "the same key",
     (
         "core.run",
         "work_offset",

@@ -130,7 +130,13 @@ class Track:
             )
             out.append(
                 NumberOverTime(
-                    one.name, one.unit, one.what, when, values[:, i] / size, us[:, i] / size, ahead
+                    one.name,
+                    one.unit,
+                    one.what,
+                    when,
+                    value=values[:, i] / size,
+                    u=us[:, i] / size,
+                    ahead=ahead,
                 )
             )
         return tuple(out)

@@ -43,7 +43,7 @@ from vcmm.files.own.scenario import (
 from vcmm.files.own.setup import load_setup
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model, read_model
-from vcmm.files.sheets import Column, read_csv
+from vcmm.files.sheets import SheetColumn, read_csv
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.physics.structure.tool_bending import ToolDeflection
@@ -159,7 +159,7 @@ def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict
     names = ("time_s", *columns)
     what = "force" if columns == FORCES else "load"
     problems = sheet.missing(
-        Column(n, advice=f"; a {what} log has {', '.join(names)}{_in_other_unit(n, sheet.header)}")
+        SheetColumn(n, advice=f"; a {what} log has {', '.join(names)}{_in_other_unit(n, sheet.header)}")
         for n in names
     )
     if problems:
