@@ -46,6 +46,7 @@ def others() -> list[str]:
     return [m for m in sources() if not within(m, "physics")]
 
 
+@pytest.mark.thorough
 def test_no_effect_is_named_outside_its_file():
     met = {(m, value): line for m in others() for line, value in strings(m) if value in BY_NAME}
     wrong = [f'{m}:{line} names "{name}"' for (m, name), line in met.items() if (m, name) not in CONTRACT]

@@ -145,6 +145,7 @@ def _made_up(lengths, amplitude, seed, u=0.15e-3):
     )  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_length_scales_amplitude_and_correlation_are_found():
     """Drawn with 300, 300, 150 mm and 1 um: on six draws the 95 % ranges hold at least 14 of 18 lengths (P = 1e-3 for fewer at 95 %)."""
     true, held, means = np.array([300.0, 300.0, 150.0]), 0, []
