@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from vcmm.learn.calibration.machine_file import bare_text
 
 from vcmm.core.errors import DataError
+from vcmm.files.learned.calibrated_machine import bare_text
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.show.pages.header import OF_MACHINES, facts
