@@ -279,7 +279,7 @@ def instead(cell: str, name: str) -> str:
 def read_csv(path: str | Path) -> Sheet:
     """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row."""
     path = Path(path)
-    lines = _said(path)
+    lines = _lines_with_text(path)
     if not lines:
         raise DataError(
             f"{path}:1: the file is empty; its first line names the columns, for example X_mm,Y_mm,Z_mm"
@@ -296,12 +296,12 @@ def read_csv(path: str | Path) -> Sheet:
 
 def first_cells(path: Path) -> list[str]:
     """The cells of the first line that says something, as `read_csv` separates them; none of an empty file."""
-    for line in _said(path)[:1]:
+    for line in _lines_with_text(path)[:1]:
         return cells_of(path, [line], _delimiter(line[1]))[0][0]
     return []
 
 
-def _said(path: Path) -> list[tuple[int, str]]:
+def _lines_with_text(path: Path) -> list[tuple[int, str]]:
     """(number, text) of every line that is neither empty nor a comment."""
     lines = enumerate(lines_of(read_text(path)), 1)
     return [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]

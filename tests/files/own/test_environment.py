@@ -11,7 +11,7 @@ from tests.plate import edited
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values, linear_quantities
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.placing.closed_form import Closed
+from vcmm.answer.placing.closed_form import ClosedForm
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.errors import DataError
 from vcmm.files.own.scenario import load_scenario
@@ -79,7 +79,7 @@ def test_exact_engine_and_placement_draw_the_same_room(tmp_path):
     # 1 urad on 30 mm is 30 nm: the part's temperature known with another quantity is not multiplied with its expansion,
     # which at three times both u's (0.3 K, 3 um/(m K)) leaves 27 nm; the room is multiplied
     assert np.abs(difference[:, [0, 2]]).max() < 27e-6
-    closed = Closed.of(Rows.of(scenario))
+    closed = ClosedForm.of(Rows.of(scenario))
     weights = closed.model.gradient() @ closed.operator
     first, _ = closed.variances(closed.reference[None], weights)
     terms = dict(zip(names, model.terms()))
