@@ -97,7 +97,8 @@ def test_the_interval_and_the_page_hold_it(tmp_path: Path, capsys: pytest.Captur
     (c,) = json.loads(capsys.readouterr().out)["characteristics"]
     low, high = c["true_value"]["interval_mm"]
     assert low < 3.2e-3 < high < 3.2e-3 * 1.2
-    assert c["true_value"]["coverage_claimed"] and c["decision"] == "undecided"
+    assert c["true_value"]["coverage_claimed"]
+    assert c["decision"] == "undecided"
     (beyond,) = [one for one in c["true_value"]["not_covered"] if one.startswith("forms that rise most")]
     assert beyond.endswith("but for bends up to the third degree, which are carried on to the ends")
     for page in ("sheet.html", "report.html"):
