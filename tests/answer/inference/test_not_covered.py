@@ -35,7 +35,11 @@ def test_thirty_six_points_say_what_they_do_not_see(
     """Chord of 10 deg on a radius of 15 mm: 2 x 15 x sin 5 deg = 2.615 mm. An outside count noticed memory of 0.95 in 2 of 60 parts."""
     found, said = document(capsys, tmp_path, 36)
     narrow, memory = found["form"]
-    assert narrow == "defects narrower than the spacing of the points (2.6 mm on ring) that no point touches"
+    assert narrow == (
+        "defects narrower than the spacing of the points (2.6 mm on ring) that no point touches: "
+        "of roundness with a scratch 1 mm wide an outside count held 67 of 106"
+    )
+    assert memory.endswith("held 30 of 117 of their sizes and 93 of 117 of their roundnesses")
     assert memory.startswith(
         "noise that goes on from touch to touch (correlation 0.95 of neighbours): 36 points are too few"
     )

@@ -16,8 +16,17 @@ SAME = 1e-3  # mm: touches nearer than that are repeats of one
 UNSEEN = (
     0.03  # of the range of a cubic, beyond the outermost touches: less moves no end by more than draws do
 )
-BEYOND = "forms that rise most beyond the outermost points ({where})"
+BEYOND_SAID = "forms that rise most beyond the outermost points"
+BEYOND = BEYOND_SAID + " ({where})"
 NARROW = "defects narrower than the spacing of the points ({where}) that no point touches"
+# claims that held the true value, of all claims for parts with a scratch: counted from outside (docs/referee.md, family scratch)
+SCRATCHED = {
+    "roundness": (67, 106),
+    "straightness": (278, 384),
+    "flatness": (81, 114),
+    "parallelism": (89, 106),
+}
+COUNTED = ": of {kind} with a scratch 1 mm wide an outside count held {held} of {claimed}"
 
 
 def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
@@ -36,7 +45,12 @@ def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
         )
         if 1.0 - shown > UNSEEN:
             ends.append(f"{left:.2g} mm from the end of {name}: a cubic shows {shown:.0%} of itself")
-    out = [NARROW.format(where=", ".join(places))] if places else []
+    counted = (
+        COUNTED.format(kind=c.type, held=SCRATCHED[c.type][0], claimed=SCRATCHED[c.type][1])
+        if c.type in SCRATCHED
+        else ""
+    )
+    out = [NARROW.format(where=", ".join(places)) + counted] if places else []
     return (*out, *([BEYOND.format(where=", ".join(ends))] if ends else []))
 
 

@@ -89,7 +89,7 @@ def doubts_of(
         )
     long = [(name, f.n) for name, f in tests.features.items() if f.n > MOST_FORM_POINTS]
     notes += [ORDER_NOT_TESTED.format(n=count, feature=name, most=MOST_FORM_POINTS) for name, count in long]
-    residuals = {name: _outward(task, name, *found) for name in tests.features}
+    residuals = {name: outward(task, name, *found) for name in tests.features}
     outliers = tests.outliers(residuals, step)
     order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}
     memory = tests.memory(residuals, order)
@@ -104,7 +104,7 @@ def doubts_of(
     return Doubts((*notes, *lines), lost, why, digits)
 
 
-def _outward(task: Task, name: str, points: Array, fitted: Mapping[str, FittedElement]) -> Array:
+def outward(task: Task, name: str, points: Array, fitted: Mapping[str, FittedElement]) -> Array:
     """Residuals (n,) of a feature, mm outwards; of a surface of nominal points its departures from nominal."""
     t, rows = task.touches, task.touches.rows[name]
     one = fitted.get(name)

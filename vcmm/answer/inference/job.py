@@ -18,9 +18,10 @@ from vcmm.answer.evaluation.pairs import rest_of
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
+from vcmm.answer.inference.bends import bend_ranges, with_bends
 from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
 from vcmm.answer.inference.coarse_mesh import coarse_mesh
-from vcmm.answer.inference.doubts import LARGEST, doubts_of, without_claim
+from vcmm.answer.inference.doubts import LARGEST, doubts_of, outward, without_claim
 from vcmm.answer.inference.form_between_points import UNSEEN, is_moved_by_form, with_form
 from vcmm.answer.inference.given import GivenPoints, GivenValue
 from vcmm.answer.inference.point_checks import repetition_remarks
@@ -145,6 +146,21 @@ class PreparedTask:
             )
         return self._memory["said"]
 
+    def bends(self, task: Task, points: Array, fitted: Mapping[str, FittedElement]) -> dict[int, Array]:
+        """By characteristic: ranges (m,) mm of what the bends of measured points (n, 3) leave possible up to the ends of a feature."""
+        out, parts = dict[int, Array](), task.part
+        for i, c in enumerate(parts.characteristics):
+            name = c.of[0] if len(c.of) == 1 else ""
+            if name in task.touches.rows and isinstance(
+                self.result.characteristics[i].truth, TrueValueByBelt
+            ):
+                places = task.touches.points[task.touches.rows[name]]
+                found = bend_ranges(
+                    c, parts.features[name], places, outward(task, name, points, fitted), self.result.seed
+                )
+                out |= {} if found is None else {i: found}
+        return out
+
     def form_statements(self, task: Task, fitted: Mapping[str, FittedElement]) -> dict[int, list[FormTold]]:
         """By characteristic: what the residuals of its features say of the form between their points."""
         p, out = self.result.characteristics[0].p, defaultdict[int, list[FormTold]](list)
@@ -163,7 +179,7 @@ class ReadPart:
 
     measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
     the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed; unseen:
-    what no test of the residuals would notice.
+    what no test of the residuals would notice; bends: by characteristic, how far the bends that the points show may go beyond them.
     """
 
     name: str
@@ -173,6 +189,7 @@ class ReadPart:
     forms: Mapping[int, Sequence[FormTold]] | None = None
     doubts: Mapping[str, str] | None = None
     unseen: tuple[str, ...] = ()
+    bends: Mapping[int, Array] | None = None
 
     @property
     def found(self) -> list[tuple[int, float, float | None]]:
@@ -207,7 +224,7 @@ def evaluate_points(
             one.part, measured, known.rest(points),
             said=(*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one)),
             forms=known.form_statements(task, fitted), doubts=doubts.reasons(task, known.result),
-            unseen=known.memory_not_covered(task, rows),
+            unseen=known.memory_not_covered(task, rows), bends=known.bends(task, points, fitted),
         )  # fmt: skip
         read.append((known, part))
     return _all_parts(scenario, read, chosen, report)
@@ -323,7 +340,8 @@ def _part(
         one = without_claim(with_form(results[i], (part.forms or {}).get(i, ())), part.doubts)
         if part.forms is not None or isinstance(one.truth, TrueValueByBelt):
             one = replace(one, not_covered=(*one.not_covered, *part.unseen))
-        out.append(EvaluatedCharacteristic(_read(one, y, own, settings), y, part.forms is not None))
+        read = _read(one, y, own, settings, (part.bends or {}).get(i))
+        out.append(EvaluatedCharacteristic(read, y, part.forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
@@ -346,8 +364,11 @@ def _claims_missing(found: Sequence[EvaluatedCharacteristic], doubts: Mapping[st
     ]
 
 
-def _read(r: CharacteristicResult, y: float, rest: float | None, settings: Settings) -> CharacteristicResult:
+def _read(
+    r: CharacteristicResult, y: float, rest: float | None, settings: Settings, bends: Array | None
+) -> CharacteristicResult:
     """The result where y was indicated; of an extreme value U is half the interval of this very part."""
     if isinstance(r.truth, TrueValueByBelt):
         r = replace(r, truth=replace(r.truth, rest=rest), half_width=None, indicated=y)
+        r = r if bends is None else with_bends(r, bends)
     return at_indication(r, y, settings.rule)
