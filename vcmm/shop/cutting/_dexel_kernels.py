@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vcmm.core._compile_kernels import njit
 from vcmm.shop.cutting._envelope_kernels import first_contact
+from vcmm.shop.cutting._group_kernels import groups_met
 from vcmm.shop.cutting._tool_kernels import inside_at
 
 Array = NDArray[Any]
@@ -123,6 +124,8 @@ def material(
     child: Array,
     items: Array,
     tools: Array,
+    tree: Array,
+    leaves: Array,
     counts: Array,
     out: Array,
 ) -> int:
@@ -132,10 +135,12 @@ def material(
     """
     stack, scratch, most = np.empty(128, np.int64), np.empty((2, 3)), 0
     cuts, spare = np.empty((KEPT, 2)), np.empty((KEPT, 2))
-    p, n = np.empty(3), np.empty(3)
+    p, n, met = np.empty(3), np.empty(3), np.empty(roots.shape[0], np.int64)
     for row in range(origins.shape[0]):
         count, known = 0, 0
-        for group in range(roots.shape[0]):
+        many = groups_met(tree, leaves, origins[row], direction, 0.0, length, stack, met)
+        met[:many].sort()
+        for group in met[:many]:
             for i in range(3):
                 f = frames[group, i]
                 p[i] = f[0] * origins[row, 0] + f[1] * origins[row, 1] + f[2] * origins[row, 2]
