@@ -38,6 +38,22 @@ def may_meet(ball: Array, p: Array, n: Array, low: float, high: float) -> bool:
 
 
 @njit(**PLAIN)
+def nearer_child(tree: Array, node: int, p: Array, n: Array, low: float, high: float) -> int:
+    """Of the two children the one whose tips are nearer to the ray between low and high."""
+    least, best = 1e300, 2 * node
+    for k in range(2 * node, 2 * node + 2):
+        if tree[k, 8] < 0.0:
+            continue
+        x, y, z = tree[k, 0] - p[0], tree[k, 1] - p[1], tree[k, 2] - p[2]
+        s = min(max(x * n[0] + y * n[1] + z * n[2], low), high)
+        x, y, z = x - s * n[0], y - s * n[1], z - s * n[2]
+        gap = math.sqrt(x * x + y * y + z * z) - tree[k, 3]
+        if gap < least:
+            least, best = gap, k
+    return best
+
+
+@njit(**PLAIN)
 def groups_met(
     tree: Array, leaves: Array, p: Array, n: Array, low: float, high: float, stack: Array, out: Array
 ) -> int:
