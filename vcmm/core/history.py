@@ -33,6 +33,7 @@ from vcmm.core.run import Array, Run
 Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.intp]
 RESTING = 0.05  # share of the largest acceleration of a path below which it is none
+LONG = 20_000  # rows from which the walk along an axis is compiled
 STILL = 1e-7  # mm or rad: an axis that moves back by less has not reversed (rounding of positions)
 
 
@@ -77,6 +78,12 @@ def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Arra
     A reversal is noticed once the axis has come back from its furthest point by more than `still` (one, or n of them), and counts
     from that furthest point. The first reversal is the start; before the axis first moves its sense is 0.
     """
+    if len(q) >= LONG:
+        from vcmm.core import _history_kernels as kernels
+
+        band = np.ascontiguousarray(np.broadcast_to(np.asarray(still, dtype=float), len(q)))
+        found = kernels.sense_and_since(np.ascontiguousarray(q, dtype=float), band, STILL)
+        return np.asarray(found[0]), np.asarray(found[1])
     sense, since = np.zeros(len(q)), np.zeros(len(q))
     direction, turned = 0, float(q[0]) if len(q) else 0.0
     furthest = turned

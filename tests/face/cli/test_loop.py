@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 import vcmm
 from tests.compensation import block
 from vcmm.core.errors import DataError
-from vcmm.face.cli import run
+from vcmm.face.cli import loop_findings, run
 from vcmm.files.learned.improved_machine import improved_machine, repaired_in_place
 from vcmm.learn.diagnosis.mistakes import Mistake
 from vcmm.shop.machining.gauge import gauge_plan
@@ -172,3 +173,24 @@ def test_a_mistake_in_the_machine_file_itself_is_put_right_there(folder):
     (square,) = vcmm.load_machine("mill.toml").effects
     assert float(square.angle) == pytest.approx(-20e-6)
     assert repaired_in_place(machine, Mistake("EXX", "sign", np.zeros(1), factor=-1.0), "part 1") == ""
+
+
+@pytest.mark.parametrize(
+    ("rivals", "certainty"),
+    [
+        (("tool_length[2]",), 0.48),  # the other tool the other way: the same part, elsewhere
+        (("tool_runout[1]",), 0.97),  # of another family: the family is as sure as it is
+        ((), 0.97),
+    ],
+)
+def test_a_family_of_which_two_places_do_the_same_to_the_part_is_not_sure_of_its_shift(rivals, certainty):
+    """Tool 1 too short by 24 um and tool 2 too long by it leave the same part, 24 um apart along Z: 0.48 each, 0.97 together."""
+    answer = SimpleNamespace(
+        probability=0.48,
+        family="tool_length",
+        family_probability=0.97,
+        alias_probability=0.0,
+        remark="",
+        cannot_be_told_from=rivals,
+    )
+    assert loop_findings._certainty(answer) == certainty

@@ -167,9 +167,15 @@ def _is_open(proof: Any, answers: Any) -> bool:
 
 
 def _certainty(a: Any) -> float:
-    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone."""
+    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone.
+
+    Of a family of which another place does the same to this part (the length of tool 1, or of tool 2 the other way) that of the name
+    alone, too: each moves the whole part elsewhere.
+    """
     shared = SHARED in a.remark
-    return float(max(a.probability, a.family_probability, 0.0 if shared else a.alias_probability))
+    elsewhere = any(other.startswith(f"{a.family}[") for other in a.cannot_be_told_from)
+    family = 0.0 if elsewhere else a.family_probability
+    return float(max(a.probability, family, 0.0 if shared or elsewhere else a.alias_probability))
 
 
 def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:

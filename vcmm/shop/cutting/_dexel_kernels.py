@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from vcmm.core._compile_kernels import njit
 from vcmm.shop.cutting._envelope_kernels import first_contact
+from vcmm.shop.cutting._group_kernels import may_meet, nearer_child
 from vcmm.shop.cutting._tool_kernels import inside_at
 
 Array = NDArray[Any]
 STEP = 1e-6  # mm, least step while a ray leaves the sweep of an arc
 JOIN = 1e-9  # mm, material thinner than this is none
-OFTEN, KEPT = 8, 4096  # new stretches after which they are merged, and room for those that are
+OFTEN, KEPT = 4, 4096  # new stretches after which they are merged, and room for those that are
 
 
 @njit(cache=True, nogil=True)
@@ -55,6 +56,17 @@ def merge_stretches(cuts: Array, count: int, spare: Array) -> int:
     for j in range(k + 1):
         cuts[j, 0], cuts[j, 1] = spare[j, 0], spare[j, 1]
     return k + 1
+
+
+@njit(cache=True, nogil=True)
+def left_between(cuts: Array, count: int, length: float) -> tuple[float, float]:
+    """Lowest and highest place of [0, length] that may hold material, of merged stretches (count, 2)."""
+    low, high = 0.0, length
+    if count and cuts[0, 0] <= 0.0:
+        low = cuts[0, 1]
+    if count and cuts[count - 1, 1] >= length:
+        high = cuts[count - 1, 0]
+    return min(low, high), high
 
 
 @njit(cache=True, nogil=True)
@@ -123,19 +135,33 @@ def material(
     child: Array,
     items: Array,
     tools: Array,
+    tree: Array,
+    leaves: Array,
     counts: Array,
     out: Array,
 ) -> int:
     """Material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most stretches kept of a ray.
 
-    What is gone is merged as it grows, and what lies wholly in it is not looked at again.
+    What is gone is merged as it grows, and what lies wholly in it is not looked at again. Nodes of the tree of groups that are nearer to
+    the ray come first: they cut deepest, and leave least to look for.
     """
-    stack, scratch, most = np.empty(128, np.int64), np.empty((2, 3)), 0
+    stack, wait, scratch, most = np.empty(128, np.int64), np.empty(128, np.int64), np.empty((2, 3)), 0
     cuts, spare = np.empty((KEPT, 2)), np.empty((KEPT, 2))
     p, n = np.empty(3), np.empty(3)
     for row in range(origins.shape[0]):
-        count, known = 0, 0
-        for group in range(roots.shape[0]):
+        count, known, low, high = 0, 0, 0.0, length
+        wait[0], waiting = 1, 1
+        while waiting > 0:
+            waiting -= 1
+            at = wait[waiting]
+            if tree[at, 8] < 0.0 or not may_meet(tree[at], origins[row], direction, low, high):
+                continue
+            if at < leaves.shape[0]:
+                nearer = nearer_child(tree, at, origins[row], direction, low, high)
+                wait[waiting], wait[waiting + 1] = 4 * at + 1 - nearer, nearer
+                waiting += 2
+                continue
+            group = leaves[at - leaves.shape[0]]
             for i in range(3):
                 f = frames[group, i]
                 p[i] = f[0] * origins[row, 0] + f[1] * origins[row, 1] + f[2] * origins[row, 2]
@@ -153,6 +179,7 @@ def material(
                         count = removed_stretches(items[i], tool, p, n, length, cuts, count, scratch)
                     if count - known >= OFTEN:
                         count = known = merge_stretches(cuts, min(count, KEPT), spare)
+                        low, high = left_between(cuts, count, length)
                 else:
                     stack[top], stack[top + 1] = child[node, 0], child[node, 1]
                     top += 2

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vcmm.core._compile_kernels import njit
 from vcmm.shop.cutting._envelope_kernels import arc_stretches, straight
+from vcmm.shop.cutting._group_kernels import groups_met
 from vcmm.shop.cutting._tool_kernels import NONE, PLAIN, implicit
 
 Array = NDArray[Any]
@@ -194,10 +195,10 @@ def turn(frames: Array, group: int, point: Array, normal: Array, p: Array, n: Ar
 
 @njit(**PLAIN)
 def search_ray(
-    point: Array, normal: Array, trees: tuple, depth: float, height: float, band: float, lists: tuple,
+    point: Array, normal: Array, trees: tuple, some: Array, depth: float, height: float, band: float, lists: tuple,
     work: tuple,
 ) -> tuple[int, int]:  # fmt: skip
-    """All moves that may meet one ray between -depth and height. Stretches found below, exact tests made.
+    """All moves of the trees `some` that may meet one ray between -depth and height. Stretches found below, exact tests made.
 
     Nodes are taken in the order of the least entry that they allow, and left out when it lies above the contacts known.
     """
@@ -205,7 +206,8 @@ def search_ray(
     s, which, t, normals = lists
     stack, least, below, p, n, item, grad, other, out, q = work
     count, tests = 0, 0
-    for group in range(roots.shape[0]):
+    for j in range(some.shape[0]):
+        group = some[j]
         turn(frames, group, point, normal, p, n)
         tool, shell = tools[group_tool[group]], shells[group_tool[group]]
         x, y, z = p[0] - depth * n[0], p[1] - depth * n[1], p[2] - depth * n[2]
@@ -257,7 +259,7 @@ def search_ray(
 @njit(cache=True, nogil=True)
 def search(
     points: Array, normals: Array, frames: Array, roots: Array, group_tool: Array, boxes: Array,
-    child: Array, items: Array, tools: Array, groups: Array, limits: Array, s: Array, which: Array, t: Array,
+    child: Array, items: Array, tools: Array, groups: Array, tree: Array, leaves: Array, limits: Array, s: Array, which: Array, t: Array,
     contact: Array, tests: Array,
 ) -> int:  # fmt: skip
     """Fill s, which, t (n, K) and contact (n, K, 3) for rays (n, 3); returns how many lists of stretches ran over.
@@ -283,7 +285,7 @@ def search(
     shells = tools.copy()
     shells[:, 6] = NONE
     trees = (frames, roots, group_tool, boxes, child, items, tools, shells, groups)
-    first = np.full(s.shape[1], -1)
+    first, met, stack = np.full(s.shape[1], -1), np.empty(roots.shape[0], np.int64), np.empty(128, np.int64)
     for row in range(points.shape[0]):
         lists = (s[row], which[row], t[row], contact[row])
         for stage in range(2):
@@ -291,7 +293,13 @@ def search(
             if stage == 1:
                 near, far = depth, height
             begin_with(points[row], normals[row], first, trees, near, far, band, lists, work)
-            count, done = search_ray(points[row], normals[row], trees, near, far, band, lists, work)
+            # a move may count as passing below down to twice the depth (`straight`)
+            many = groups_met(tree, leaves, points[row], normals[row], -2.0 * near, far, stack, met)
+            met[
+                :many
+            ].sort()  # in the order of the trees, whichever way they were found: where contacts tie, the first stays
+            some = met[:many]
+            count, done = search_ray(points[row], normals[row], trees, some, near, far, band, lists, work)
             tests[row] += done
             if s[row, 0] <= 0.0 and count > 0:
                 connect(lists, work[2], min(count, BELOW))

@@ -73,7 +73,9 @@ def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, ax
     origins[..., axis] = low[axis]
     rays = origins.reshape(-1, 3)
     counts, out = np.zeros(len(rays), np.int64), np.full((len(rays), ROOM, 2), np.nan)
-    fixed = (index.frames, index.roots, index.group_tool, index.boxes, index.child, index.items, index.tools)
+    fixed = (
+        index.frames, index.roots, index.group_tool, index.boxes, index.child, index.items, index.tools, index.tree, index.leaves,
+    )  # fmt: skip
     length = float(high[axis] - low[axis])
     most = kernels.material(rays, np.eye(3)[axis], length, *fixed, counts, out)
     if most > MOST:

@@ -136,6 +136,8 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
             index.items,
             index.tools,
             index.group,
+            index.tree,
+            index.leaves,
         )
         return int(kernels.search(p[rows], n[rows], *fixed, limits, *(a[rows] for a in found)))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.laws import Array
+from vcmm.shop.cutting.groups import tree_of_groups
 from vcmm.shop.cutting.sweeps import LINE, Sweep, basis, frames_of, pieces
 from vcmm.shop.cutting.tools import parameters
 
@@ -32,6 +33,8 @@ class Index:
     t0: Array
     t1: Array
     group: Array  # (items,)
+    tree: Array  # (2 m, 9): of the trees
+    leaves: Array  # (m,): tree of each leaf of it
 
 
 def build(sweep: Sweep) -> Index:
@@ -43,6 +46,10 @@ def build(sweep: Sweep) -> Index:
     frames = frames_of(parts.axis[first])
     items = _items(parts, frames[group])
     order, roots, boxes, child = _forest(items, group, len(first))
+    shapes = parameters(sweep.tools)
+    tree, leaves = tree_of_groups(
+        frames, boxes[roots], shapes[parts.tool[first], 1], np.argsort(first, kind="stable")
+    )
     return Index(
         sweep=sweep,
         frames=frames,
@@ -51,11 +58,13 @@ def build(sweep: Sweep) -> Index:
         boxes=boxes,
         child=child,
         items=items[order],
-        tools=parameters(sweep.tools),
+        tools=shapes,
         row=row[order],
         t0=t0[order],
         t1=t1[order],
         group=group[order],
+        tree=tree,
+        leaves=leaves,
     )
 
 
@@ -118,11 +127,19 @@ def _forest(items: Array, group: Array, groups: int) -> tuple[Array, Array, Arra
     middle = 0.5 * (limits[:, :3] + limits[:, 3:])
     order = np.argsort(group, kind="stable")
     edges = np.searchsorted(group[order], np.arange(groups + 1))
+    size = np.diff(edges)
+    small = np.flatnonzero(size <= LEAF)  # a leaf each
+    ends = np.stack([edges[small], edges[small + 1]], axis=1).ravel()
+    inside = limits[np.append(order, order[-1:])]
+    few = np.hstack([
+        np.minimum.reduceat(inside[:, :3], ends)[::2], np.maximum.reduceat(inside[:, 3:], ends)[::2]
+    ]) if len(small) else np.zeros((0, 6))  # fmt: skip
     boxes: list[Array] = []
     child: list[tuple[int, int]] = []
-    roots = []
-    for g in range(groups):
-        roots.append(len(boxes))
+    roots = np.zeros(groups, np.int64)
+    roots[small] = np.arange(len(small))
+    for g in np.flatnonzero(size > LEAF).tolist():
+        roots[g] = len(small) + len(boxes)
         boxes.append(limits[0])
         child.append((0, 0))
         todo = [(len(boxes) - 1, int(edges[g]), int(edges[g + 1]))]
@@ -138,8 +155,13 @@ def _forest(items: Array, group: Array, groups: int) -> tuple[Array, Array, Arra
             side = int(np.argmax(np.ptp(centres, axis=0)))
             half = (hi - lo) // 2
             order[lo:hi] = inside[np.argpartition(centres[:, side], half)]
-            child[node] = (len(boxes), len(boxes) + 1)
+            after = len(small) + len(boxes)
+            child[node] = (after, after + 1)
             todo += [(len(boxes), lo, lo + half), (len(boxes) + 1, lo + half, hi)]
             boxes += [box[0], box[0]]
             child += [(0, 0), (0, 0)]
-    return order, np.array(roots, np.int64), np.array(boxes), np.array(child, np.int64)
+    leaf = np.stack([-edges[small] - 1, size[small]], axis=1)
+    return (
+        order, roots, np.concatenate([few, np.array(boxes).reshape(-1, 6)]),
+        np.concatenate([leaf, np.array(child, np.int64).reshape(-1, 2)]).astype(np.int64),
+    )  # fmt: skip

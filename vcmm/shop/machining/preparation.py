@@ -14,7 +14,7 @@ from vcmm.core.play import playing
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Series
 from vcmm.program.interpret import read_for
-from vcmm.program.moves import Program
+from vcmm.program.moves import Move, Program
 from vcmm.program.reading import read_bytes
 from vcmm.program.sensible import length_missing, without_length
 from vcmm.program.setup import turns_with
@@ -67,7 +67,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
 
 
-_PATHS: dict[bytes, Toolpath] = {}
+_PATHS: dict[tuple[tuple[Move, ...], bytes], Toolpath] = {}
 MOST_PATHS = 2  # kept: a job cuts the program as it is and the new one, each several times
 
 
@@ -76,7 +76,7 @@ def _timed_path(program: Program, scenario: CutScenario) -> Toolpath:
     the machine only its play changes it."""
     machine = scenario.machine
     axes = replace(machine, effects=playing(machine.effects, machine.axes), inputs=())
-    key = pickle.dumps((program.moves, axes, scenario.setup.control, scenario.step))
+    key = tuple(program.moves), pickle.dumps((axes, scenario.setup.control, scenario.step))
     if key not in _PATHS:
         while len(_PATHS) >= MOST_PATHS:
             _PATHS.pop(next(iter(_PATHS)))

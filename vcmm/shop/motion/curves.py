@@ -20,6 +20,7 @@ from vcmm.core.run import Array
 from vcmm.program.moves import PLANES, Move
 
 TINY = 1e-9  # mm: a move shorter than this is none
+MANY = 5_000  # places from which polynomials are compiled
 Ints = np.typing.NDArray[np.intp]
 FACTORS = np.array(
     [[1, 1, 1, 1, 1, 1], [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20], [0, 0, 0, 6, 24, 60]], dtype=float
@@ -48,10 +49,7 @@ class Curves:
     def at(self, which: Ints, s: Array, order: int = 0) -> Array:
         """Derivative of q by s of that order (k, 6), at distances s (k,) along the curves `which` (k,)."""
         u, length = s / self.length[which], self.length[which]
-        out = np.zeros((len(s), 6))
-        for power in range(5, order - 1, -1):
-            out *= u[:, None]
-            out += FACTORS[order, power] * self.coefficients[which, power]
+        out = _sum_of_powers(self.coefficients, which, u, order)
         arc = self.arc[which]
         rows = np.flatnonzero(arc >= 0)
         if len(rows):
@@ -98,6 +96,19 @@ class Curves:
             self.cosine,
             self.sine,
         )
+
+
+def _sum_of_powers(coefficients: Array, which: Ints, u: Array, order: int) -> Array:
+    """Derivative by u of that order (k, 6) of the polynomials `which` (k,) at u (k,), by Horner."""
+    if len(u) >= MANY:
+        from vcmm.shop.motion._curve_kernels import polynomials
+
+        return np.asarray(polynomials(coefficients, FACTORS, which, u, order))
+    out = np.zeros((len(u), 6))
+    for power in range(5, order - 1, -1):
+        out *= u[:, None]
+        out += FACTORS[order, power] * coefficients[which, power]
+    return out
 
 
 def _polynomial(coefficients: Array, u: Array, order: int) -> Array:
@@ -198,7 +209,18 @@ def _polynomial_bounds(c: Array) -> tuple[Array, Array, Array]:
     vertex = _inside(-b, 2 * g)
     third = np.maximum(third, np.abs(a + b * vertex + g * vertex**2))
     second = np.maximum(np.abs(c2), np.abs(_second(c, np.ones_like(a))))
-    root = np.sqrt(np.maximum(b**2 - 4 * a * g, 0.0))
+    bent = np.flatnonzero(
+        c[:, 4:].any(axis=(1, 2))
+    )  # up to cubics the second derivative is largest at an end
+    if len(bent):
+        a, b, g, c = a[bent], b[bent], g[bent], c[bent]
+        second[bent] = np.maximum(second[bent], _largest_within(c, a, b, g))
+    return first, second, third
+
+
+def _largest_within(c: Array, a: Array, b: Array, g: Array) -> Array:
+    """Largest |second derivative| (n, 6) where the third, a + b u + g u^2, vanishes within 0..1."""
+    second, root = np.zeros_like(a), np.sqrt(np.maximum(b**2 - 4 * a * g, 0.0))
     for numerator, denominator in (
         (-b + root, 2 * g),
         (-b - root, 2 * g),
@@ -207,7 +229,7 @@ def _polynomial_bounds(c: Array) -> tuple[Array, Array, Array]:
         (-2 * a, b - root),
     ):
         second = np.maximum(second, np.abs(_second(c, _inside(numerator, denominator))))
-    return first, second, third
+    return second
 
 
 def _second(c: Array, u: Array) -> Array:

@@ -120,6 +120,8 @@ def times_at(timing: Timing, s: Array) -> Array:
     s0, v0, a0, jerk, length = timing.phase[row].T
     low, high = np.zeros(len(s)), length.copy()
     t = 0.5 * high
+    out: Array = timing.start[row] + t
+    open_ = np.arange(len(s))  # each place is looked for until its own time stands
     for _ in range(80):
         miss = s0 - s + t * (v0 + t * (a0 / 2 + t * jerk / 6))
         low, high = np.where(miss < 0, t, low), np.where(miss > 0, t, high)
@@ -127,11 +129,14 @@ def times_at(timing: Timing, s: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
             guess = t - miss / rate
         better = np.where((guess > low) & (guess < high), guess, 0.5 * (low + high))
-        change = np.abs(better - t).max(initial=0.0)
-        t = np.where(miss == 0, t, better)
-        if change < 1e-14:
+        better = np.where(miss == 0, t, better)
+        on = np.abs(better - t) >= 1e-14
+        t = better
+        out[open_] = timing.start[row[open_]] + t
+        if not on.any():
             break
-    out: Array = timing.start[row] + t
+        open_, t, low, high, s = open_[on], t[on], low[on], high[on], s[on]
+        s0, v0, a0, jerk = s0[on], v0[on], a0[on], jerk[on]
     return out
 
 

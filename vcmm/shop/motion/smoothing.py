@@ -134,7 +134,7 @@ def _widths(rows: ShortLines, asked: PathWishes) -> tuple[Array, Bools]:
     for turn in range(ROUNDS + LAST_ROUNDS):
         at = np.flatnonzero(unsettled)
         part = rows.take(at)
-        off, slow = _worst(part, _path(part, width[at], asked.kernel), asked)
+        off, slow = _worst(part, _path(part, width[at], asked.kernel, False), asked)
         cap[at] = np.where(off > KEPT, SHRINK * width[at], cap[at])
         short[at] = (cap[at] < rows.limit[at]) | (slow > 1.0)
         wanted = np.where((slow > 1.0) & (turn < ROUNDS), GROWTH * width[at], width[at])
@@ -190,7 +190,7 @@ def _turns(rows: ShortLines, place: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The smoothed path at its breaks (b,): s, line, row; q and its first two derivatives (b, 6); off (b, 6) from the program.
+    """The smoothed path at its breaks (b,): s, line, row; q and its first two derivatives (b, 6); off (b, 6) from the program; by kernel.
 
     first, last (m,): the breaks that the spread turn of a point reaches.
     """
@@ -202,10 +202,11 @@ class Path:
     off: Array
     first: Ints
     last: Ints
+    kernel: bool
 
 
-def _path(rows: ShortLines, width: Array, kernel: bool = True) -> Path:
-    """Breaks of the sum of spread turns, and the path there."""
+def _path(rows: ShortLines, width: Array, kernel: bool = True, slopes: bool = True) -> Path:
+    """Breaks of the sum of spread turns, and the path there; the search for widths asks for no slopes, which are 0 then."""
     s, row, point = _breaks(rows, width)
     inside = np.flatnonzero((rows.joint >= 0) & (width > 0))
     first = np.searchsorted(s, rows.s - width - NEAR, side="left")
@@ -215,8 +216,9 @@ def _path(rows: ShortLines, width: Array, kernel: bool = True) -> Path:
     turn = _turns(rows, place)[inside]
     base, slope = _on_lines(rows, place, s, point)
     programmed, _ = _on_lines(rows, rows.place, s, point)
-    q = base + spread.sum(turn, 0), slope + spread.sum(turn, 1), spread.sum(turn, 2)
-    return Path(s, rows.line[point], row, q, off=q[0] - programmed, first=first, last=last)
+    slope = slope + spread.sum(turn, 1) if slopes else np.zeros_like(slope)
+    q = base + spread.sum(turn, 0), slope, spread.sum(turn, 2)
+    return Path(s, rows.line[point], row, q, off=q[0] - programmed, first=first, last=last, kernel=kernel)
 
 
 def _breaks(rows: ShortLines, width: Array) -> tuple[Array, Ints, Ints]:
@@ -307,6 +309,11 @@ def _worst(rows: ShortLines, path: Path, asked: PathWishes) -> tuple[Array, Arra
 
 def _deviation(path: Path) -> Array:
     """Largest distance (b-1,) mm from the program at five places between two breaks, where it is a cubic; 0 between two rows."""
+    if path.kernel:
+        from vcmm.shop.motion._curve_kernels import largest_deviation
+
+        found = largest_deviation(path.s, path.off, path.q[2], WEIGHT, np.array(LOOKS))
+        return np.where(np.diff(path.row) == 0, found, 0.0)
     length, bend, worst = np.diff(path.s)[:, None], path.q[2], np.zeros(len(path.s) - 1)
     for t in LOOKS:
         a, b = (1 - t) ** 3 - (1 - t), t**3 - t

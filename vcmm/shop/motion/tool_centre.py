@@ -330,24 +330,27 @@ def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> l
     tip = tip_as_at_zero(state.machine, at, angle, offset)
     tip[0] = state.tip
     axis = tip_and_axis(state.machine, tip, angle, offset)[1]
-    return [
-        p._replace(tool_axis_start=_point(axis[i]), tool_axis_end=_point(axis[i + 1]))
-        for i, p in enumerate(_moves_between(m, at, tip, angle))
-    ]
+    return _moves_between(m, at, tip, angle, axis)
 
 
-def _moves_between(m: Move, at: Array, tip: Array, angle: Array) -> list[Move]:
-    """Motions of the axes from point to point: at (k, 3) of the workpiece, tips as with rotary axes at zero (k, 3), angles (k, 3)."""
+def _moves_between(m: Move, at: Array, tip: Array, angle: Array, axis: Array | None = None) -> list[Move]:
+    """Motions of the axes from point to point: at (k, 3) of the workpiece, tips as with rotary axes at zero (k, 3), angles (k, 3).
+
+    axis (k, 3): tool axis at the points, where it is led; None: as the move says.
+    """
     way, run = np.linalg.norm(np.diff(at, axis=0), axis=1), np.linalg.norm(np.diff(tip, axis=0), axis=1)
     turn = np.degrees(np.linalg.norm(np.diff(angle, axis=0), axis=1))
+    tips, angles = _points(tip), _points(angle)
+    axes = None if axis is None else _points(axis)
+    kind, last = "rapid" if m.kind == "rapid" else "line", len(at) - 2
+    plain = m._replace(kind=kind, centre=None, clockwise=None, turns=1, led=False, exact_stop=False)
     out = []
-    for i in range(len(at) - 1):
+    for i, (w, r, t) in enumerate(zip(way.tolist(), run.tolist(), turn.tolist())):
+        led = {} if axes is None else {"tool_axis_start": axes[i], "tool_axis_end": axes[i + 1]}
         out.append(
-            m._replace(
-                kind="rapid" if m.kind == "rapid" else "line", start=_point(tip[i]), end=_point(tip[i + 1]),
-                rotary_start=_point(angle[i]), rotary_end=_point(angle[i + 1]), centre=None, clockwise=None, turns=1,
-                feed=_feed(m.feed, float(way[i]), float(run[i]), float(turn[i])), led=False,
-                exact_stop=m.exact_stop and i == len(at) - 2, compensation=m.compensation,
+            plain._replace(
+                start=tips[i], end=tips[i + 1], rotary_start=angles[i], rotary_end=angles[i + 1],
+                feed=_feed(m.feed, w, r, t), exact_stop=m.exact_stop and i == last, **led,
             )
         )  # fmt: skip
     return out
@@ -360,6 +363,11 @@ def _feed(feed: float | None, way: float, run: float, turn: float) -> float | No
     if run < SAME:
         return feed * turn / way if way > SAME else feed
     return feed * run / way if way > SAME else feed * run / turn if turn > 0.0 else feed
+
+
+def _points(p: Array) -> list[Point]:
+    """Rows (k, 3) as points."""
+    return [(x, y, z) for x, y, z in p.tolist()]
 
 
 def _point(p: Array) -> Point:
