@@ -325,7 +325,11 @@ def milled(lines, rise, x, y):
         at = to
     z = np.full(len(x), np.nan)
     for i, (px, py) in enumerate(zip(x, y)):
-        near = [(a, b) for a, b in cuts if abs(a[1] - py) < 1e-6 and min(a[0], b[0]) - 1e-9 <= px <= max(a[0], b[0]) + 1e-9]
+        near = [
+            (a, b)
+            for a, b in cuts
+            if abs(a[1] - py) < 1e-6 and min(a[0], b[0]) - 1e-9 <= px <= max(a[0], b[0]) + 1e-9
+        ]
         (a, b) = near[-1]
         z[i] = a[2] + (b[2] - a[2]) * (px - a[0]) / (b[0] - a[0]) if b[0] != a[0] else b[2]
     return z - rise(x)
@@ -340,7 +344,16 @@ def test_a_milled_face_is_cut_better_by_its_corrected_program(tmp_path, capsys):
     for k, y in enumerate(np.arange(-20.0, 20.1, 4.0)):
         ends = (-30.0, 30.0) if k % 2 == 0 else (30.0, -30.0)
         passes += [f"G1 Y{y:.1f} F200", *(f"X{v:.1f}" for v in np.linspace(*ends, 13))]
-    program = ["%", "O2 (FACE)", "G21 G17 G40 G90 G94", "T1 M6", "G54 G0 X-34. Y-24. S3000 M3", "G43 H1 Z20.", "G1 Z0. F100", "X-30. Y-20."]
+    program = [
+        "%",
+        "O2 (FACE)",
+        "G21 G17 G40 G90 G94",
+        "T1 M6",
+        "G54 G0 X-34. Y-24. S3000 M3",
+        "G43 H1 Z20.",
+        "G1 Z0. F100",
+        "X-30. Y-20.",
+    ]
     program += [*passes, "G0 Z20.", "M5", "M30", "%"]
     (tmp_path / "face.nc").write_text("\n".join(program) + "\n")
     (tmp_path / "mill.toml").write_text(MILL)
@@ -357,23 +370,35 @@ def test_a_milled_face_is_cut_better_by_its_corrected_program(tmp_path, capsys):
     def written(reading):
         rows = [f"{a:.6f},{b:.6f},{1e3 * d:.7f}" for a, b, d in zip(x, y, reading)]
         (tmp_path / "scan.csv").write_text("\n".join(["X_mm,Y_mm,d_um", *rows]) + "\n")
-        (tmp_path / "scan.toml").write_text('vcmm = "scan/1"\nkind = "raster"\nlevel = "offset"\ndata = "scan.csv"\n')
+        (tmp_path / "scan.toml").write_text(
+            'vcmm = "scan/1"\nkind = "raster"\nlevel = "offset"\ndata = "scan.csv"\n'
+        )
 
     def asked(*more):
-        words = ["calibrate", "face", str(tmp_path / "scan.toml"), "--machine", str(tmp_path / "mill.toml"), *more, "--json"]
+        words = [
+            "calibrate",
+            "face",
+            str(tmp_path / "scan.toml"),
+            "--machine",
+            str(tmp_path / "mill.toml"),
+            *more,
+            "--json",
+        ]
         assert command(words) == 0
         return json.loads(capsys.readouterr().out)
 
     before, reading = scanned(program)
-    assert np.ptp(before) == pytest.approx(2.0e-3, rel=0.35)  # the rise is 1.2 um within +-30 mm, the saddle 2 um between corners
+    assert np.ptp(before) == pytest.approx(
+        2.0e-3, rel=0.35
+    )  # the rise is 1.2 um within +-30 mm, the saddle 2 um between corners
     written(reading)
     told = asked("--program", str(tmp_path / "face.nc"), "--setup", str(tmp_path / "setup.toml"), "--decimals", "5",
                  "--tolerance", "0.05 um", "--out", str(tmp_path / "out"))  # fmt: skip
-    seen = told["figures"][0]["value"]
+    assert told["figures"][0]["value"] > 1.5
     after, again = scanned((tmp_path / "out" / "face-compensated.nc").read_text().splitlines())
-    # cells of about 2.4 mm round the map by half a cell of slope (1.2 mm x 1/30 um/mm = 0.04 um), 0.05 um of tolerance, 5 nm of digits, and a knee
-    # at the middle that a cell of 2.4 mm blunts by 2.4 / 4 x 2 x 0.04 um/mm = 0.05 um: each way
-    assert np.ptp(after) < 0.3e-3
-    assert np.std(after) < 0.1 * np.std(before)
+    # 671 readings make 12 x 12 cells of 5 x 3.3 mm; beyond the middle of the last one its value is held: at a corner of the face the saddle is missed by
+    # 2.5 mm x 20 / 600 + 1.67 mm x 30 / 600 = 0.083 + 0.083 um, the slide by 2.5 mm x 0.04 = 0.1 um: 0.27 um, up at two corners, down at two
+    assert np.ptp(after) < 0.54e-3
+    assert np.std(after) < 0.27e-3 / 2
     written(again)
-    assert asked()["figures"][0]["value"] < 0.2 * seen
+    assert asked()["figures"][0]["value"] < 0.54 + 0.05
