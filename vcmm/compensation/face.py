@@ -71,12 +71,15 @@ def _along(
     place = points(move, np.linspace(0.0, 1.0, KNOTS)) - zero
     x, y = place[:, 0] + _nose(move, setup, lathe), np.zeros(KNOTS) if lathe else place[:, 1]
     low, high = extent
-    within = (x > low[0] + 1e-9) & (x < high[0] - 1e-9)
+    within = (x >= low[0] - 1e-9) & (x <= high[0] + 1e-9)
     if not lathe:
-        within &= (y > low[1] + 1e-9) & (y < high[1] - 1e-9)
+        within &= (y >= low[1] - 1e-9) & (y <= high[1] + 1e-9)
     out = np.zeros((KNOTS, 3))
     out[:, 2] = height(x, y)
-    return bool(within.any()) and bool(np.ptp(place[:, :2], axis=0).max() > 1e-6), out
+    over = place[
+        within, :2
+    ]  # a pass along the very edge of the scan is over it, a move that only meets the edge is not
+    return len(over) > 1 and bool(np.ptp(over, axis=0).max() > 1e-6), out
 
 
 def _nose(move: Move, setup: Setup, lathe: bool) -> float:

@@ -243,3 +243,162 @@ def test_what_a_scan_does_not_use_is_refused(folder, capsys):
     )
     assert command(["calibrate", "face", str(folder / "scan.toml")]) == 2
     assert "level belongs to" in capsys.readouterr().err
+
+
+def test_one_squareness_is_one_uncertainty_of_all_rings():
+    # one side, no noise, squareness known to 5 urad: p = -s, so the cone is known to 5 urad, the dish exactly. A profile whose zero is its mean
+    # over the area, 2/3 of the rim: the rim to 5 urad x 20 mm / 3 = 33.3 nm, the centre to 66.7 nm, both of one sign each: between them 100 nm
+    machine = replace(
+        lathe(fx.RotaryLocation("B0C")),
+        inputs=(vcmm.Input("rotary_location", "B0C", "tilt", vcmm.laws.Normal(5e-6)),),
+    )
+    one = FACES.map_face(spiral(lambda r: 0 * r, lambda x: 0 * x, both=False), machine)
+    assert figure(one, "cone").u == pytest.approx(5e-6, rel=1e-3)
+    assert figure(one, "dish at the rim").u < 1e-9
+    assert one.u_profile[[0, -1]] == pytest.approx([66.7e-6, 33.3e-6], rel=5e-3)
+    between = np.zeros(len(one.r))
+    between[[0, -1]] = -1.0, 1.0
+    assert np.sqrt(between @ one.covariance @ between) == pytest.approx(100e-6, rel=5e-3)
+    # flatness of the map: two of its cells, at most the 100 nm of the whole range
+    assert 50e-6 < np.nanmax(one.u) < 70e-6
+    # with the other side the cone is measured, whatever the file says of the squareness
+    both = FACES.map_face(spiral(lambda r: 0 * r, lambda x: 0 * x), machine)
+    assert figure(both, "cone").u < 1e-9
+    assert np.nanmax(both.u) < 1e-9
+
+
+def test_what_moves_a_raster_together_is_one_uncertainty():
+    # the slide may sag by u = 1 um at X = 0 between knees at +-50 (0 there): s = -u (1 - |x| / 50). Less its plane on x = -30 to 30: the mean
+    # of |x| over whole numbers from -30 to 30 is 930 / 61 = 15.246, so (15.246 - |x|) / 50 um. Cells of 2.4 mm: that of the middle holds -1, 0, 1
+    # (mean of |x| 0.667): 0.2916 um; the first -30, -29, -28: -0.2751 um. From one to the other 0.5667 um; cells taken as independent would say 0.40
+    table = fx.ComponentTable("EZX", ("X",), (np.array([-50.0, 0.0, 50.0]),), np.zeros(3))
+    covariance = np.zeros((3, 3))
+    covariance[1, 1] = 1e-6
+    one = vcmm.Input("component_table", "EZX", "values", vcmm.laws.MultivariateNormal(covariance))
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(-30, 30, 61), np.linspace(-20, 20, 41)))
+    wave = 1e-3 * (np.abs(x) == 30) - 1e-3 * (np.abs(x) < 1)
+    found = FACES.map_face(
+        FACES.FaceScan("face", False, x, y, wave, np.full(len(x), "")),
+        replace(mill(table), inputs=(one,)),
+    )
+    middle = np.abs(found.x).argmin()
+    pure = FACES.map_face(FACES.FaceScan("face", False, x, y, wave, np.full(len(x), "")), mill(table))
+    known = np.sqrt(found.u**2 - pure.u**2)[5]
+    assert known[[middle, 0]] == pytest.approx([0.2916e-3, 0.2751e-3], rel=1e-3)
+    ends = [figure(f, "flatness of the map, peak to valley").u for f in (found, pure)]
+    assert np.sqrt(ends[0] ** 2 - ends[1] ** 2) == pytest.approx(0.5667e-3, rel=1e-3)
+
+
+MILL = """vcmm = "machine/1"
+name = "mill"
+kind = "machine-tool"
+structure = "w Y' X' b Z t"
+axes.X = { travel = ["-50 mm", "50 mm"] }
+axes.Y = { travel = ["-50 mm", "50 mm"] }
+axes.Z = { travel = ["-50 mm", "100 mm"] }
+[errors]
+table = "errors.csv"
+state = "residual"
+"""
+MILL_SETUP = """vcmm = "setup/1"
+machine = "mill.toml"
+dialect = "fanuc"
+[offsets]
+G54 = ["0 mm", "0 mm", "0 mm"]
+[tools.1]
+length = "50 mm"
+diameter = "6 mm"
+[control]
+tolerance = "0 um"
+compensation = []
+"""
+
+
+def milled(lines, rise, x, y):
+    """The face that a flat end mill leaves where its axis passes, mm: Z of the nearest pass, straight between its points, less how the slide rises."""
+    at, cuts = np.zeros(3), []
+    for line in lines:
+        words = {w[0]: float(w[1:]) for w in line.split() if w[0] in "XYZ" and w[1:]}
+        to = np.array([words.get(k, v) for k, v in zip("XYZ", at)])
+        if line.startswith(("G1", "X", "Y", "Z")) and to[2] < 1.0 and abs(to[1] - at[1]) < 1e-9:
+            cuts.append((at, to))
+        at = to
+    z = np.full(len(x), np.nan)
+    for i, (px, py) in enumerate(zip(x, y)):
+        near = [
+            (a, b)
+            for a, b in cuts
+            if abs(a[1] - py) < 1e-6 and min(a[0], b[0]) - 1e-9 <= px <= max(a[0], b[0]) + 1e-9
+        ]
+        (a, b) = near[-1]
+        z[i] = a[2] + (b[2] - a[2]) * (px - a[0]) / (b[0] - a[0]) if b[0] != a[0] else b[2]
+    return z - rise(x)
+
+
+def test_a_milled_face_is_cut_better_by_its_corrected_program(tmp_path, capsys):
+    # The slide X carries the part and rises by 2 um at the middle, in straight lines from nothing at +-50: cut and scan alike follow it. Beside it the face has a saddle of 1 um at the corners that the machine does not repeat. Part before: saddle - rise.
+    def rise(x):  # s: how the surface under the probe seems to rise = -(tip error along Z)
+        return 2e-3 * (1 - np.abs(x) / 50)
+
+    passes = []
+    for k, y in enumerate(np.arange(-20.0, 20.1, 4.0)):
+        ends = (-30.0, 30.0) if k % 2 == 0 else (30.0, -30.0)
+        passes += [f"G1 Y{y:.1f} F200", *(f"X{v:.1f}" for v in np.linspace(*ends, 13))]
+    program = [
+        "%",
+        "O2 (FACE)",
+        "G21 G17 G40 G90 G94",
+        "T1 M6",
+        "G54 G0 X-34. Y-24. S3000 M3",
+        "G43 H1 Z20.",
+        "G1 Z0. F100",
+        "X-30. Y-20.",
+    ]
+    program += [*passes, "G0 Z20.", "M5", "M30", "%"]
+    (tmp_path / "face.nc").write_text("\n".join(program) + "\n")
+    (tmp_path / "mill.toml").write_text(MILL)
+    (tmp_path / "errors.csv").write_text("X EZX\n-50 0\n0 0.002\n50 0\n")
+    (tmp_path / "setup.toml").write_text(MILL_SETUP)
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(-30, 30, 61), np.arange(-20.0, 20.1, 4.0)))
+    saddle = 1e-3 * x * y / 600
+
+    def scanned(lines):
+        """(part mm, readings mm): what the probe of the same machine reads of it."""
+        part = milled(lines, rise, x, y) + saddle
+        return part, part + rise(x)
+
+    def written(reading):
+        rows = [f"{a:.6f},{b:.6f},{1e3 * d:.7f}" for a, b, d in zip(x, y, reading)]
+        (tmp_path / "scan.csv").write_text("\n".join(["X_mm,Y_mm,d_um", *rows]) + "\n")
+        (tmp_path / "scan.toml").write_text(
+            'vcmm = "scan/1"\nkind = "raster"\nlevel = "offset"\ndata = "scan.csv"\n'
+        )
+
+    def asked(*more):
+        words = [
+            "calibrate",
+            "face",
+            str(tmp_path / "scan.toml"),
+            "--machine",
+            str(tmp_path / "mill.toml"),
+            *more,
+            "--json",
+        ]
+        assert command(words) == 0
+        return json.loads(capsys.readouterr().out)
+
+    before, reading = scanned(program)
+    assert np.ptp(before) == pytest.approx(
+        2.0e-3, rel=0.35
+    )  # the rise is 1.2 um within +-30 mm, the saddle 2 um between corners
+    written(reading)
+    told = asked("--program", str(tmp_path / "face.nc"), "--setup", str(tmp_path / "setup.toml"), "--decimals", "5",
+                 "--tolerance", "0.05 um", "--out", str(tmp_path / "out"))  # fmt: skip
+    assert told["figures"][0]["value"] > 1.5
+    after, again = scanned((tmp_path / "out" / "face-compensated.nc").read_text().splitlines())
+    # 671 readings make 12 x 12 cells of 5 x 3.3 mm; beyond the middle of the last one its value is held: at a corner of the face the saddle is missed by
+    # 2.5 mm x 20 / 600 + 1.67 mm x 30 / 600 = 0.083 + 0.083 um, the slide by 2.5 mm x 0.04 = 0.1 um: 0.27 um, up at two corners, down at two
+    assert np.ptp(after) < 0.54e-3
+    assert np.std(after) < 0.27e-3 / 2
+    written(again)
+    assert asked()["figures"][0]["value"] < 0.54 + 0.05

@@ -20,10 +20,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Array
+from vcmm.learn.calibration.face_knowledge import KnownRise, known_rise
 from vcmm.task.instruments.face_scan import FaceScan
 
 LOBES = (2, 3, 4, 5, 6)  # orders per turn that are told; order 1 is the tilt of the face
@@ -86,35 +88,15 @@ def map_face(scan: FaceScan, machine: Machine | None = None) -> FaceMap:
 
     Raises UsageError where the readings are too few or lie on no area.
     """
-    rise, u_rise = _machine_rise(scan, machine)
-    height = scan.reading - rise
-    return (_spiral if scan.spiral else _raster)(
-        scan, height, u_rise, "" if machine is None else machine.name
-    )
+    return (_spiral if scan.spiral else _raster)(scan, known_rise(scan, machine))
 
 
-def _machine_rise(scan: FaceScan, machine: Machine | None) -> tuple[Array, Array]:
-    """(s (n,), its standard uncertainty (n,)) mm by the machine file."""
-    n = len(scan.x)
-    if machine is None:
-        return np.zeros(n), np.zeros(n)
-    from vcmm.task.response.known_volume import tip_uncertainty
-    from vcmm.task.response.volumetric import with_defaults
+def _spiral(scan: FaceScan, known: KnownRise) -> FaceMap:
+    """A turned face: profiles of both sides, tilt and lobes by least squares, each scan with its own zero.
 
-    second = "C" if scan.spiral else "Y"
-    missing = [a for a in ("X", second) if a not in machine.axes]
-    if missing:
-        raise UsageError(
-            f"the machine {machine.name} has no axis {missing[0]}, along which the face was scanned"
-        )
-    position = {a: np.zeros(n) for a in machine.axes} | {"X": scan.x, second: scan.across}
-    run = with_defaults(machine, Run(position, np.zeros((n, 3))))
-    u = tip_uncertainty(machine, run)[0][:, 2] if machine.inputs else np.zeros(n)
-    return -machine.tip_error(run)[:, 2], u
-
-
-def _spiral(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceMap:
-    """A turned face: profiles of both sides, tilt and lobes by least squares, each scan with its own zero."""
+    All is linear in the readings, so that what is known of the machine goes through the same matrices (vcmm.learn.calibration.face_knowledge).
+    """
+    height = scan.reading - known.value
     sides = [s for s in (1.0, -1.0) if (s * scan.x > 0).sum() >= 4 * READINGS]
     if 1.0 not in sides:
         raise UsageError(
@@ -122,41 +104,36 @@ def _spiral(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceM
         )
     nodes = _rings(scan, sides)
     a, cut = _columns(scan, sides, nodes)
-    found, covariance, _left, noise, memory = _least_squares(a, height)
-    k = len(nodes)
-    sides_at = [slice(i * k, (i + 1) * k) for i in range(len(sides))]
-    levelling = np.eye(k) - np.outer(np.ones(k), _ring_areas(nodes))
-    to_p = np.zeros((k, len(found)))
-    for one in sides_at:
-        to_p[:, one] = levelling / len(sides)
-    u_known = levelling @ np.diag(_at_nodes(scan.x, u_rise, nodes) ** 2) @ levelling.T
-    profile, spread = to_p @ found, to_p @ covariance @ to_p.T + u_known
-    odd = u_odd = None
-    if len(sides) == 2:
-        half = np.zeros((k, len(found)))
-        half[:, sides_at[0]], half[:, sides_at[1]] = np.eye(k) / 2, -np.eye(k) / 2
-        odd, u_odd = half @ found, np.sqrt(np.diag(half @ covariance @ half.T))
+    fit, noise, memory = _least_squares(a, height)
+    found, k = fit.found, len(nodes)
+    alone = (fit.weights * known.alone) @ fit.weights.T
+    covariance, moved = fit.covariance + alone, fit.weights @ known.joint
+    halves = np.zeros((len(sides), k, len(found)))
+    for i in range(len(sides)):
+        halves[i, :, i * k : (i + 1) * k] = np.eye(k)
+    to_p = (np.eye(k) - np.outer(np.ones(k), _ring_areas(nodes))) @ halves.mean(axis=0)
+    to_odd = (halves[0] - halves[-1]) / 2
+    profile, spread = to_p @ found, to_p @ (covariance + moved @ moved.T) @ to_p.T
     figures = [*_shape_figures(scan, nodes, profile, spread), *_lobe_figures(found, covariance, cut["lobes"])]
-    if odd is not None:
-        figures.append(_slope(nodes, odd, half @ covariance @ half.T))
+    odd = u_odd = None
+    if len(sides) == 2:  # it is what the machine file does not hold, so that the file's u is not in it
+        by_noise = to_odd @ covariance @ to_odd.T
+        odd, u_odd = to_odd @ found, np.sqrt(np.diag(by_noise))
+        figures.append(_slope(nodes, odd, by_noise))
+    # free zeros and tilts, the mean over the area, and what the slide still does on either side
+    off = np.outer(np.ones(len(height)), _ring_areas(nodes)) @ halves.mean(axis=0)
+    off += np.sign(scan.x)[:, None] * (_hats(nodes, np.abs(scan.x)) @ to_odd)
+    off[:, cut["free"]] += a[:, cut["free"]]
     px, py = scan.x * np.cos(scan.across), scan.x * np.sin(scan.across)
-    flat = (
-        height
-        - a[:, cut["free"]] @ found[cut["free"]]
-        - float(_ring_areas(nodes) @ (profile_of(found, sides_at)))
-    )
-    if odd is not None:  # what the slide still does, on either side
-        flat = flat - np.sign(scan.x) * (_hats(nodes, np.abs(scan.x)) @ odd)
-    x, y, cells, u = _cells(px, py, flat, noise, memory)
+    x, y, cells, count, _ = _cell_means(px, py, height - off @ found)
+    number = _cell_numbers(px, py)[0]
+    together = _means_of(number, known.joint - off @ moved, count.size)
+    u_cells = _u_alone(noise, memory, count, _means_of(number, known.alone[:, None], count.size))
+    u = np.sqrt(u_cells**2 + (together**2).sum(axis=1).reshape(count.shape))
     return FaceMap(
-        scan=scan, x=x, y=y, height=cells, u=u, figures=(*_size_figures(cells, u), *figures), noise=noise, memory=memory,
-        warnings=_unseen(scan, machine, len(sides)), machine=machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
+        scan=scan, x=x, y=y, height=cells, u=u, figures=(*_size_figures(cells, u_cells, together), *figures), noise=noise, memory=memory,
+        warnings=_unseen(scan, known.machine, len(sides)), machine=known.machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
     )  # fmt: skip
-
-
-def profile_of(found: Array, sides: list[slice]) -> Array:
-    """Mean (k,) of the sides."""
-    return np.asarray(np.mean([found[one] for one in sides], axis=0))
 
 
 def _rings(scan: FaceScan, sides: list[float]) -> Array:
@@ -193,8 +170,17 @@ def _columns(scan: FaceScan, sides: list[float], nodes: Array) -> tuple[Array, d
     return np.column_stack([*profiles, *free, *lobes]), cut
 
 
-def _least_squares(a: Array, y: Array) -> tuple[Array, Array, Array, float, float]:
-    """(found, covariance, left, noise, memory): neighbours that err alike count as fewer (1 + 2 sum of correlations)."""
+@dataclass(frozen=True, eq=False)
+class LinearFit:
+    """found (p,) = weights (p, n) @ readings, covariance (p, p) by noise alone."""
+
+    found: Array
+    weights: Array
+    covariance: Array
+
+
+def _least_squares(a: Array, y: Array) -> tuple[LinearFit, float, float]:
+    """(fit, noise, memory): neighbours that err alike count as fewer (1 + 2 sum of correlations)."""
     scale = np.sqrt((a**2).sum(axis=0))
     scale[scale == 0] = 1.0
     q = a / scale
@@ -205,7 +191,8 @@ def _least_squares(a: Array, y: Array) -> tuple[Array, Array, Array, float, floa
     left = y - q @ found
     noise = float(np.sqrt((left**2).sum() / max(len(y) - int(rank), 1)))
     memory = _memory(left)
-    return found / scale, noise**2 * memory * inverse / np.outer(scale, scale), left, noise, memory
+    covariance = noise**2 * memory * inverse / np.outer(scale, scale)
+    return LinearFit(found / scale, inverse @ q.T / scale[:, None], covariance), noise, memory
 
 
 def _memory(left: Array) -> float:
@@ -260,8 +247,9 @@ def _slope(r: Array, odd: Array, covariance: Array) -> FaceFigure:
     )
 
 
-def _raster(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceMap:
+def _raster(scan: FaceScan, known: KnownRise) -> FaceMap:
     """A milled face: less its plane (or its mean) of each scan."""
+    height = scan.reading - known.value
     names = list(dict.fromkeys(scan.run.tolist()))
     columns = []
     for name in names:
@@ -272,31 +260,38 @@ def _raster(scan: FaceScan, height: Array, u_rise: Array, machine: str) -> FaceM
         raise UsageError(
             f"{len(height)} readings on no area: a raster takes twelve or more, over X and over Y"
         )
-    flat = height - a @ np.linalg.lstsq(a, height, rcond=None)[0]
-    x, y, cells, count, inside = _cell_means(scan.x, scan.across, flat)
-    noise, memory = (
-        float(np.sqrt((inside**2).sum() / max(len(flat) - int((count > 0).sum()), 1))),
-        _memory(inside),
-    )
-    known = _cell_means(scan.x, scan.across, u_rise**2)[2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = np.sqrt(noise**2 * np.minimum(memory, count) / count + known)
+    both = np.column_stack([height, known.joint])
+    flat = both - a @ np.linalg.lstsq(a, both, rcond=None)[0]
+    x, y, cells, count, inside = _cell_means(scan.x, scan.across, flat[:, 0])
+    noise = float(np.sqrt((inside**2).sum() / max(len(flat) - int((count > 0).sum()), 1)))
+    memory = _memory(inside)
+    number = _cell_numbers(scan.x, scan.across)[0]
+    together = _means_of(number, flat[:, 1:], count.size)
+    u_cells = _u_alone(noise, memory, count, _means_of(number, known.alone[:, None], count.size))
+    u = np.sqrt(u_cells**2 + (together**2).sum(axis=1).reshape(count.shape))
     return FaceMap(
-        scan=scan, x=x, y=y, height=cells, u=u, figures=_size_figures(cells, u), noise=noise, memory=memory,
-        warnings=_unseen(scan, machine, 1), machine=machine,
+        scan=scan, x=x, y=y, height=cells, u=u, figures=_size_figures(cells, u_cells, together), noise=noise, memory=memory,
+        warnings=_unseen(scan, known.machine, 1), machine=known.machine,
     )  # fmt: skip
 
 
-def _size_figures(cells: Array, u: Array) -> tuple[FaceFigure, ...]:
-    """Peak to valley (u of the two cells) and rms of the map."""
+def _size_figures(cells: Array, u: Array, together: Array) -> tuple[FaceFigure, ...]:
+    """Peak to valley (of the two cells) and rms of the map: the change of each with every cell, through u of the cells by themselves and through
+    together (cells, m), what all of them have in common."""
     known = np.isfinite(cells)
-    value = cells[known]
-    ends = np.array([value.argmax(), value.argmin()])
+    value, alone, common = cells[known], u[known], together[known.ravel()]
+    ends = np.zeros(len(value))
+    ends[value.argmax()] += 1.0
+    ends[value.argmin()] -= 1.0
     rms = float(value.std())
-    return (
-        FaceFigure("flatness of the map, peak to valley", float(np.ptp(value)), float(np.linalg.norm(u[known][ends])), "mm"),
-        FaceFigure("rms of the map", rms, float(np.sqrt((u[known] ** 2).mean() / len(value))), "mm"),
-    )  # fmt: skip
+    out = []
+    for name, size, slope in (
+        ("flatness of the map, peak to valley", float(np.ptp(value)), ends),
+        ("rms of the map", rms, (value - value.mean()) / max(len(value) * rms, 1e-300)),
+    ):
+        spread = np.concatenate([slope * alone, slope @ common])
+        out.append(FaceFigure(name, size, float(np.linalg.norm(spread)), "mm"))
+    return tuple(out)
 
 
 def _unseen(scan: FaceScan, machine: str, sides: int) -> tuple[str, ...]:
@@ -333,11 +328,6 @@ def _ring_areas(r: Array) -> Array:
     return np.asarray(area / area.sum())
 
 
-def _at_nodes(x: Array, u: Array, nodes: Array) -> Array:
-    order = np.argsort(np.abs(x))
-    return np.asarray(np.interp(nodes, np.abs(x)[order], u[order]))
-
-
 def _hats(nodes: Array, r: Array) -> Array:
     """(n, k) linear interpolation between the nodes, the end value beyond them."""
     r = np.clip(r, nodes[0], nodes[-1])
@@ -348,27 +338,38 @@ def _hats(nodes: Array, r: Array) -> Array:
     return out
 
 
-def _cells(
-    x: Array, y: Array, height: Array, noise: float, memory: float
-) -> tuple[Array, Array, Array, Array]:
-    """(x, y, means, u) of cells; u of a mean of readings that err as `memory` of them do."""
-    cx, cy, mean, count, _ = _cell_means(x, y, height)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = noise * np.sqrt(np.minimum(memory, count) / count)
-    return cx, cy, mean, np.where(count > 0, u, np.nan)
-
-
-def _cell_means(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """(x, y, mean (m, k), count (m, k), rest of every reading (n,)) of even cells, about four readings each."""
+def _cell_numbers(x: Array, y: Array) -> tuple[npt.NDArray[np.intp], list[Array]]:
+    """(cell (n,) of each reading, edges of x and y): even cells, about four readings each."""
     side = int(np.clip(np.sqrt(len(x) / 4), 3, MOST_CELLS))
     edges = [np.linspace(v.min(), v.max(), side + 1) for v in (x, y)]
     at = [np.clip(np.searchsorted(e, v, side="right") - 1, 0, side - 1) for e, v in zip(edges, (x, y))]
-    number = at[1] * side + at[0]
+    return np.asarray(at[1] * side + at[0], dtype=np.intp), edges
+
+
+def _cell_means(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """(x, y, mean (m, k), count (m, k), rest of every reading (n,)) of cells."""
+    number, edges = _cell_numbers(x, y)
+    side = len(edges[0]) - 1
     count = np.bincount(number, minlength=side * side).astype(float)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.bincount(number, height, side * side) / count
+    mean = _means_of(number, height[:, None], side * side)[:, 0]
     middles = [(e[1:] + e[:-1]) / 2 for e in edges]
     return middles[0], middles[1], mean.reshape(side, side), count.reshape(side, side), height - mean[number]
+
+
+def _means_of(number: npt.NDArray[np.intp], columns: Array, cells: int) -> Array:
+    """(cells, m): means of columns (n, m); NaN of an empty cell."""
+    count = np.bincount(number, minlength=cells).astype(float)
+    sums = [np.bincount(number, column, cells) for column in columns.T]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.reshape(sums, (len(sums), cells)).T / count[:, None])
+
+
+def _u_alone(noise: float, memory: float, count: Array, known: Array) -> Array:
+    """u of cells by themselves: of readings that err as `memory` of them do; known (cells, 1) mm^2: mean of what is drawn anew for each."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        own = noise**2 * np.minimum(memory, count) / count
+        u = np.sqrt(own + known.reshape(count.shape) / count)
+    return np.where(count > 0, u, np.nan)
 
 
 def _without_gaps(height: Array) -> Array:

@@ -3,8 +3,9 @@
     theta(t) = theta of the file + F z + G (b(t) + w(t))
 
 F F' is the covariance that the machine file states, z standard normal and constant. G holds the shapes in which a number may
-change, each of the usual size of its parameter (`typical` of the effect): a number by itself, a table by the smooth modes of a
-Gaussian process over its axis (correlation length: half the travel; Rasmussen & Williams, Gaussian Processes (2006), 4.2), without
+change, each of the usual size of its parameter (`typical` of the effect): a number by itself, a table by a straight line
+(scale: what a warmer scale, a new encoder and a worn screw do first) and the smooth modes of a Gaussian process over its axis beside it (explicit basis
+functions: Rasmussen & Williams, Gaussian Processes (2006), 2.7; correlation length: half the travel, 4.2), without
 what a convention takes away: the mean of a curve, and the line of a straightness, which is squareness. b is a random walk and holds
 jumps, w goes back to its mean (see vcmm.learn.tracking.rates).
 """
@@ -179,18 +180,22 @@ def _smooth(effect: Effect, letters: str) -> Array:
         )
     own = arguments.index(letters[2]) if letters[2] in arguments else 0
     gone = [np.ones(len(mesh))]
-    if letters[1] in "XYZ" and letters[1] != letters[2] and not is_rotary(letters[2]):
+    if not is_rotary(letters[2]):
         gone.append(mesh[:, own])
     basis = np.linalg.qr(np.stack(gone, axis=1))[0]
+    line = basis[:, 1:] * np.sqrt(len(mesh)) * np.sign(basis[-1, 1:])  # unit root mean square, rising
+    if letters[1] in "XYZ" and letters[1] != letters[2]:
+        line = line[:, :0]
     free = np.eye(len(mesh)) - basis @ basis.T
     size, ways = np.linalg.eigh(free @ np.exp(-square / 2.0) @ free)
     size, ways = size[::-1], ways[:, ::-1]
     if not size[0] > 1e-12:  # two nodes of a straightness: a line, which is squareness
-        return np.zeros((len(mesh), 0))
+        return line
     kept = int(np.searchsorted(np.cumsum(size) / size[size > 0].sum(), HELD)) + 1
     modes = ways[:, :kept] * np.sqrt(size[:kept])
     sign = np.where(modes[np.abs(modes).argmax(axis=0), np.arange(kept)] < 0, -1.0, 1.0)
-    return np.asarray(modes * sign / np.sqrt((modes**2).sum() / len(mesh)))
+    bends = modes * sign / np.sqrt((modes**2).sum() / len(mesh))
+    return np.concatenate([line, bends], axis=1)
 
 
 def _block(tracked: TrackedMachine, one: Input) -> Array | None:
