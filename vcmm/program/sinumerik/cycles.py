@@ -176,10 +176,10 @@ def pattern(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
 
 
 def mill(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
-    """POCKET1 to POCKET4, CYCLE71."""
-    from vcmm.program.sinumerik.patterns import face, pocket
+    """POCKET1 to POCKET4, CYCLE61, CYCLE71, CYCLE72, CYCLE90, SLOT1, LONGHOLE."""
+    from vcmm.program.sinumerik.milling import mill
 
-    (face if item.name == "CYCLE71" else pocket)(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
+    mill(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
 
 
 def turn_contour(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
@@ -265,6 +265,7 @@ CYCLES: dict[str, Cycle] = {
     "CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE84": tap, "CYCLE840": tap, "CYCLE85": ream, "CYCLE86": bore, "CYCLE87": bore,
     "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivel, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
     "CYCLE802": pattern, "POCKET1": mill, "POCKET2": mill, "POCKET3": mill, "POCKET4": mill, "CYCLE71": mill,
+    "CYCLE61": mill, "CYCLE72": mill, "CYCLE90": mill, "SLOT1": mill, "LONGHOLE": mill,
     "CYCLE95": turn_contour, "CYCLE97": turn_contour, "CYCLE976": measure, "CYCLE977": measure, "CYCLE978": measure, "CYCLE979": measure,
     "CYCLE998": measure,
 }  # fmt: skip

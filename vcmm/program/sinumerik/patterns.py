@@ -1,20 +1,14 @@
-"""Hole patterns and pockets of Sinumerik: HOLES1 HOLES2 CYCLE801 CYCLE802, POCKET1 to POCKET4, CYCLE71.
+"""Hole patterns of Sinumerik as a table: HOLES1 HOLES2 CYCLE801 CYCLE802.
 
-Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Cycles (HMI), "Drilling patterns", "Milling cycles". The manual says that pockets are
-cleared from the inside outwards in infeeds of MID; that the rings are taken as rectangles (circles) one outside the other is told.
+Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Cycles (HMI), "Drilling patterns".
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from vcmm.program.chords import arc_or_chords
-from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
-from vcmm.program.drilling import depths_of, whole_count
-from vcmm.program.faults import BlockFault
-from vcmm.program.levels import SetupEntry
-from vcmm.program.moves import PLANES, Point
+from vcmm.program.cutter import Cutter
+from vcmm.program.drilling import whole_count
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.paths import SinumerikPaths
@@ -37,7 +31,7 @@ def row(i: SinumerikPaths, given: Numbers) -> Spots:
         ((a + (first + k * step) * math.cos(w)) * u, (b + (first + k * step) * math.sin(w)) * u)
         for k in range(whole_count(count))
     ]
-    here = _here(i)
+    here = Cutter(i.r).here()
     return out[::-1] if out and math.dist(out[-1], here) < math.dist(out[0], here) else out
 
 
@@ -82,151 +76,6 @@ PATTERNS = {"HOLES1": row, "HOLES2": ring, "CYCLE801": grid, "CYCLE802": list_sp
 def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers) -> None:
     """Rapid to each point; the modal cycle at each."""
     for a, b in PATTERNS[item.name](i, given):
-        _to(i, (a, b), None, True)
+        Cutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)
-
-
-# -- pockets ------------------------------------------------------------------------------------------------------------
-def pocket(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers) -> None:
-    """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle)."""
-    named = _pocket_arguments(item.name, given)
-    u, r = i.r.unit, i.r
-    reference = named["RFP"] * u
-    depth = named["DP"] * u if named["DP"] else reference - abs(named["DPR"]) * u
-    if depth >= reference:
-        raise BlockFault(item.first, f"{item.name}: the depth must lie below RFP; correct the planes")
-    radius, side, floor = tool_radius(i), named["FAL"] * u, named["FALD"] * u
-    step = named["MIDA"] * u or 0.8 * 2.0 * radius
-    clockwise = round(named["CDIR"]) in (0, 2)
-    r.assume(
-        f"how {item.name} clears", "in rings from the inside outwards",
-        f"how {item.name} clears is the control's own affair and not known; write its motion with G1 and G2", column=item.first,
-    )  # fmt: skip
-    if item.name in ("POCKET4", "POCKET2"):
-        path = circle(max(named["PRAD"] * u - radius - side, 0.0), step, clockwise)
-    else:
-        size = (
-            max(named["LENG"] * u / 2 - radius - side, 0.0),
-            max(named["WID"] * u / 2 - radius - side, 0.0),
-        )
-        corner = max(named["CRAD"] * u - radius, 0.0)
-        path = rectangle(size, step, corner, clockwise, math.radians(named["STA"]))
-    middle = (named["PA"] * u, named["PO"] * u)
-    over = reference + abs(named["SDIS"]) * u
-    _to(i, None, max(r.p[PLANES[r.plane][2]], over), True)
-    _to(i, middle, None, True)
-    _to(i, None, over, True)
-    mid = abs(named["MID"]) * u or reference - depth
-    for level in depths_of(reference, depth + floor, mid):
-        _feed(i, named["FFD"], middle, level)
-        _ring(i, [*shift_pieces(path, middle), PathPiece(middle)], level, named["FFP1"])
-    _to(i, None, named["RTP"] * u, True)
-
-
-_POCKET = {
-    "POCKET3": "RTP RFP SDIS DP LENG WID CRAD PA PO STA MID FAL FALD FFP1 FFD CDIR VARI MIDA",
-    "POCKET4": "RTP RFP SDIS DP PRAD PA PO MID FAL FALD FFP1 FFD CDIR VARI MIDA",
-    "POCKET1": "RTP RFP SDIS DP DPR LENG WID CRAD PA PO STA FFD FFP1 MID CDIR FAL VARI",
-    "POCKET2": "RTP RFP SDIS DP DPR PRAD PA PO FFD FFP1 MID CDIR FAL VARI",
-}
-
-
-def _pocket_arguments(cycle: str, given: Numbers) -> dict[str, float]:
-    names = _POCKET[cycle].split()
-    out = dict.fromkeys(["DPR", "CRAD", "STA", "FALD", "MIDA"], 0.0)
-    return out | dict(zip(names, pad(given, len(names))))
-
-
-def tool_radius(i: SinumerikPaths) -> float:
-    """Of the tool in the spindle, mm; 0 where nobody knows it: the path then runs on the contour."""
-    tool = i.r.tool_data
-    if tool.radius is None:
-        i.r.assume(
-            f"the diameter of tool {tool.number}", "0 mm: the path on the programmed contour",
-            f"a pocket needs the radius of tool {tool.number}; state its diameter in the set-up under [tools.{tool.number}]",
-            blank=SetupEntry(f"tools.{tool.number}", "diameter", '"10 mm"'),
-        )  # fmt: skip
-    return tool.radius or 0.0
-
-
-def face(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers) -> None:
-    """CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1): rows to and fro over a face, in infeeds MID."""
-    names = [
-        "RTP",
-        "RFP",
-        "SDIS",
-        "DP",
-        "PA",
-        "PO",
-        "LENG",
-        "WID",
-        "STA",
-        "MID",
-        "MIDA",
-        "FDP",
-        "FALD",
-        "FFP1",
-    ]
-    n, u, r = dict(zip(names, pad(given, len(names)))), i.r.unit, i.r
-    reference, depth = n["RFP"] * u, n["DP"] * u + n["FALD"] * u
-    wide = abs(n["WID"]) * u
-    count = math.ceil(wide / (abs(n["MIDA"]) * u)) + 1 if n["MIDA"] else 2
-    r.assume(
-        f"how {item.name} clears", "in rows to and fro",
-        f"how {item.name} clears is the control's own affair and not known; write its motion with G1", column=item.first,
-    )  # fmt: skip
-    w, out = math.radians(n["STA"]), abs(n["FDP"]) * u
-    local = rows((-out, 0.0), (n["LENG"] * u + 2 * out, n["WID"] * u), count)
-    ends = [
-        (n["PA"] * u + x * math.cos(w) - y * math.sin(w), n["PO"] * u + x * math.sin(w) + y * math.cos(w))
-        for x, y in local
-    ]
-    for level in depths_of(reference, depth, abs(n["MID"]) * u or reference - depth):
-        _to(i, None, max(r.p[PLANES[r.plane][2]], reference + abs(n["SDIS"]) * u), True)
-        _to(i, ends[0], None, True)
-        _feed(i, 0.0, None, level)
-        _ring(i, [PathPiece(e) for e in ends[1:]], level, n["FFP1"])
-    _to(i, None, n["RTP"] * u, True)
-
-
-# -- moves --------------------------------------------------------------------------------------------------------------
-def _here(i: SinumerikPaths) -> tuple[float, float]:
-    one, two, _ = PLANES[i.r.plane]
-    return i.r.p[one], i.r.p[two]
-
-
-def _point(i: SinumerikPaths, spot: tuple[float, float] | None, height: float | None) -> Point:
-    one, two, normal = PLANES[i.r.plane]
-    point = list(i.r.p)
-    if spot is not None:
-        point[one], point[two] = spot
-    if height is not None:
-        point[normal] = height
-    return point[0], point[1], point[2]
-
-
-def _to(i: SinumerikPaths, spot: tuple[float, float] | None, height: float | None, rapid: bool) -> None:
-    point = _point(i, spot, height)
-    if point != i.r.p:
-        i.r.straight(point, rapid)
-
-
-def _feed(i: SinumerikPaths, feed: float, spot: tuple[float, float] | None, height: float) -> None:
-    """Straight at a feed, mm/min; the feed in force where it is zero."""
-    kept = i.r.feed
-    i.r.feed = feed * i.modes.feed_unit if feed else kept
-    _to(i, spot, height, False)
-    i.r.feed = kept
-
-
-def _ring(i: SinumerikPaths, path: Sequence[PathPiece], height: float, feed: float) -> None:
-    """Pieces at one height and one feed."""
-    kept = i.r.feed
-    i.r.feed = feed * i.modes.feed_unit if feed else kept
-    for piece in path:
-        if piece.centre is None:
-            _to(i, piece.end, None, False)
-        else:
-            arc_or_chords(i.r, _point(i, piece.end, height), _point(i, piece.centre, height), piece.clockwise)
-    i.r.feed = kept
