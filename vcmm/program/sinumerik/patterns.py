@@ -6,76 +6,73 @@ Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Cycles (HMI), "Dri
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
 from vcmm.program.cutter import Cutter
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import whole_count
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.paths import SinumerikPaths
 
 Spots = list[tuple[float, float]]
-Numbers = list[float | None]
+Pattern = Callable[[SinumerikPaths, Values], Spots]
 
 
-def pad(given: Numbers, count: int) -> list[float]:
-    """So many arguments; 0 for those left out."""
-    return [v or 0.0 for v in (*given, *[None] * count)][:count]
-
-
-# -- patterns -----------------------------------------------------------------------------------------------------------
-def row(i: SinumerikPaths, given: Numbers) -> Spots:
-    """HOLES1(SPCA, SPCO, STA1, FDIS, DBH, NUM): on a line, from the end that is nearer to the tool."""
-    a, b, turn, first, step, count = pad(given, 6)
-    w, u = math.radians(turn), i.r.unit
+def row(i: SinumerikPaths, v: Values) -> Spots:
+    """HOLES1: on a line, from the end that is nearer to the tool."""
+    w = v["STA1"]
     out = [
-        ((a + (first + k * step) * math.cos(w)) * u, (b + (first + k * step) * math.sin(w)) * u)
-        for k in range(whole_count(count))
+        (
+            v["SPCA"] + (v["FDIS"] + k * v["DBH"]) * math.cos(w),
+            v["SPCO"] + (v["FDIS"] + k * v["DBH"]) * math.sin(w),
+        )
+        for k in range(whole_count(v["NUM"]))
     ]
     here = Cutter(i.r).here()
     return out[::-1] if out and math.dist(out[-1], here) < math.dist(out[0], here) else out
 
 
-def ring(i: SinumerikPaths, given: Numbers) -> Spots:
-    """HOLES2(CPA, CPO, RAD, STA1, INDA, NUM): on a circle; INDA 0 spreads them evenly."""
-    a, b, radius, start, step, count = pad(given, 6)
-    step, u = step or 360.0 / max(count, 1.0), i.r.unit
-    angles = [math.radians(start + k * step) for k in range(whole_count(count))]
-    return [((a + abs(radius) * math.cos(w)) * u, (b + abs(radius) * math.sin(w)) * u) for w in angles]
+def ring(i: SinumerikPaths, v: Values) -> Spots:
+    """HOLES2: on a circle; INDA 0 spreads them evenly."""
+    step = v["INDA"] or 360.0 / max(v["NUM"], 1.0)
+    angles = [math.radians(v["STA1"] + k * step) for k in range(whole_count(v["NUM"]))]
+    return [(v["CPA"] + v["RAD"] * math.cos(w), v["CPO"] + v["RAD"] * math.sin(w)) for w in angles]
 
 
-def grid(i: SinumerikPaths, given: Numbers) -> Spots:
-    """CYCLE801(SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2): rows to and fro, along the shorter of the two distances."""
-    a, b, turn, d1, d2, n1, n2 = pad(given, 7)
-    w, u = math.radians(turn), i.r.unit
-    along = abs(d1) <= abs(d2)
-    inner, outer = (
-        (whole_count(abs(n1)), whole_count(abs(n2)))
-        if along
-        else (whole_count(abs(n2)), whole_count(abs(n1)))
-    )
+def grid(i: SinumerikPaths, v: Values) -> Spots:
+    """CYCLE801: rows to and fro, along the shorter of the two distances."""
+    w, along = v["STA"], v["DIS1"] <= v["DIS2"]
+    counts = whole_count(abs(v["NUM1"])), whole_count(abs(v["NUM2"]))
+    inner, outer = counts if along else counts[::-1]
     out: Spots = []
     for line in range(outer):
         for k in range(inner) if line % 2 == 0 else reversed(range(inner)):
-            x, y = (k * abs(d1), line * abs(d2)) if along else (line * abs(d1), k * abs(d2))
+            x, y = (k * v["DIS1"], line * v["DIS2"]) if along else (line * v["DIS1"], k * v["DIS2"])
             out.append(
-                ((a + x * math.cos(w) - y * math.sin(w)) * u, (b + x * math.sin(w) + y * math.cos(w)) * u)
+                (v["SPCA"] + x * math.cos(w) - y * math.sin(w), v["SPCO"] + x * math.sin(w) + y * math.cos(w))
             )
     return out
 
 
-def list_spots(i: SinumerikPaths, given: Numbers) -> Spots:
-    """CYCLE802(_XA, _YA, X0, Y0, X1, Y1, ...): X0 and Y0 as they are; 9 points at most."""
-    values = pad(given, 20)[2:]
-    count = math.ceil(sum(v is not None for v in given[2:20]) / 2)
-    return [(values[2 * k] * i.r.unit, values[2 * k + 1] * i.r.unit) for k in range(count)]
+def list_spots(i: SinumerikPaths, v: Values) -> Spots:
+    """CYCLE802: X0 and Y0 as they are; 9 points at most."""
+    count = math.ceil(sum(v.has(name) for k in range(9) for name in (f"X{k}", f"Y{k}")) / 2)
+    return [(v[f"X{k}"], v[f"Y{k}"]) for k in range(count)]
 
 
-PATTERNS = {"HOLES1": row, "HOLES2": ring, "CYCLE801": grid, "CYCLE802": list_spots}
+PATTERNS: Mapping[str, Cycle[Pattern]] = {
+    "HOLES1": cycle("SPCA mm, SPCO mm, STA1 deg, FDIS mm, DBH mm, NUM count", row),
+    "HOLES2": cycle("CPA mm, CPO mm, RAD size, STA1 plain, INDA plain, NUM count", ring),
+    "CYCLE801": cycle("SPCA mm, SPCO mm, STA deg, DIS1 size, DIS2 size, NUM1 count, NUM2 count", grid),
+    "CYCLE802": cycle("XA count, YA count, " + ", ".join(f"X{k} mm?, Y{k} mm?" for k in range(9)), list_spots),
+}  # fmt: skip
 
 
-def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Numbers) -> None:
+def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
     """Rapid to each point; the modal cycle at each."""
-    for a, b in PATTERNS[item.name](i, given):
+    row = PATTERNS[item.name]
+    for a, b in row.primitive(i, row.read(given, i.r.unit, i.modes.feed_unit)):
         Cutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)
