@@ -49,7 +49,6 @@ def test_the_runner_up_is_named():
 @pytest.mark.parametrize(
     ("text", "name"),
     [
-        ("%00229\nN10 T1.1\nN20 M6\nN30 G0 X0 Y0\n", "Fagor"),
         ("%\nN1 (UAO,1)\n(UCG,2,X-120X124)\nN2 G0 X1\n", "NC-110"),
         (': (PGM, NAME="1001")\n: G90 G40\nG0 X1\n', "Acramatic"),
         ("#r=50\nG0 X#r\n", "BeagleG"),
@@ -72,8 +71,7 @@ def test_where_it_is_not_sure_the_second_is_tried():
     ("whose", "text"),
     [
         ("Brother", "%\nO1\nG21 G90\nG100 T1 X10. Y5. Z50. G43 H1 S8000 M3\nG1 Z-1. F100\nG53 G0 Z0\nM97 P10\nM30\n%"),
-        ("Fagor", "%NAME,MX--,\nN10 G90 G21\nN20 G81 X10 Y5 Z2 I-10 F100\nM30\n"),
-        ("Fagor", "%PLATE 1 ,MX-,\nG0 X1 Y2\nM30\n"),
+        ("a control with ACC words", "%NPG\nN10 G55 G08 ACC30\nN20 G01 X1 Y2\nM30\n"),
     ],
 )  # fmt: skip
 def test_controls_that_are_not_here_are_named(whose: str, text: str):
@@ -95,3 +93,14 @@ def test_a_tie_between_lathes_is_told():
     assert "differs in words such as a bare G28" in why
     found = interpret(text, None, Setup(strict=False))
     assert [a.line for a in found.assumed if "G28 without axes" in a.what] == [8]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "%00229\nN10 T1.1\nN20 M6\nN30 G0 X0 Y0\n", "%NAME,MX--,\nN10 G90 G21\nN20 G81 X10 Y5 Z2 I-10 F100\nM30\n",
+        "%PLATE 1 ,MX-,\nG0 X1 Y2\nM30\n",
+    ],
+)  # fmt: skip
+def test_fagor_is_recognised(text: str):
+    assert guess(text, None)[0] == "fagor"

@@ -120,6 +120,7 @@ for _name, _module, _extensions in (
 ):
     register(_name, _reader(_module, False), _extensions, _reader(_module, True))
 register("okuma", _reader("vcmm.program.okuma.reader", False), ("min", "ssb"))
+register("fagor", _reader("vcmm.program.fagor.reader", False), ("pim",))
 
 
 def names() -> list[str]:

@@ -78,12 +78,12 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("haas-lathe",), 6, r"\bG7[12][ \t]+P\d+[ \t]*Q\d+[^\n]*\bD[ \t]*\.?\d", "turning cycles in one block"),
     Sign(("fanuc-lathe-b",), 7, r"\bG92[ \t]*S\d", "G92 S"),
     Sign(("fanuc-lathe-b",), 3, r"\bG9[45]\b", "G94 and G95"),
+    Sign(("fagor",), 20, r"^%[^,\n]{1,24},[ \t]*[MVX]{1,3}[ \t-]*,", "% with a name and attributes, as in %NAME,MX--,", "all"),
+    Sign(("fagor",), 12, r"\bT\d+\.\d+[ \t]*(?:M0?6|$)", "tool and offset as T1.1"),
+    Sign(("fagor",), 6, r"^%\d{5}[ \t]*$", "a five-digit number behind %"),
+    Sign(("fagor",), 5, r"^[ \t]*\(RPT|^[ \t]*\(P\d+=|\bP\d+=P\d+|#PATH ORIGIN|\$IF\b", "Fagor words", "all"),
     # controls that are not here: named, and refused
     Sign(("Brother",), 20, r"\bG100[ \t]*T\d", "G100 T, which changes the tool and moves"),
-    Sign(("Fagor",), 20, r"^%[^,\n]{1,24},[ \t]*[MVX]{1,3}[ \t-]*,", "% with a name and attributes, as in %NAME,MX--,", "all"),
-    Sign(("Fagor",), 12, r"\bT\d+\.\d+[ \t]*(?:M0?6|$)", "tool and offset as T1.1"),
-    Sign(("Fagor",), 6, r"^%\d{5}[ \t]*$", "a five-digit number behind %"),
-    Sign(("Fagor",), 5, r"^[ \t]*\(RPT|^[ \t]*\(P\d+=|\bP\d+=P\d+|#PATH ORIGIN|\$IF\b", "Fagor words", "all"),
     Sign(("NC-110 of Balt-System",), 14, r"^[ \t]*(?:N\d+[ \t]*)?\((?:UAO|UCG|UTO|DIS|UIO)[ \t]*,", "three-letter commands in brackets", "all"),
     Sign(("HEIDENHAIN DIN/ISO",), 14, r"^%[^\n]*\bG7[01][ \t]*\*?[ \t]*$|^N?\d+[ \t]+G99[ \t]+T\d+[ \t]+L", "% with G70 or G71 behind it, G99 T L"),
     Sign(("Acramatic of Cincinnati",), 14, r"^[ \t]*:?[ \t]*\((?:PGM|MSG)[ \t]*,[ \t]*NAME", "(PGM, NAME=", "all"),
@@ -94,6 +94,7 @@ SIGNS: tuple[Sign, ...] = (
 )  # fmt: skip
 HERE = {
     "fanuc", "haas", "mazak", "fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "linuxcnc", "mach3", "grbl", "sinumerik", "heidenhain", "okuma",
+    "fagor",
 }  # fmt: skip
 ENDINGS: dict[str, tuple[tuple[str, ...], float]] = {
     "ngc": (("linuxcnc",), 8), "mpf": (("sinumerik",), 6), "spf": (("sinumerik",), 6), "arc": (("sinumerik",), 3), "h": (("heidenhain",), 6),

@@ -56,7 +56,7 @@ def compensate_command(
     plot
         Also write a page beside the result: the path before and after, coloured by what is off, with a slider along it.
     table
-        Table for a control: isg, linuxcnc or heidenhain.
+        Table for a control: isg, linuxcnc, heidenhain, sinumerik or fanuc.
     json
         Print one JSON document.
     """

@@ -3,7 +3,7 @@
 ISG (also Beckhoff): component errors of every axis over its own travel and the squareness errors, mm and rad, as read by
 vcmm.files.foreign.isg. LinuxCNC: COMP_FILE of type 0, one per axis: nominal, actual position forwards, actual position backwards
 (the axis's own positioning error and backlash only). Heidenhain: COM tables for KinematicsComp (iTNC 530 HSCI manual:
-C1..C3 = EXj EYj EZj); rotations are left out, because the unit of their columns is not stated there.
+C1..C3 = EXj EYj EZj); rotations are left out, because the unit of their columns is not stated there. SINUMERIK and FANUC: pitch_tables.
 
 What a table for a control says of itself: whose motion it holds, which sign, and one of its own numbers in the words of the operator.
 """
@@ -78,7 +78,7 @@ def of_the_axes(machine: Machine, own: dict[str, tuple[Array, Array]]) -> list[s
     return lines
 
 
-FORMATS = ("isg", "linuxcnc", "heidenhain")
+FORMATS = ("isg", "linuxcnc", "heidenhain", "sinumerik", "fanuc")
 NODES = 41
 MOST_POINTS = 256  # of a COMP_FILE
 NAMES = "XYZABC"
@@ -95,8 +95,10 @@ class Tables:
 
 def control_tables(machine: Machine, form: str, nodes: int = NODES) -> Tables:
     """The tables of one control. Raises UsageError for an unknown format."""
+    from vcmm.files.foreign.pitch_tables import fanuc_tables, sinumerik_tables
+
     writers: dict[str, Callable[[Machine, int], Tables]] = {
-        "isg": isg_tables, "linuxcnc": linuxcnc_tables, "heidenhain": heidenhain_tables,
+        "isg": isg_tables, "linuxcnc": linuxcnc_tables, "heidenhain": heidenhain_tables, "sinumerik": sinumerik_tables, "fanuc": fanuc_tables,
     }  # fmt: skip
     if form not in writers:
         raise UsageError(f'--table "{form}".{choose_from(form, FORMATS)}')
@@ -146,7 +148,7 @@ def _travels(machine: Machine) -> list[tuple[str, tuple[float, float]]]:
     return [(a, axis.travel) for a, axis in machine.axes.items()]
 
 
-def _rest(machine: Machine, held: set[str], why: str) -> list[str]:
+def rest_of(machine: Machine, held: set[str], why: str) -> list[str]:
     return [f"{e.id}: {why}" for e in machine.effects if e.id not in held and e.link != "reading"]
 
 
@@ -167,11 +169,11 @@ def isg_tables(machine: Machine, nodes: int) -> Tables:
     said = "\n// ".join(lines)
     why = "depends on more than the position of its axis; a table cannot hold it"
     return Tables(
-        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), said)}, tuple(_rest(machine, held, why))
+        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), said)}, tuple(rest_of(machine, held, why))
     )
 
 
-def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:
+def errors_both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:
     """Positioning error of an axis forwards and backwards, mm, tip sense, and the ids it is made of."""
     values, left = component_errors(machine, letter, q)
     sign = -1.0 if letter in machine.chain.work else 1.0
@@ -185,6 +187,17 @@ def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, s
     return forward - half, forward + half, held
 
 
+def cross_errors(machine: Machine, letter: str, q: Array, why: str) -> list[str]:
+    """A sentence that names the errors of an axis across itself, where it has any."""
+    values, _ = component_errors(machine, letter, q)
+    names = [
+        f"E{n}{letter}"
+        for i, n in enumerate(NAMES)
+        if NAMES[i] != letter and np.abs(values[:, i]).max() > _TINY
+    ]
+    return [f"{' '.join(names)}: {why}"] if names else []
+
+
 def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
     """COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm. Behind the last row it says whose motion that is: LinuxCNC
     ends its reading at the first line without three numbers (usrmotLoadComp)."""
@@ -192,20 +205,13 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
     left = []
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
-        up, down, own = _both_ways(machine, letter, q)
+        up, down, own = errors_both_ways(machine, letter, q)
         held |= own
         rows = [f"{x:.6f} {x + a:.6f} {x + b:.6f}" for x, a, b in zip(q, up, down)]
         said = [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
         files[f"comp_{letter.lower()}.txt"] = "\n".join([*rows, *said]) + "\n"
-        values, _ = component_errors(machine, letter, q)
-        names = [
-            f"E{n}{letter}"
-            for i, n in enumerate(NAMES)
-            if NAMES[i] != letter and np.abs(values[:, i]).max() > _TINY
-        ]
-        if names:
-            left.append(f"{' '.join(names)}: a COMP_FILE corrects an axis along itself only")
-    left += _rest(machine, held, "not a positioning error of one axis along itself")
+        left += cross_errors(machine, letter, q, "a COMP_FILE corrects an axis along itself only")
+    left += rest_of(machine, held, "not a positioning error of one axis along itself")
     left.append("write COMP_FILE_TYPE = 0 in [JOINT_n]; BACKLASH is ignored there, it is in the tables")
     return Tables(files, tuple(left))
 
@@ -216,7 +222,7 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, _ = component_errors(machine, letter, q)
-        up, down, held_here = _both_ways(machine, letter, q)
+        up, down, held_here = errors_both_ways(machine, letter, q)
         held |= held_here
         own[letter] = q, values[:, "XYZ".index(letter)]
         lines = [f"BEGIN {letter}.COM MM", "NR AXISPOS BACKLASH C1 C2 C3"]
@@ -231,7 +237,7 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
             left.append(
                 f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"
             )
-    left += _rest(machine, held, "not a component error over one axis")
+    left += rest_of(machine, held, "not a component error over one axis")
     files["signs.txt"] = "\n".join(
         [f"{machine.name}: C1 C2 C3 of the tables", *of_the_axes(machine, own), ""]
     )

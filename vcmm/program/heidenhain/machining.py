@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from vcmm.program.cutter import Cutter
 from vcmm.program.drilling import Hole
-from vcmm.program.levels import SetupEntry
-from vcmm.program.moves import PLANES, Point
+from vcmm.program.moves import Point
 from vcmm.program.recorder import Recorder
 
 Action = Callable[["MachiningCycle"], None]
@@ -77,35 +77,24 @@ class MachiningCycle:
         yield math.isinf(feed)
         r.feed, r.feed_mode = kept, mode
 
+    @property
+    def cutter(self) -> Cutter:
+        """The tool."""
+        return Cutter(self.recorder)
+
     def radius(self) -> float:
         """Of the tool, mm; 0 where nobody knows it: the path then runs on the contour."""
-        tool = self.recorder.tool_data
-        if tool.radius is None:
-            self.recorder.assume(
-                f"the diameter of tool {tool.number}", "0 mm: the path on the programmed contour",
-                f"cycle {self.number} needs the radius of tool {tool.number}; state its diameter in the set-up under [tools.{tool.number}]",
-                blank=SetupEntry(f"tools.{tool.number}", "diameter", '"10 mm"'),
-            )  # fmt: skip
-        return tool.radius or 0.0
+        return self.cutter.radius(f"cycle {self.number}")
 
     def to(self, a: float | None, b: float | None, height: float | None, rapid: bool) -> None:
         """Straight to coordinates of the plane, and a height along the tool axis, mm; None: as it is."""
-        one, two, normal = PLANES[self.recorder.plane]
-        point = list(self.recorder.p)
-        for k, value in ((one, a), (two, b), (normal, height)):
-            if value is not None:
-                point[k] = value
-        if tuple(point) != self.recorder.p:
-            self.recorder.straight((point[0], point[1], point[2]), rapid)
+        here = self.here()
+        self.cutter.to((here[0] if a is None else a, here[1] if b is None else b), height, rapid)
 
     def here(self) -> tuple[float, float]:
         """Where the tool stands in the plane."""
-        one, two, _ = PLANES[self.recorder.plane]
-        return self.recorder.p[one], self.recorder.p[two]
+        return self.cutter.here()
 
     def at(self, a: float, b: float, height: float) -> Point:
         """A point from its coordinates in the plane and along the tool axis."""
-        point = [0.0, 0.0, 0.0]
-        for k, value in zip(PLANES[self.recorder.plane], (a, b, height)):
-            point[k] = value
-        return point[0], point[1], point[2]
+        return self.cutter.point((a, b), height)

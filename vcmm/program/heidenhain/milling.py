@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vcmm.program.chords import arc_or_chords
 from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
 from vcmm.program.drilling import depths_of, whole_count
 from vcmm.program.heidenhain.machining import Action, MachiningCycle
@@ -55,17 +54,8 @@ def clear(c: MachiningCycle, pieces: Sequence[PathPiece], data: Clearing) -> Non
         with c.feed_at(data.plunge):
             c.to(a, b, depth, False)
         with c.feed_at(data.feed):
-            for piece in path:
-                _piece(c, piece, depth)
-            c.to(a, b, None, False)
+            c.cutter.follow([*path, PathPiece((a, b))], depth)
     c.to(None, None, data.leave, True)
-
-
-def _piece(c: MachiningCycle, piece: PathPiece, depth: float) -> None:
-    if piece.centre is None:
-        c.to(*piece.end, None, False)
-        return
-    arc_or_chords(c.recorder, c.at(*piece.end, depth), c.at(*piece.centre, depth), piece.clockwise)
 
 
 def _q_data(c: MachiningCycle) -> Clearing:

@@ -100,7 +100,7 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
     v = _arguments(runner, item, 12)
     kept, i.r.feed = i.r.feed, i.r.feed or v[5] or v[7] or None  # a contour without F is cut with FF1 and FF3
-    moves = _record_contour(i, runner, str(name), item)
+    moves = record_contour(i, runner, str(name), item)
     i.r.feed = kept
     if moves is None:
         return
@@ -149,7 +149,7 @@ def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
     i.r.feed = kept
 
 
-def _record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
+def record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
     """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
     r, start, _, end = i.r, *name.upper().partition(":")
     section = next(

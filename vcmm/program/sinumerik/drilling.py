@@ -1,0 +1,201 @@
+"""Drilling, boring and tapping cycles of Sinumerik as a table: CYCLE81 to CYCLE89, CYCLE840.
+
+Source: Siemens, Programming Manual Cycles, "Drilling cycles".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.drilling import COARSE, Hole, depths_of
+from vcmm.program.faults import BlockFault
+from vcmm.program.moves import PLANES
+from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.state import SinumerikControl
+
+CHIP_BREAK = 1.0  # mm of retraction with VARI=0
+AHEAD, AHEAD_SHARE, AHEAD_MOST = (
+    0.6,
+    50,
+    7.0,
+)  # mm before the depth reached: CYCLE83 with VARI=1; depth / 50 above 30 mm
+
+
+@dataclass(frozen=True)
+class DrillingCall:
+    """A call of a drilling cycle, its heights in mm: retract plane RTP, reference plane RFP, safety distance, depth."""
+
+    control: SinumerikControl
+    item: Item
+    retract: float
+    reference: float
+    safety: float
+    depth: float
+
+    def hole(self) -> Hole:
+        """The hole where the tool stands."""
+        return Hole(self.control.r, self.reference + self.safety, self.depth, self.retract, idle=True)
+
+    def seconds(self, time: float) -> float:
+        """Seconds of a dwell; a negative time counts turns of the spindle."""
+        if time >= 0:
+            return time
+        if not self.control.r.speed:
+            raise BlockFault(
+                self.item.first,
+                f"{self.item.name}: a negative dwell counts turns of the spindle, which has no speed",
+            )
+        return -time * 60.0 / self.control.r.speed
+
+
+DrillingPrimitive = Callable[[DrillingCall, Values], None]
+
+
+def drill(i: SinumerikControl, item: Item, given: list[float | None]) -> None:
+    """The cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
+    row = DRILLING[item.name]
+    v = row.read(given, i.r.unit, i.modes.feed_unit)
+    if not (v.has("RTP") and v.has("RFP") and (v.has("DP") or v.has("DPR"))):
+        raise BlockFault(
+            item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"
+        )
+    depth = v["RFP"] - v["DPR"] if v["DPR"] else v["DP"]  # both: DPR holds
+    if depth >= v["RFP"] or v["RTP"] < v["RFP"]:
+        raise BlockFault(
+            item.first,
+            f"{item.name}: the depth must lie below RFP and RTP not below it; correct the planes",
+        )
+    row.primitive(DrillingCall(i, item, v["RTP"], v["RFP"], v["SDIS"], depth), v)
+
+
+def in_and_out(d: DrillingCall, v: Values) -> None:
+    """CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out."""
+    hole = d.hole()
+    hole.to(hole.clearance, rapid=True)
+    hole.to(hole.bottom, rapid=False)
+    hole.wait(d.seconds(v["DTB"]))
+    hole.leave()
+
+
+def tap(d: DrillingCall, v: Values) -> None:
+    """CYCLE84, CYCLE840: in and out at pitch times speed (SST in, SST1 out); DAM breaks chips. MPIT is the size of a metric thread with
+    coarse pitch."""
+    r = d.control.r
+    lead = v["PIT"] or COARSE.get(round(abs(v["MPIT"])), 0.0)
+    speed = v["SST"] or r.speed
+    back = v["SST1"] or speed
+    if not lead and r.feed_mode == "G95" and r.feed:
+        lead = r.feed
+    if not lead:
+        raise BlockFault(
+            d.item.first,
+            f"{d.item.name} needs the pitch PIT, or the size MPIT of a coarse metric thread (3 to 48)",
+        )
+    hole, kept, mode = d.hole(), r.feed, r.feed_mode
+    hole.to(hole.clearance, rapid=True)
+    r.feed_mode = "G94"
+    for depth in depths_of(d.reference, d.depth, v["DAM"] or d.reference - d.depth):
+        r.feed = lead * speed
+        hole.to(depth, rapid=False)
+        if depth > d.depth:
+            r.feed = lead * back
+            hole.to(depth + CHIP_BREAK, rapid=False)
+    hole.wait(d.seconds(v["DTB"]))
+    r.feed = lead * back
+    hole.to(hole.clearance, rapid=False)
+    r.feed, r.feed_mode = kept, mode
+    hole.leave()
+
+
+def ream(d: DrillingCall, v: Values) -> None:
+    """CYCLE85: in at FFR, out at RFF. CYCLE89: in and out at the feed in force."""
+    r, hole = d.control.r, d.hole()
+    kept = r.feed
+    hole.to(hole.clearance, rapid=True)
+    r.feed = v["FFR"] or kept
+    hole.to(hole.bottom, rapid=False)
+    hole.wait(d.seconds(v["DTB"]))
+    r.feed = v["RFF"] or r.feed
+    hole.to(hole.clearance, rapid=False)
+    r.feed = kept
+    hole.leave()
+
+
+def bore(d: DrillingCall, v: Values) -> None:
+    """CYCLE86: off the wall by RPA, RPO and RPAP with the spindle at rest, out, back over the hole. CYCLE87, CYCLE88: out at rapid with the
+    spindle at rest; CYCLE88 dwells."""
+    r, hole = d.control.r, d.hole()
+    one, two, _ = PLANES[r.plane]
+    middle = r.p[one], r.p[two]
+    hole.to(hole.clearance, rapid=True)
+    hole.to(hole.bottom, rapid=False)
+    hole.wait(d.seconds(v["DTB"]))
+    if v["RPA"] or v["RPO"] or v["RPAP"]:
+        hole.across(middle[0] + v["RPA"], middle[1] + v["RPO"])
+        hole.to(hole.bottom + v["RPAP"], rapid=True)
+        hole.to(hole.clearance, rapid=True)
+        hole.across(*middle)
+    hole.leave()
+
+
+def deep(d: DrillingCall, v: Values) -> None:
+    """CYCLE83: strokes to FDEP (or FDPR below RFP), then shorter by DAM each.
+
+    A stroke is never shorter than DAM; what is left below two strokes is halved. VARI 1: out to the safety distance after
+    each stroke (dwell DTS there) and back in rapid to 0.6 mm before the depth reached (depth / 50 above 30 mm, 7 mm at
+    most); VARI 0: back by 1 mm.
+    """
+    r = d.control.r
+    first = v["FDEP"] if v.has("FDEP") else d.reference - v["FDPR"]
+    if not d.depth <= first < d.reference:
+        raise BlockFault(
+            d.item.first, "CYCLE83: the first depth FDEP must lie between RFP and the depth; correct it"
+        )
+    feed, factor = r.feed, v.without("FRF", 1.0) or 1.0
+    total, out = d.reference - d.depth, v.number("VARI") == 1
+    ahead = min(AHEAD if total <= 30 else total / AHEAD_SHARE, AHEAD_MOST) if out else CHIP_BREAK
+    hole = d.hole()
+
+    def slower(k: int) -> None:
+        r.feed = feed * factor if k == 0 and feed is not None else feed
+
+    hole.to(hole.clearance, rapid=True)
+    hole.pecks(
+        strokes(d.reference, first, d.depth, v["DAM"]), lambda depth: depth + ahead, out=out, wait=d.seconds(v["DTB"]),
+        pause=d.seconds(v["DTS"]) if out else 0.0, back_at_feed=not out, before=slower,
+    )  # fmt: skip
+    r.feed = feed
+    hole.leave()
+
+
+def strokes(reference: float, first: float, final: float, less: float) -> list[float]:
+    """Depths of the strokes of CYCLE83."""
+    depths, step = [first], reference - first
+    while depths[-1] - final > 1e-9:
+        left = depths[-1] - final
+        step = max(step - less, less) if less else step
+        if left <= step + 1e-9:
+            depths.append(final)
+        elif left < 2 * step:
+            depths += [depths[-1] - left / 2, final]
+        else:
+            depths.append(depths[-1] - step)
+    return depths
+
+
+_HEIGHTS = "RTP mm?, RFP mm?, SDIS size, DP mm?, DPR size?"
+_TURN = "DTB plain, SDIR count"
+DRILLING: Mapping[str, Cycle[DrillingPrimitive]] = {
+    "CYCLE81": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
+    "CYCLE82": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
+    "CYCLE83": cycle(f"{_HEIGHTS}, FDEP mm?, FDPR mm, DAM size, DTB plain, DTS plain, FRF plain?, VARI count", deep),
+    "CYCLE84": cycle(f"{_HEIGHTS}, DTB plain, SDAC count, MPIT plain, PIT size, POSS plain, SST plain, SST1 plain, AXN count, PTAB count, TECHNO count, VARI count, DAM size", tap),
+    "CYCLE840": cycle(f"{_HEIGHTS}, DTB plain, SDR count, SDAC count, ENC count, MPIT plain, PIT size", tap),
+    "CYCLE85": cycle(f"{_HEIGHTS}, DTB plain, FFR feed, RFF feed", ream),
+    "CYCLE86": cycle(f"{_HEIGHTS}, {_TURN}, RPA mm, RPO mm, RPAP mm, POSS plain", bore),
+    "CYCLE87": cycle(f"{_HEIGHTS}, SDIR count", bore),
+    "CYCLE88": cycle(f"{_HEIGHTS}, {_TURN}", bore),
+    "CYCLE89": cycle(f"{_HEIGHTS}, DTB plain", ream),
+}  # fmt: skip

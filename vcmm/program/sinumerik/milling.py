@@ -1,0 +1,273 @@
+"""Milling cycles of Sinumerik as a table: POCKET1 to POCKET4, CYCLE71, CYCLE61, SLOT1, LONGHOLE, CYCLE72, CYCLE90.
+
+Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling cycles"; SINUMERIK 840D sl / 828D, "Programming cycles
+externally" for POCKET3, POCKET4, CYCLE61 and CYCLE72. What the manual leaves to the control (how a pocket is cleared, how a contour is
+approached) is told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
+from vcmm.program.cutter import Cutter, equal_depths
+from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.drilling import depths_of, whole_count
+from vcmm.program.faults import BlockFault
+from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.flow import SinumerikRunner
+
+if TYPE_CHECKING:
+    from vcmm.program.sinumerik.paths import SinumerikPaths
+
+
+class MillingCall(NamedTuple):
+    """A call of a milling cycle: who reads, the call as it stands, the tool."""
+
+    paths: SinumerikPaths
+    runner: SinumerikRunner
+    item: Item
+    cutter: Cutter
+
+    def floor(self, v: Values) -> float:
+        """DP, or RFP less DPR; refused where it lies above RFP."""
+        depth = v["DP"] if v["DP"] or not v["DPR"] else v["RFP"] - v["DPR"]
+        if depth >= v["RFP"]:
+            raise BlockFault(
+                self.item.first, f"{self.item.name}: the depth must lie below RFP; correct the planes"
+            )
+        return depth
+
+    def radius(self) -> float:
+        """Of the tool, mm."""
+        return self.cutter.radius("a pocket")
+
+    def note_clearing(self, how: str, codes: str = "G1") -> None:
+        """What the control does in its own way."""
+        what = f"how {self.item.name} clears"
+        self.paths.r.assume(
+            what, how, f"{what} is the control's own affair and not known; write its motion with {codes}", column=self.item.first,
+        )  # fmt: skip
+
+    def note(self, what: str, value: str) -> None:
+        """What hangs on setting data, or moves the tool beside the workpiece alone."""
+        self.paths.r.assume(f"{what} in {self.item.name}", value, column=self.item.first, matters=False)
+
+
+MillingPrimitive = Callable[[MillingCall, Values], None]
+
+
+def pocket(m: MillingCall, v: Values) -> None:
+    """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
+    depth, radius, side = m.floor(v), m.radius(), v["FAL"]
+    step = v["MIDA"] or 0.8 * 2.0 * radius
+    clockwise = v.number("CDIR") in (0, 2)
+    m.note_clearing("in rings from the inside outwards", "G1 and G2")
+    if m.item.name in ("POCKET4", "POCKET2"):
+        path = circle(max(v["PRAD"] - radius - side, 0.0), step, clockwise)
+    else:
+        size = (max(v["LENG"] / 2 - radius - side, 0.0), max(v["WID"] / 2 - radius - side, 0.0))
+        path = rectangle(size, step, max(v["CRAD"] - radius, 0.0), clockwise, v["STA"])
+    clear(
+        m, v, path, (v["PA"], v["PO"]), depths_of(v["RFP"], depth + v["FALD"], v["MID"] or v["RFP"] - depth)
+    )
+    m.cutter.to(None, v["RTP"], True)
+
+
+def clear(
+    m: MillingCall, v: Values, path: list[PathPiece], middle: tuple[float, float], levels: list[float]
+) -> None:
+    """A path about `middle` at each of the levels, mm, back to the middle each time."""
+    c, over = m.cutter, v["RFP"] + v["SDIS"]
+    c.to(None, max(c.height, over), True)
+    c.to(middle, None, True)
+    c.to(None, over, True)
+    for level in levels:
+        with c.feed_at(v["FFD"]):
+            c.to(middle, level, False)
+        with c.feed_at(v["FFP1"]):
+            c.follow([*shift_pieces(path, middle), PathPiece(middle)], level)
+
+
+def face(m: MillingCall, v: Values) -> None:
+    """CYCLE71: rows to and fro over a face, in infeeds MID, FDP beside it at their ends."""
+    count = math.ceil(abs(v["WID"]) / v["MIDA"]) + 1 if v["MIDA"] else 2
+    m.note_clearing("in rows to and fro")
+    w, out = v["STA"], v["FDP"]
+    local = rows((-out, 0.0), (v["LENG"] + 2 * out, v["WID"]), count)
+    ends = [
+        (v["PA"] + x * math.cos(w) - y * math.sin(w), v["PO"] + x * math.sin(w) + y * math.cos(w))
+        for x, y in local
+    ]
+    depth = v["DP"] + v["FALD"]
+    _over(m, v, ends, depths_of(v["RFP"], depth, v["MID"] or v["RFP"] - depth), True)
+
+
+def plane_face(m: MillingCall, v: Values) -> None:
+    """CYCLE61: rows along the first (tens of VARI 1, 3) or the second axis (2, 4), in one direction (1, 2) or to and fro (3, 4); MIDA
+    in mm, or (tens of AMODE 1) in percent of the tool diameter; the tool is beside the face at the ends of rows."""
+    way, mode, radius = v.number("VARI") // 10 % 10, v.number("AMODE"), m.radius()
+    if mode % 10 or mode > 19 or v.number("LIM") or way not in (1, 2, 3, 4):
+        raise BlockFault(
+            m.item.first,
+            f"CYCLE61 with VARI {v.number('VARI')}, LIM {v.number('LIM')}, AMODE {mode} is not understood: read are rows (tens of VARI 1 to 4) without limits "
+            "(LIM 0), an absolute depth and incremental lengths (AMODE 0 or 10); write its motion with G1",
+        )  # fmt: skip
+    step = v["MIDA"] / m.paths.r.unit * 0.02 * radius if mode >= 10 else v["MIDA"]
+    m.note_clearing("in rows a step apart, the tool one radius and SDIS beside the face at their ends")
+    along, across = (v["LENG"], v["WID"]) if way in (1, 3) else (v["WID"], v["LENG"])
+    out = math.copysign(radius + v["SDIS"], along)
+    count = max(2, math.ceil(abs(across) / step - 1e-9) + 1) if step else 2
+    if way in (1, 2):
+        local = [
+            p
+            for k in range(count)
+            for p in ((-out, across * k / (count - 1)), (along + out, across * k / (count - 1)))
+        ]
+    else:
+        local = rows((-out, 0.0), (along + 2 * out, across), count)
+    ends = [(v["PA"] + x, v["PO"] + y) if way in (1, 3) else (v["PA"] + y, v["PO"] + x) for x, y in local]
+    depth = v["DP"] + (v["FALD"] if v.number("VARI") % 10 == 1 else 0.0)
+    if depth >= v["RFP"]:
+        raise BlockFault(m.item.first, "CYCLE61: the depth must lie below RFP; correct the planes")
+    _over(m, v, ends, equal_depths(v["RFP"], depth, v["MID"]), way in (3, 4))
+
+
+def _over(
+    m: MillingCall, v: Values, ends: list[tuple[float, float]], levels: list[float], to_and_fro: bool
+) -> None:
+    """Rows between pairs of ends at each level; in one direction the tool goes back above the face."""
+    c, over = m.cutter, v["RFP"] + v["SDIS"]
+    for level in levels:
+        c.to(None, max(c.height, over), True)
+        c.to(ends[0], None, True)
+        c.to(None, level, False)
+        with c.feed_at(v["FFP1"]):
+            for k, end in enumerate(ends[1:], 1):
+                if k % 2 == 0 and not to_and_fro:
+                    c.to(None, over, True)
+                    c.to(end, None, True)
+                    c.to(None, level, False)
+                else:
+                    c.to(end, None, False)
+    c.to(None, v["RTP"], True)
+
+
+def _rays(v: Values) -> list[float]:
+    """Directions of holes or slots on a circle, rad: from STA1 by INDA, or evenly."""
+    count = whole_count(v["NUM"])
+    step = v["INDA"] or 2.0 * math.pi / max(count, 1)
+    return [v["STA1"] + k * step for k in range(count)]
+
+
+def long_holes(m: MillingCall, v: Values) -> None:
+    """LONGHOLE: NUM holes of the width of the tool along rays, LENG long from RAD on. The infeed is at the ends, one after the other."""
+    c, radius, over = m.cutter, m.radius(), v["RFP"] + v["SDIS"]
+    inner, outer = v["RAD"] + radius, v["RAD"] + v["LENG"] - radius
+    if inner > outer:
+        raise BlockFault(
+            m.item.first,
+            f"LONGHOLE: the tool is wider ({2 * radius:g} mm) than a hole is long ({v['LENG']:g} mm); take a smaller one",
+        )
+    m.note("from where infeeds count", "from RFP + SDIS, in equal steps of MID at most (_ZSD[1] = 0)")
+    m.note("where a long hole begins", "its end lies on the circle of RAD")
+    for w in _rays(v):
+        ends = [(v["CPA"] + q * math.cos(w), v["CPO"] + q * math.sin(w)) for q in (inner, outer)]
+        c.to(None, max(c.height, v["RTP"]), True)
+        c.to(ends[0], None, True)
+        c.to(None, over, True)
+        for k, level in enumerate(equal_depths(over, m.floor(v), v["MID"])):
+            with c.feed_at(v["FFD"]):
+                c.to(None, level, False)
+            with c.feed_at(v["FFP1"]):
+                c.to(ends[1 - k % 2], None, False)
+        c.to(None, v["RTP"], True)
+
+
+def slots(m: MillingCall, v: Values) -> None:
+    """SLOT1: NUM slots of LENG by WID along rays, from RAD on; FAL stays at their edges where VARI is 1. VARI 1: rough, 2: finish, 0: both."""
+    radius, kind = m.radius(), v.number("VARI") % 10
+    side = v["FAL"] if kind == 1 else 0.0
+    along, across = v["LENG"] / 2 - radius - side, v["WID"] / 2 - radius - side
+    if v["WID"] < 2 * radius - 1e-9:
+        raise BlockFault(
+            m.item.first,
+            f"SLOT1: the tool ({2 * radius:g} mm) is wider than a slot ({v['WID']:g} mm); take a smaller one",
+        )
+    m.note_clearing("in rings about the middle line, an infeed at the middle", "G1 and G2")
+    m.note("from where infeeds count", "from RFP + SDIS, in equal steps of MID at most (_ZSD[1] = 0)")
+    floor = m.floor(v) + (v["FALD"] if kind == 1 else 0.0)
+    size = (max(along, 0.0), max(across, 0.0))
+    for w in _rays(v):
+        middle = v["RAD"] + v["LENG"] / 2
+        path = rectangle(size, 0.8 * 2.0 * radius, size[1], v.number("CDIR") in (0, 2), w)
+        spot = (v["CPA"] + middle * math.cos(w), v["CPO"] + middle * math.sin(w))
+        m.cutter.to(None, max(m.cutter.height, v["RTP"]), True)
+        clear(m, v, path, spot, equal_depths(v["RFP"] + v["SDIS"], floor, v["MID"]))
+        m.cutter.to(None, v["RTP"], True)
+
+
+def thread(m: MillingCall, v: Values) -> None:
+    """CYCLE90: a helix of the pitch PIT from RFP to DP about CPA, CPO, inside (TYPTH 0) or outside (1), by G2 or G3 (CDIR)."""
+    c, radius = m.cutter, m.cutter.radius("CYCLE90")
+    inside, floor = v.number("TYPTH") == 0, m.floor(v)
+    if not v["PIT"]:
+        raise BlockFault(m.item.first, "CYCLE90 needs the pitch PIT")
+    run = v["DIATH"] / 2 - radius if inside else v["KDIAM"] / 2 + radius
+    if run <= 0:
+        raise BlockFault(
+            m.item.first,
+            f"CYCLE90: the tool ({2 * radius:g} mm) does not go into a thread of {v['DIATH']:g} mm; take a smaller one",
+        )
+    m.note_clearing(
+        "from RFP to DP by its pitch; how it leads in and out is told as half a circle inside, a line outside",
+        "G2 and G3 with TURN",
+    )
+    clockwise, middle = v.number("CDIR") == 2, (v["CPA"], v["CPO"])
+    begin = (middle[0] + run, middle[1])
+    start = middle if inside else (middle[0] + run + v["SDIS"], middle[1])
+    c.to(None, max(c.height, v["RTP"]), True)
+    c.to(start, None, True)
+    c.to(None, v["RFP"], True)
+    with c.feed_at(v["FFR"]):
+        halfway = (middle[0] + run / 2, middle[1])
+        c.follow([PathPiece(begin, halfway, clockwise) if inside else PathPiece(begin)], v["RFP"])
+        c.helix(middle, run, (v["RFP"], floor), v["PIT"], clockwise)
+        a, b = c.here()
+        if inside:
+            c.follow([PathPiece(middle, ((a + middle[0]) / 2, (b + middle[1]) / 2), clockwise)], floor)
+        else:
+            away = (run + v["SDIS"]) / run
+            c.to((middle[0] + (a - middle[0]) * away, middle[1] + (b - middle[1]) * away), None, False)
+    c.to(None, v["RTP"], True)
+
+
+def contour(m: MillingCall, v: Values) -> None:
+    """CYCLE72; its path is made in `contours`."""
+    from vcmm.program.sinumerik.contours import mill_contour
+
+    mill_contour(m, v)
+
+
+_POCKET1, _POCKET3 = "RTP mm, RFP mm, SDIS size, DP mm, DPR size,", "RTP mm, RFP mm, SDIS size, DP mm,"
+_ON_A_CIRCLE = "CPA mm, CPO mm, RAD size, STA1 deg, INDA deg, FFD feed, FFP1 feed, MID size"
+MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
+    "POCKET1": cycle(f"{_POCKET1} LENG mm, WID mm, CRAD mm, PA mm, PO mm, STA deg, FFD feed, FFP1 feed, MID size, CDIR count, FAL mm, VARI count", pocket),
+    "POCKET2": cycle(f"{_POCKET1} PRAD mm, PA mm, PO mm, FFD feed, FFP1 feed, MID size, CDIR count, FAL mm, VARI count", pocket),
+    "POCKET3": cycle(f"{_POCKET3} LENG mm, WID mm, CRAD mm, PA mm, PO mm, STA deg, MID size, FAL mm, FALD mm, FFP1 feed, FFD feed, CDIR count, VARI count, MIDA mm", pocket),
+    "POCKET4": cycle(f"{_POCKET3} PRAD mm, PA mm, PO mm, MID size, FAL mm, FALD mm, FFP1 feed, FFD feed, CDIR count, VARI count, MIDA mm", pocket),
+    "CYCLE71": cycle(f"{_POCKET3} PA mm, PO mm, LENG mm, WID mm, STA deg, MID size, MIDA size, FDP size, FALD mm, FFP1 feed", face),
+    "CYCLE61": cycle(f"{_POCKET3} PA mm, PO mm, LENG mm, WID mm, MID size, MIDA size, FALD size, FFP1 feed, VARI count, LIM count, DMODE count, AMODE count", plane_face),
+    "LONGHOLE": cycle(f"{_POCKET1} NUM count, LENG size, {_ON_A_CIRCLE}", long_holes),
+    "SLOT1": cycle(f"{_POCKET1} NUM count, LENG size, WID size, {_ON_A_CIRCLE}, CDIR count, FAL size, VARI count, MIDF size, FFP2 feed, SSF plain, FALD size, STA2 deg", slots),
+    "CYCLE90": cycle(f"{_POCKET1} DIATH size, KDIAM size, PIT size, FFR feed, CDIR count, TYPTH count, CPA mm, CPO mm", thread),
+    "CYCLE72": cycle("KNAME text, RTP mm, RFP mm, SDIS size, DP mm, MID size, FAL size, FALD size, FFP1 feed, FFD feed, VARI count, RL count, AS1 count, LP1 size, FF3 feed, AS2 count, LP2 size", contour),
+}  # fmt: skip
+
+
+def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
+    """The cycle of a call."""
+    row = MILLING[item.name]
+    row.primitive(MillingCall(i, runner, item, Cutter(i.r)), row.read(given, i.r.unit, i.modes.feed_unit))
