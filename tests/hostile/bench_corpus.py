@@ -72,7 +72,7 @@ SLOTS: dict[str, Slot] = {
     "set-up": ("setup.toml", lambda v: cutting(scenario=f'"setup.toml" => {v}')),
     "machine of a set-up": ("m.toml", lambda v: cutting(scenario='machine = "mill.toml"\n => ', setup=f'dialect = "fanuc"\n => dialect = "fanuc"\nmachine = {v}\n')),
     "table of a mill": ("errors.csv", lambda v: cutting(mill=f'[axes.X]\n => [errors]\ntable = {v}\n[axes.X]\n')),
-    "job in a file": ("job.toml", lambda v: cutting(scenario=f"[job]\ntrials = 2000\n => ", mill="[axes.X] => [axes.X]") | {"boss.toml": shop.SCENARIO.replace("[job]\ntrials = 2000\n", "").replace('machine = "mill.toml"\n', f'machine = "mill.toml"\njob = {v}\n')}),
+    "job in a file": ("job.toml", lambda v: cutting(scenario="[job]\ntrials = 2000\n => ", mill="[axes.X] => [axes.X]") | {"boss.toml": shop.SCENARIO.replace("[job]\ntrials = 2000\n", "").replace('machine = "mill.toml"\n', f'machine = "mill.toml"\njob = {v}\n')}),
     "mesh": ("cube.stl", lambda v: cutting(scenario=f"[part.features]\n => [part]\nmesh = {v}\n[part.features]\n")),
     "nominal points": ("points.csv", lambda v: cutting(scenario=f'[[part.characteristics]]\n => free = {{ type = "points", nominal = {v} }}\n[[part.characteristics]]\n')),
     "force log": ("force.csv", lambda v: cutting(scenario=f'[cut]\n => [cut]\nforce_log = {v}\n')),
