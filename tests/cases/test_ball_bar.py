@@ -24,6 +24,7 @@ def test_a_quarter_by_hand():
     assert length[at] == pytest.approx(-3.5e-3, abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_play_and_squareness_are_named():
     recording, machine = vcmm.load_recording(example("ballbar"))
     found = vcmm.diagnose(recording, machine)

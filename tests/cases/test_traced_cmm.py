@@ -27,6 +27,7 @@ def numbers(text: str) -> np.ndarray:
     return np.array([[float(v) for v in row.split(",")] for row in text.splitlines()[1:]])
 
 
+@pytest.mark.thorough
 def test_its_curves_lie_within_their_bands():
     """All 21 errors; the curves at their nodes without mean or line, 18 of them, hold the truth at 95 % of the nodes."""
     recording, bare = vcmm.load_recording(example("traced_cmm"))

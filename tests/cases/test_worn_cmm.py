@@ -82,6 +82,7 @@ def test_the_machine_is_that_of_the_plate(recording):
             )
 
 
+@pytest.mark.thorough
 def test_both_faults_are_named_and_their_intervals_hold_the_truth(result):
     assert result.diagnosis.verdict == "explained"
     assert len(result.diagnosis.answer) == len(twin.CONCEALED)
@@ -95,12 +96,14 @@ def test_both_faults_are_named_and_their_intervals_hold_the_truth(result):
             assert answer.parameters[name].unit == unit
 
 
+@pytest.mark.thorough
 def test_rows_never_fitted_are_predicted_better(result):
     folds = result.diagnosis.fit.held_out
     assert len(folds) >= 8
     assert all(f.rms_after < f.rms_before for f in folds)
 
 
+@pytest.mark.thorough
 def test_the_job_is_predicted_better_and_u_knows_the_new_parameters(result):
     """A worn Y shifts the front face by half the gap: the distance is 0.7 um too short by the file, see the sign above."""
     rows = {m.name: m for m in result.job}
@@ -111,6 +114,7 @@ def test_the_job_is_predicted_better_and_u_knows_the_new_parameters(result):
     assert {i.effect for i in result.better.inputs} >= {"backlash", "thermal_drift"}
 
 
+@pytest.mark.thorough
 def test_documentation_shows_what_the_command_prints(result):
     written = (DOCS / "worn_cmm.md").read_text(encoding="utf-8")
     for shown in page.tables(result):
@@ -118,6 +122,7 @@ def test_documentation_shows_what_the_command_prints(result):
         assert shown.caption in written
 
 
+@pytest.mark.thorough
 def test_demo_new_check_and_diagnose(tmp_path, capsys, monkeypatch, recording, result):
     """The command diagnoses the embedded recording and does the job of the plate; the answer to that is `result`."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -54,6 +55,7 @@ def programs(draw: st.DrawFn) -> str:
     return "\n".join([*lines, "M30", "%", ""])
 
 
+@pytest.mark.thorough
 @quick
 @given(programs(), st.sampled_from([1e-3, 3e-3]), st.booleans())
 def test_rewritten_programs(text: str, tolerance: float, carry: bool):

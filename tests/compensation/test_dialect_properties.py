@@ -9,6 +9,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -84,18 +85,21 @@ def check(text: str, dialect: str) -> None:
     assert [line.split(";")[1] for line in found.text.splitlines() if ";" in line][4:] == comments
 
 
+@pytest.mark.thorough
 @quick
 @given(siemens())
 def test_sinumerik(text: str):
     check(text, "sinumerik")
 
 
+@pytest.mark.thorough
 @quick
 @given(klartext())
 def test_klartext(text: str):
     check(text, "heidenhain")
 
 
+@pytest.mark.thorough
 @quick
 @given(st.integers(1, 4), st.integers(1, 4), number, radius)
 def test_written_out_programs_cut_the_same(calls: int, turns: int, x: float, r: float):

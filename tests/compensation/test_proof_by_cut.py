@@ -41,6 +41,7 @@ CASES = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES)
 def test_the_part_of_the_corrected_program_is_better_floors_and_walls(tmp_path, case):
     """Before, every one of them plunged both floors: -4.4 and -6.3 um, since the corner in which the plunge ends is rounded by the control."""
@@ -110,6 +111,7 @@ def test_a_cut_that_comes_near_is_held_off_and_not_drawn_down():
     assert np.abs(left).max() < 0.05e-3
 
 
+@pytest.mark.thorough
 def test_what_comes_out_worse_is_refused(tmp_path, capsys, monkeypatch):
     """A tool 5 um too large hides a scale that leaves 150 um/m x 46 mm = 6.9 um: 1.9 um at the walls. The path alone corrected, all
     walls come out 5 um too deep in the mean, and that is told."""
@@ -138,6 +140,7 @@ def test_worse_is_what_is_beyond_before_and_beyond_what_is_allowed():
     assert CutProof(cut(4.0), cut(0.9), 1e-3).met
 
 
+@pytest.mark.thorough
 def test_the_document_says_what_the_cut_says(tmp_path, capsys, monkeypatch):
     """compensate, then cut --inspect of the file that it wrote: one figure; `met` is that figure."""
     monkeypatch.chdir(tmp_path)

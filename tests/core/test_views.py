@@ -18,6 +18,7 @@ def test_a_class_without_a_picture_is_refused_by_name():
         views.say(1j)
 
 
+@pytest.mark.thorough
 def test_charts_are_loaded_by_the_first_line_and_not_before():
     """In a process of its own: the module of a result loads no charts, its line does."""
     story = """

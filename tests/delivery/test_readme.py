@@ -69,6 +69,7 @@ def test_readme_counts_as_the_judge_has_counted():
         assert f"{share} ({bounds})" in README, cell
 
 
+@pytest.mark.thorough
 def test_the_first_tutorial_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

@@ -133,6 +133,7 @@ def test_baselines_find_a_column_of_their_own_library(tmp_path) -> None:
     assert said["gp"] in (None, "unknown")
 
 
+@pytest.mark.thorough
 def test_a_strong_scale_factor_goes_through_the_whole_exam() -> None:
     number = next(
         i for i in range(len(blocks.RICH)) if blocks.plan("A", i)[:2] == ("laser", ("scale_factor",))

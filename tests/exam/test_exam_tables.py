@@ -122,6 +122,7 @@ def test_a_case_that_failed_counts_as_missed() -> None:
     assert (first.hits, first.n) == (1, 2)
 
 
+@pytest.mark.thorough
 def test_the_page_holds_what_the_command_prints() -> None:
     folder = Path(calibration.__file__).parent
     page = (folder.parents[1] / "docs" / "exam.md").read_text(encoding="utf-8")

@@ -59,6 +59,7 @@ def test_evaluate_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureF
     assert "30.008" in part._repr_html_()
 
 
+@pytest.mark.thorough
 def test_cut_takes_a_path_and_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     file = str(shop.write(tmp_path))
     found = vcmm.cut(file, trials=TRIALS)

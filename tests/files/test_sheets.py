@@ -11,10 +11,10 @@ import pytest
 
 import vcmm
 from vcmm.core.errors import DataError
-from vcmm.files.sheets import Column, Layout, Sheet, numbers_of, read_csv
+from vcmm.files.sheets import Layout, Sheet, SheetColumn, numbers_of, read_csv
 
-TARGET = Column("target", units=("mm", "deg"))
-DEVIATION = Column("deviation", units=("um", "arcsec"), others=(("actual", ("mm",)),), optional=True)
+TARGET = SheetColumn("target", units=("mm", "deg"))
+DEVIATION = SheetColumn("deviation", units=("um", "arcsec"), others=(("actual", ("mm",)),), optional=True)
 
 
 def sheet(tmp_path: Path, text: str) -> Sheet:
@@ -39,7 +39,7 @@ def test_another_name_with_units_of_its_own(tmp_path):
 
 def test_what_is_missing_or_stands_twice_is_said_with_the_line_of_the_header(tmp_path):
     found = sheet(tmp_path, "# note\ndeviation_um,actual_mm\n1,2\n")
-    assert found.missing((TARGET, DEVIATION, Column("run", advice="; number the runs"))) == [
+    assert found.missing((TARGET, DEVIATION, SheetColumn("run", advice="; number the runs"))) == [
         f"{tmp_path}/runs.csv:2: the column target_mm is missing. Allowed: target_mm, target_deg",
         f"{tmp_path}/runs.csv:2: deviation_um and actual_mm are both there; keep one. Allowed: deviation_um, deviation_arcsec, actual_mm",
         f"{tmp_path}/runs.csv:2: the column run is missing; number the runs",
@@ -51,8 +51,8 @@ def test_what_is_missing_or_stands_twice_is_said_with_the_line_of_the_header(tmp
 
 def test_an_optional_column_may_be_absent_and_an_alias_is_the_column(tmp_path):
     found = sheet(tmp_path, "target_mm,x\n1,7\n")
-    assert found.missing((TARGET, DEVIATION, Column("X_mm", aliases=("x",)))) == []
-    np.testing.assert_array_equal(found.quantities(Column("X_mm", aliases=("x",))), [7.0])
+    assert found.missing((TARGET, DEVIATION, SheetColumn("X_mm", aliases=("x",)))) == []
+    np.testing.assert_array_equal(found.quantities(SheetColumn("X_mm", aliases=("x",))), [7.0])
     assert found.unknown(("x",), lambda name: f"; not {name}") == [
         f'{tmp_path}/runs.csv:1: unknown column "target_mm"; not target_mm'
     ]

@@ -18,6 +18,7 @@ def test_the_files_are_right_before_they_are_mutated(case, tmp_path):
     assert answer.code in (0, 1), answer.err  # 1: the plan of set-ups does not identify everything
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("part", range(SLICES))
 def test_mutations(part, tmp_path):
     found = [trial(tmp_path, seed) for seed in range(part, TOGETHER, SLICES)]

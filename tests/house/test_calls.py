@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 
+import pytest
+
 from tests.house.test_layers import KERNELS, PACKAGE, sources, tree
 
 MOST = 6
@@ -33,6 +35,7 @@ def long_calls() -> dict[str, list[str]]:
     return out
 
 
+@pytest.mark.thorough
 def test_calls_name_their_values():
     several = long_calls()
     new = [call for room, calls in several.items() if room not in ROOMS for call in calls]

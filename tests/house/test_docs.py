@@ -61,6 +61,7 @@ def with_examples() -> list[Any]:
     return [pytest.param(p, id=name(p), marks=marks.get(name(p), [])) for p in pages]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("page", with_examples())
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
@@ -135,6 +136,7 @@ def command_lines() -> Iterator[tuple[str, list[str]]]:
                 yield where, shlex.split(words)[1:]
 
 
+@pytest.mark.thorough
 def test_every_command_that_is_shown_is_understood():
     """Verbs, options and their values, as the command line itself reads them; nothing is run. NAME stands for a value."""
     from cyclopts import CycloptsError, MissingArgumentError

@@ -18,11 +18,11 @@ from vcmm.physics import ALL, BY_NAME
 # (module, string): why it stands there without meaning the effect of that name.
 CONTRACT = {
     (
-        "learn.calibration.node_field",
+        "files.learned.node_field",
         "scatter",
     ): "key of a residual field: scale of one approach at its nodes",
+    ("files.learned.improved_machine", "scatter"): "the same key",
     ("core.residual_process", "scatter"): "the same key",
-    ("learn.diagnosis.machine_file", "scatter"): "the same key",
     (
         "core.run",
         "work_offset",
@@ -46,6 +46,7 @@ def others() -> list[str]:
     return [m for m in sources() if not within(m, "physics")]
 
 
+@pytest.mark.thorough
 def test_no_effect_is_named_outside_its_file():
     met = {(m, value): line for m in others() for line, value in strings(m) if value in BY_NAME}
     wrong = [f'{m}:{line} names "{name}"' for (m, name), line in met.items() if (m, name) not in CONTRACT]

@@ -13,6 +13,7 @@ from vcmm.face.cli import run
 PAGE = ROOT / "docs" / "from_cmm_software.md"
 
 
+@pytest.mark.thorough
 def test_the_page_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

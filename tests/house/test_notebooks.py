@@ -39,6 +39,7 @@ def run_cell(source: str, name: str, namespace: dict[str, Any]) -> None:
         repr(eval(compile(ast.Expression(last.value), name, "eval"), namespace))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", RUN)
 def test_notebook_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
@@ -59,6 +60,7 @@ def test_a_cell_fails_with_its_name_and_shows_its_last_line():
         run_cell("1 / 0", "cell", namespace)
 
 
+@pytest.mark.thorough
 def test_a_notebook_runs_in_a_kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed; pip install vcmm[notebook]")
     pytest.importorskip("ipykernel", reason="ipykernel is not installed; pip install vcmm[notebook]")

@@ -56,6 +56,7 @@ def test_help_of_every_verb_is_read_from_its_source():
     assert run(code)[1] == []
 
 
+@pytest.mark.thorough
 def test_public_names_are_found_on_first_use():
     _, loaded = run(
         "import vcmm\nmissing = [n for n in vcmm.__all__ if not hasattr(vcmm, n)]\nassert not missing, missing"
@@ -63,6 +64,7 @@ def test_public_names_are_found_on_first_use():
     assert "numpy" in loaded  # the names are real objects, not promises
 
 
+@pytest.mark.thorough
 def test_public_names_stay_what_they_are_when_modules_are_imported():
     """Importing vcmm.x sets the attribute x of the package, so no public name may also be a module that is in use."""
     run(

@@ -155,6 +155,7 @@ def test_slot_of_a_perfect_machine_and_of_a_skew_one(scenario):
     assert departure(views[2], skew) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_effect_on_the_floor_grows_with_the_rotation(scenario):
     rising = ComponentTable("EBX", ("X",), (np.array([0.0, 1500.0]),), np.array([0.0, 20e-6]))
     one = bare("w X' Y' b Z t", rising)

@@ -78,6 +78,7 @@ def test_a_kelvin_and_the_norm_of_the_diagonal():
     assert twin.diagonal(long, long, "all").norm_after == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_documentation_shows_what_the_command_prints():
     assert_documented("echerfaoui2017", page.tables(result()))
     readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
@@ -87,6 +88,7 @@ def test_documentation_shows_what_the_command_prints():
     assert f"{min(net):.1f} to {max(net):.1f} %; medians {medians} µm" in readme
 
 
+@pytest.mark.thorough
 def test_command(tmp_path, capsys):
     assert (
         command(["demo", "--twin", "echerfaoui2017", "--draws", "1", "--out", str(tmp_path), "--json"]) == 0

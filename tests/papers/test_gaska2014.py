@@ -198,6 +198,7 @@ def evaluated():
     return twin.measuring.evaluate(one.task(), replace(one.settings, trials=4000, certify=50))
 
 
+@pytest.mark.thorough
 def test_the_matrix_agrees_with_the_evaluation_of_the_scenario():
     form, distance = (
         next(c for c in evaluated().characteristics if c.type == t) for t in ("cylindricity", "distance")
@@ -332,6 +333,7 @@ def drawn_results(scenario, deviations, asked=readings.READINGS, trials=0, progr
     return [ReadingResult(one, *(1e-3 * rng.uniform(0.3, 1, shape) for _ in range(4))) for one in asked]
 
 
+@pytest.mark.thorough
 def test_command(tmp_path, capsys, monkeypatch):
     """One place evaluated and shown at all five; the files are read by the next command."""
     result = evaluated()

@@ -194,6 +194,7 @@ def test_regression_on_an_unseen_day_beats_ignoring_the_heat():
     assert found[0].rms > 0.1  # the bent share and the lag of the sensor stay
 
 
+@pytest.mark.thorough
 def test_the_lag_of_the_sensors_owns_what_the_regression_leaves():
     """A node that warms with 25 min after a step of 12 K runs at first 12 / 25 = 0.48 K/min: a sensor 5 min late reads up to
     1.6 K short, times 1.6 um/K. Without the lag only noise, neighbours and 0.015 / K of curvature are left.

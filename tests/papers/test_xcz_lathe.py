@@ -231,6 +231,7 @@ def test_joint_fit_of_scans_without_errors_is_the_flat():
     assert flat.levelled(other.surface - true).std() > 0.5 * true.std()
 
 
+@pytest.mark.thorough
 def test_documentation_shows_what_the_command_prints():
     assert_documented("xcz_lathe", page.tables(result()))
     written = (Path(__file__).resolve().parents[2] / "docs" / "xcz_lathe.md").read_text(encoding="utf-8")
@@ -278,6 +279,7 @@ def test_the_scenario_runs_as_new_says(tmp_path, capsys, monkeypatch):
     assert found["EZC"]["high"] - found["EZC"]["low"] == pytest.approx(4.4e-3, abs=0.3e-3)
 
 
+@pytest.mark.thorough
 def test_command(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(twin, "run", lambda draws, progress: result())
     assert command(["demo", "--twin", "xcz_lathe", "--draws", "1", "--out", str(tmp_path), "--json"]) == 0

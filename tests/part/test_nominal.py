@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.pose import Pose
 from vcmm.part.extent import beyond_extent
-from vcmm.part.nominal import NominalPoints, beside_known, distance_and_normal, travel_onto
+from vcmm.part.nominal import NominalPoints, distance_and_normal, distance_beside_known, travel_onto
 from vcmm.part.part import Feature, feature_to_frame, normal, signed_distance, surface_point
 
 
@@ -92,7 +92,7 @@ def test_beyond_the_second_neighbour_the_surface_is_not_known() -> None:
     at = np.array(
         [[-5.0, 0, 0], [4.0, 1.5, 0.3]]
     )  # 5 mm beside the end, where 4 are known; 1.5 mm where 2 are
-    np.testing.assert_allclose(beside_known(flat, at), [1.0, -0.5])
+    np.testing.assert_allclose(distance_beside_known(flat, at), [1.0, -0.5])
     f = Feature("row", "points", flat.points.mean(axis=0), np.zeros(3), np.zeros(0), nominal=flat)
     np.testing.assert_allclose(beyond_extent(f, at), [1.0, -0.5])
 

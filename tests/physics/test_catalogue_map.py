@@ -134,7 +134,7 @@ def test_rotation_tables_of_a_spline_are_sampled_between_its_nodes():
     spline = ComponentSpline("EBX", np.array([0.0, 100.0, 200.0]), np.array([0.0, 1e-6, 0.0]))
     effect = AbbeOffset.from_tables("X", (spline,))
     assert len(effect.grids[0]) == 17
-    assert effect._interpolated(_run([50.0]))[0, 1] == pytest.approx(0.6875e-3, abs=1e-12)
+    assert effect._interpolate(_run([50.0]))[0, 1] == pytest.approx(0.6875e-3, abs=1e-12)
 
 
 def test_abbe_without_tables_is_refused():

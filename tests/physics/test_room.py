@@ -65,6 +65,7 @@ def budget(path: Path) -> tuple[dict[str, float], float, object]:
     return {b.input: b.u for b in c.budget}, c.u, task
 
 
+@pytest.mark.thorough
 def test_each_change_of_the_room_has_its_line(tmp_path: Path) -> None:
     """front lies 40 mm from the bore, in which the part's origin is, and is touched last, at t after the start: at a rate r it moves
     outwards by alpha r 40 mm t. The 16 points of the bore grow by alpha r y_i t_i along y while they are touched, so that its centre

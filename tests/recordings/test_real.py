@@ -64,6 +64,7 @@ def names(found: Found) -> set[str]:
     return {n for a in found["answer"] for n in (a["effect"], *a["cannot_be_told_from"])}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("axis", [1, 2])
 def test_slit_axes_have_a_reversal_error(axis, diagnosed, tmp_path):
     """Makers: reversal error, repeatability. Least squares: scale 20.0 um/m and reversal 2.44 um on axis 2."""
@@ -177,6 +178,7 @@ def test_gantry_grows_with_the_frame_by_more_than_its_length(name, diagnosed, tm
     assert fold["rms_after_um"] < 0.5 * fold["rms_before_um"]
 
 
+@pytest.mark.thorough
 def test_plug_plate_is_scaled_and_out_of_square(diagnosed, tmp_path):
     """Makers: scale, X-Y scale difference, squareness. Least squares: scale -34.6e-6, squareness -64 urad.
 
@@ -242,6 +244,7 @@ def test_cool_down_is_predicted_from_the_heating(tmp_path):
     assert after < 8e-3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "of_date", "base", "index_only", "left_over"),
     [
@@ -295,6 +298,7 @@ def test_a_field_common_to_the_petals_predicts_a_petal(diagnosed, tmp_path):
         )
 
 
+@pytest.mark.thorough
 def test_a_play_that_its_freer_names_repeat_is_claimed_in_full():
     """R 150 mm, play 3 um: names that hold a play had raised its probability with aliases to 1.33, and the claim fell to 0.73."""
     found = diagnose(*load_recording(data_file("data/recordings_2/ballbar/recording.toml")), seed=1)

@@ -229,10 +229,10 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
     if largest < UNSEEN:
         return None
-    return _corrected(job.program.moves, seen, ids)
+    return _correction(job.program.moves, seen, ids)
 
 
-def _corrected(moves: Sequence[Move], seen: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
+def _correction(moves: Sequence[Move], seen: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
     """The shifts of the tool for what the cuts are above where the surface is to be."""
     cuts = seen.cuts
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
@@ -268,7 +268,7 @@ def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) 
     still[good] = contacts.surface(errors) - seen.level[good]
     cuts = seen.cuts
     over = cuts.over + DAMPED * np.where(cuts.makes, still[cuts.point], 0.0)
-    return _corrected(first.moves, replace(seen, cuts=replace(cuts, over=over)), first.effects)
+    return _correction(first.moves, replace(seen, cuts=replace(cuts, over=over)), first.effects)
 
 
 def _on_features(job: PreparedCut) -> SeenPoints:

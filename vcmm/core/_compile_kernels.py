@@ -48,7 +48,7 @@ FOLDER, KEPT = cache_folder()
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """numba.njit whose cache is FOLDER; the settings of other users of numba in this process stay as they are."""
 
-    def compiled(function: Callable[..., Any]) -> Any:
+    def compile_kernel(function: Callable[..., Any]) -> Any:
         settings = vars(numba.config)
         before = settings["CACHE_DIR"]
         settings["CACHE_DIR"] = str(FOLDER)  # read when a function is decorated
@@ -57,4 +57,4 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         finally:
             settings["CACHE_DIR"] = before
 
-    return compiled
+    return compile_kernel

@@ -145,7 +145,7 @@ class Pose6:
     after: Frame
 
 
-def _aligned(axis: Axis, n: int) -> Frame | None:
+def _frame_of_direction(axis: Axis, n: int) -> Frame | None:
     """C: from the frame of an axis with a direction of its own to that of the link which carries it; None for all others."""
     turn = axis.alignment
     if turn is None:
@@ -165,7 +165,7 @@ def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
     for side, carries_work in ((chain.tool, False), (chain.work, True)):
         here = still
         for letter in side:
-            turn = _aligned(axes[letter], run.n)
+            turn = _frame_of_direction(axes[letter], run.n)
             before = here if turn is None else here.then(turn)
             after = before.then(nominal_motion(axes[letter], run.q(letter), carries_work))
             frames[letter] = Pose6(before, after)
@@ -348,7 +348,7 @@ def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: LinkS
     for side, carries_work in ((chain.tool, False), (chain.work, True)):
         here = Frame(None, np.zeros((run.n, 3)))
         for letter in side:
-            turn = _aligned(axes[letter], run.n)
+            turn = _frame_of_direction(axes[letter], run.n)
             moved = _actual_motion(axes[letter], run.q(letter), carries_work, summed)
             here = here.then(moved if turn is None else turn.then(moved).then(turn.inverse()))
         ends.append(here)

@@ -54,7 +54,7 @@ class FieldProcess:
         return len(self.scatter)
 
     @cached_property
-    def _solved(self) -> Array:
+    def _inverse_correlation(self) -> Array:
         """(m, m): inverse of the correlation of the nodes."""
         own = correlation_of(self.nodes, self.nodes, self.lengths)
         return np.asarray(np.linalg.inv(own + JITTER * np.eye(len(own))))
@@ -62,7 +62,7 @@ class FieldProcess:
     def weights(self, tip: Array) -> Array:
         """(n, m): shares of the values of the nodes; the variance of the process is the same everywhere."""
         near = correlation_of(tip, self.nodes, self.lengths)
-        weights = near @ self._solved
+        weights = near @ self._inverse_correlation
         return np.asarray(weights / np.sqrt((weights * near).sum(axis=1))[:, None])
 
     def posterior(self, read: Array | None = None) -> tuple[Array, Array]:

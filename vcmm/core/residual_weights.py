@@ -33,7 +33,7 @@ def field_weights(
     _refuse_outside(nodes, tip)
     columns = columns_of(nodes)
     plane = np.array([nodes[c[0], :2] for c in columns])
-    triangles = triangulated(plane) if triangles is None else triangles
+    triangles = triangulate(plane) if triangles is None else triangles
     in_plane = _triangle_weights(plane, tip[:, :2], triangles)  # refuses what lies outside, for both methods
     if method == "columns-nearest":
         in_plane = _nearest_weights(plane, tip[:, :2])
@@ -82,7 +82,7 @@ def _curve_weights(levels: Array, z: Array, curve: str = "through") -> Array:
     return np.asarray(shares((low + high) / 2))
 
 
-def triangulated(plane: Array) -> Any:
+def triangulate(plane: Array) -> Any:
     """Delaunay triangulation of the columns (m, 2). Raises UsageError where they span no area."""
     from scipy.spatial import Delaunay
 

@@ -56,7 +56,7 @@ def measure(scenario: Scenario | CutScenario | str | Path, seed: int | None = No
         A file is wrong, the call is wrong, or a point is out of reach.
     """
     files = _files_of(scenario)
-    loaded = _loaded(scenario)
+    loaded = _load_if_file(scenario)
     if isinstance(loaded, Scenario):
         found = measure_task(loaded.task(), seed)
     else:
@@ -269,7 +269,7 @@ def place(
         The objective does not suit the part, or an option has no meaning for a part that is cut.
     """
     files = _files_of(scenario)
-    loaded = _loaded(scenario)
+    loaded = _load_if_file(scenario)
     if isinstance(loaded, Scenario):
         from vcmm.answer.placing.placement import place as place_measured
 
@@ -338,7 +338,7 @@ def cut(
     from vcmm.shop.machining.job import cut as cut_part
 
     files = _files_of(scenario)
-    loaded = _loaded(scenario)
+    loaded = _load_if_file(scenario)
     if isinstance(loaded, Scenario):
         raise UsageError(
             "this scenario measures and cuts nothing: use vcmm.uncertainty(scenario), or vcmm.measure(scenario)"
@@ -352,7 +352,7 @@ def _files_of(scenario: object) -> list[str | Path]:
     return [scenario] if isinstance(scenario, str | Path) else []
 
 
-def _loaded(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
+def _load_if_file(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
     """A scenario as it is, or that of a file. UsageError for anything else."""
     from vcmm.shop.machining.scenario import CutScenario
 
@@ -371,7 +371,7 @@ def _loaded(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScen
 
 def load_measuring(scenario: Scenario | str | Path) -> Scenario:
     """A scenario that measures, or that of a file; one that cuts is pointed to its own job."""
-    found = _loaded(scenario)
+    found = _load_if_file(scenario)
     if not isinstance(found, Scenario):
         raise UsageError(
             "this scenario cuts a part: use vcmm.cut(scenario), or vcmm.place(scenario) for its best place"

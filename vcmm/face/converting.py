@@ -13,16 +13,16 @@ def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[Any, l
 
     name, centre = _machine_beside(machine, target)
     made = convert(file, Beside(name, centre))
-    found = _understood(made, target)
+    found = _read_back(made, target)
     wrong = {found.characteristics[i]: text for i, text in found.contradictory.items()}
     if wrong:
         made = convert(file, Beside(name, centre, wrong))
-        found = _understood(made, target)
+        found = _read_back(made, target)
     return made, found.problems
 
 
 @dataclass(frozen=True)
-class _Understood:
+class _ReadBack:
     """What was read back: names of the characteristics, those that contradict the drawing, every problem."""
 
     characteristics: list[str]
@@ -30,7 +30,7 @@ class _Understood:
     problems: list[str]
 
 
-def _understood(made: Any, target: Path) -> _Understood:
+def _read_back(made: Any, target: Path) -> _ReadBack:
     """The files read back from a folder beside the one that they are for."""
     import re
     import tempfile
@@ -41,7 +41,7 @@ def _understood(made: Any, target: Path) -> _Understood:
     from vcmm.files.own.scenario import load_scenario
 
     if not made.check:
-        return _Understood([], {}, [])
+        return _ReadBack([], {}, [])
     names = [c["name"] for c in tomllib.loads(made.texts.get("part.toml", "")).get("characteristics", [])]
     parent = target.resolve().parent
     with tempfile.TemporaryDirectory(prefix=".vcmm-", dir=parent if parent.is_dir() else None) as folder:
@@ -56,8 +56,8 @@ def _understood(made: Any, target: Path) -> _Understood:
                 for p in problems
                 if (m := re.match(r"part\.toml:\d+: \[characteristics (\d+)\] (.*)", p))
             ]
-            return _Understood(names, {int(m[1]) - 1: m[2].rstrip(".") for m, _ in at}, problems)
-    return _Understood(names, {}, [])
+            return _ReadBack(names, {int(m[1]) - 1: m[2].rstrip(".") for m, _ in at}, problems)
+    return _ReadBack(names, {}, [])
 
 
 def _machine_beside(machine: Path | None, folder: Path) -> tuple[str | None, list[float] | None]:

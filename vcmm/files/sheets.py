@@ -1,6 +1,6 @@
 """Tables as text: lines to cells, a header and its rows, and the columns that a reader declares.
 
-    COLUMNS = (Column("target", units=("mm", "deg")), Column("run", word=True), Column("direction", word=True))
+    COLUMNS = (SheetColumn("target", units=("mm", "deg")), SheetColumn("run", word=True), SheetColumn("direction", word=True))
     sheet = read_csv(path)
     problems = sheet.missing(COLUMNS)
 
@@ -29,7 +29,7 @@ DEAD = 0.5  # share of cells without a number from which it is the column that i
 
 
 @dataclass(frozen=True)
-class Column:
+class SheetColumn:
     """A column that a table of some kind may have.
 
     units: of its numbers, as they end its heading; none where the numbers are taken as they stand.   aliases: other headings of the
@@ -76,11 +76,11 @@ class Sheet:
         """'front.csv:1', the place of the header."""
         return f"{self.path}:{self.header_line}"
 
-    def heading(self, column: Column) -> str:
+    def heading(self, column: SheetColumn) -> str:
         """The heading under which a column stands here; "" where it is absent."""
         return next((name for name in column.headings if name in self.header), "")
 
-    def missing(self, columns: Iterable[Column]) -> list[str]:
+    def missing(self, columns: Iterable[SheetColumn]) -> list[str]:
         """What is wrong with the presence of columns: one that is absent, one under two headings."""
         problems = []
         for column in columns:
@@ -105,13 +105,13 @@ class Sheet:
             if name not in allowed
         ]
 
-    def quantities(self, column: Column) -> Array:
+    def quantities(self, column: SheetColumn) -> Array:
         """Numbers (n,) of a column that is here, in mm, rad, s ... DataError as `numbers` raises it."""
         name = self.heading(column)
         factor = column.headings[name]
         return self.numbers(name) if factor == 1.0 else self.numbers(name) * factor
 
-    def quantities_or(self, column: Column, problems: list[str]) -> Array | None:
+    def quantities_or(self, column: SheetColumn, problems: list[str]) -> Array | None:
         """The same; None where the column is not here once, or, with its problems noted, a cell is no number."""
         if sum(name in self.header for name in column.headings) != 1:
             return None
@@ -279,7 +279,7 @@ def instead(cell: str, name: str) -> str:
 def read_csv(path: str | Path) -> Sheet:
     """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row."""
     path = Path(path)
-    lines = _said(path)
+    lines = _lines_with_text(path)
     if not lines:
         raise DataError(
             f"{path}:1: the file is empty; its first line names the columns, for example X_mm,Y_mm,Z_mm"
@@ -296,12 +296,12 @@ def read_csv(path: str | Path) -> Sheet:
 
 def first_cells(path: Path) -> list[str]:
     """The cells of the first line that says something, as `read_csv` separates them; none of an empty file."""
-    for line in _said(path)[:1]:
+    for line in _lines_with_text(path)[:1]:
         return cells_of(path, [line], _delimiter(line[1]))[0][0]
     return []
 
 
-def _said(path: Path) -> list[tuple[int, str]]:
+def _lines_with_text(path: Path) -> list[tuple[int, str]]:
     """(number, text) of every line that is neither empty nor a comment."""
     lines = enumerate(lines_of(read_text(path)), 1)
     return [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]

@@ -122,7 +122,7 @@ def _syntax(path: Path, text: str, message: str) -> str:
     number = int(found[1]) if found else len(lines)
     fix = "texts need quotes, keys need ="
     if message.startswith("Unclosed") and (
-        opened := _opened(lines_of(_QUOTED_TEXT.sub(_blank_text, text)), number)
+        opened := _last_open_bracket(lines_of(_QUOTED_TEXT.sub(_blank_text, text)), number)
     ):
         seen, (number, bracket) = number, opened
         until = f" before line {seen}" if seen > number else ""
@@ -136,7 +136,7 @@ def _syntax(path: Path, text: str, message: str) -> str:
 CLOSES = {"[": "]", "{": "}"}
 
 
-def _opened(lines: Sequence[str], most: int) -> tuple[int, str] | None:
+def _last_open_bracket(lines: Sequence[str], most: int) -> tuple[int, str] | None:
     """Line and kind of the last bracket that was opened before line `most` and not closed (on that line by one of its own kind)."""
     waiting: list[tuple[int, str]] = []
     for number, line in enumerate(lines[:most], 1):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.pose import Array
-from vcmm.part.nominal import beside_known
+from vcmm.part.nominal import distance_beside_known
 from vcmm.part.part import Feature, frame
 
 EDGE = 0.5  # mm beyond the nominal extent of a feature; edges of real parts are broken and lie a little elsewhere
@@ -14,7 +14,7 @@ EDGE = 0.5  # mm beyond the nominal extent of a feature; edges of real parts are
 def beyond_extent(feature: Feature, points: Array) -> Array:
     """How far (n,) mm points (n, 3) lie beyond the nominal ends or edges of a feature; negative or 0 within."""
     if feature.nominal is not None:
-        return beside_known(feature.nominal, points)
+        return distance_beside_known(feature.nominal, points)
     u, v, w = frame(feature)
     arm = points - feature.point
     if feature.kind == "plane":

@@ -132,7 +132,7 @@ def travel_onto(
     return np.asarray(travel - sunk / (way * n).sum(axis=-1))
 
 
-def beside_known(surface: NominalPoints, points: Array) -> Array:
+def distance_beside_known(surface: NominalPoints, points: Array) -> Array:
     """How far (n,) mm points (n, 3) lie beside their nominal point beyond where the surface is known; negative or 0 within."""
     near = surface.nearest(points)
     _, beside = _parts(points - surface.points[near], surface.normals[near])

@@ -15,7 +15,7 @@ from vcmm.program.levels import demand
 from vcmm.program.moves import MoveFlow, Program, Remark
 from vcmm.program.reading import guess, read_bytes, runner_up
 from vcmm.program.recognition import SURE, Candidate, candidates, kin
-from vcmm.program.sensible import lacking, lengths_taken, without_axis
+from vcmm.program.sensible import lacking, tools_without_length, without_axis
 from vcmm.program.setup import Setup
 
 CLEAR = 8.0  # score of signs from which on they speak against what was said
@@ -104,7 +104,7 @@ def read_for(
     length is a remark."""
     try:
         read = interpret(text, dialect, replace(setup, strict=True), name, trace)
-        return replace(read, warnings=(*read.warnings, *lengths_taken(read, setup)))
+        return replace(read, warnings=(*read.warnings, *tools_without_length(read, setup)))
     except DataError as refusal:
         try:
             survey = interpret(text, dialect, replace(setup, strict=False), name)

@@ -104,7 +104,7 @@ def _visits(job: ProbingJob) -> list[tuple[PlannedTouch, bool, bool]]:
     return out
 
 
-def _printed(job: ProbingJob, touch: PlannedTouch, measured: str, blank: str) -> list[str]:
+def _words_to_print(job: ProbingJob, touch: PlannedTouch, measured: str, blank: str) -> list[str]:
     """Words of the line that a touch prints; measured: how the control prints the value along the axis."""
     words = ["TOUCH", f"F{touch.feature}"]
     words += [f"{letter}{w}" for letter, w in zip("IJK", touch.way)]
@@ -128,7 +128,10 @@ def _iso(job: ProbingJob, control: str) -> list[str]:
         letter, expected = "XYZ"[touch.axis], _number(touch.surface[touch.axis])
         reads = f"{letter}#{first + touch.axis}[44]"
         lines += [f"G65 P9810 X{x} Y{y} F{FEED}.", f"G65 P9810 Z{z}", f"G65 P9811 {letter}{expected}"]
-        lines += [f"DPRNT[{'*'.join(_printed(job, touch, reads, '*'))}]", f"G65 P9810 Z{_number(job.clear)}"]
+        lines += [
+            f"DPRNT[{'*'.join(_words_to_print(job, touch, reads, '*'))}]",
+            f"G65 P9810 Z{_number(job.clear)}",
+        ]
     return [*lines, "PCLOS", "G65 P9833", "M30", "%"]
 
 
@@ -160,7 +163,7 @@ def _sinumerik(job: ProbingJob, control: str) -> list[str]:
         lines.append(
             f'CYCLE978(0,0,,1,{expected},{reach},{trust},{touch.axis + 1},{side},1,"",,0,1.01,1.01,-1.01,0.34,1,0,,1,1)'
         )
-        words = " ".join(_printed(job, touch, "\0", " ")).split("\0")
+        words = " ".join(_words_to_print(job, touch, "\0", " ")).split("\0")
         head, tail = words[0] + "XYZ"[touch.axis], words[1]
         lines += [f'WRITE(_ERR,"{LOG}","{head}"<<_OVR[4]<<"{tail}")', f"G1 Z{_number(job.clear)}"]
     return [*lines, "M30"]

@@ -59,7 +59,7 @@ def length_missing(move: Move, tools: Mapping[int, Tool]) -> str:
     )
 
 
-def lengths_taken(program: Program, setup: Setup) -> tuple[Remark, ...]:
+def tools_without_length(program: Program, setup: Setup) -> tuple[Remark, ...]:
     """Tools that cut or touch, are no turning tools and stand in the set-up without a length: 0 mm is taken for each, and said."""
     first: dict[int, Move] = {}
     for move in program.moves:
@@ -79,7 +79,7 @@ def lengths_taken(program: Program, setup: Setup) -> tuple[Remark, ...]:
 
 def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple[Remark, ...]:
     """Tool lengths not in force, work offsets that the set-up does not name, ends of moves beyond the travels."""
-    out, moves = list(lengths_taken(program, setup)), program.moves
+    out, moves = list(tools_without_length(program, setup)), program.moves
     late = without_length(moves, setup.tools)
     if late is not None:
         out.append(Remark(late.source.line, 1, length_missing(late, setup.tools)))

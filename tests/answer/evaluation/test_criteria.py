@@ -85,6 +85,7 @@ def test_tiers_agree(monkeypatch):
     assert low < sampled["GN"].true_value.estimate < high
 
 
+@pytest.mark.thorough
 def test_the_note_about_a_place_that_is_one_of_several_reaches_the_reader(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (200, 200))
     monkeypatch.setattr(inversion, "COUNT_TRIALS", (60, 60))

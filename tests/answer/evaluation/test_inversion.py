@@ -87,6 +87,7 @@ def test_the_interval_begins_at_zero_where_a_perfect_part_indicates_as_much(squa
     assert near.true_value.estimate < 1.5 * TILT  # the share of the noise is taken off
 
 
+@pytest.mark.thorough
 def test_the_decision_follows_the_limit(squared):
     good = with_rest(squared, 0.9e-3, 8e-3)
     assert (good.decision.text, good.coverage_shown) == ("conforms", True)
@@ -97,6 +98,7 @@ def test_the_decision_follows_the_limit(squared):
     assert bad.decision.text == "does not conform"
 
 
+@pytest.mark.thorough
 def test_a_known_tilt_of_the_machine_is_taken_off():
     # B0Z of 100 urad tilts the bore by 2 um over 20 mm: a perfect part indicates 2 um, as does one that is tilted by
     # up to 4 um the other way; 40 um are indicated of 38 um (the same way) to 42 um; noise of 0.07 um
@@ -110,6 +112,7 @@ def test_a_known_tilt_of_the_machine_is_taken_off():
     assert 7.7e-3 < high < 8.4e-3
 
 
+@pytest.mark.thorough
 def test_uncertainty_and_evaluate_give_one_true_value():
     """The same indicated value of the same scenario, whatever else was handed in."""
     edge = Characteristic("flat", "flatness", of=("top",), zone=0.02)
@@ -173,6 +176,7 @@ def test_belts_reach_as_far_as_what_was_indicated():
         assert high < 2.0 * y
 
 
+@pytest.mark.thorough
 def test_contact_criteria_are_inverted_too(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (3000, 3000))  # fewer bound it on no side
     monkeypatch.setattr(inversion, "COUNT_TRIALS", (100, 100))
@@ -197,6 +201,7 @@ def test_a_dense_profile_gives_what_it_indicates_within_the_machine():
     assert found.coverage_shown
 
 
+@pytest.mark.thorough
 def test_a_characteristic_without_element_loses_its_own_claim_alone():
     """Two sections 0.05 mm apart: forms of 40 um tilt the axis by more than the drawing allows; the ring beside it is read."""
     short = replace(BORE, extent=(0.05,))

@@ -23,6 +23,7 @@ def test_errors_at_their_estimates():
     assert out.errors[-4:] == pytest.approx([-1.04e-3] * 4, abs=1e-8)
 
 
+@pytest.mark.thorough
 def test_a_draw_is_repeatable_and_its_scatter_that_of_the_machine():
     task = scenario().task()
     one, again, other = (measure_task(task, seed) for seed in (1, 1, 2))

@@ -30,6 +30,7 @@ def ring(folder: Path, form: str = ""):
     return load_scenario(path)
 
 
+@pytest.mark.thorough
 def test_a_size_is_counted_by_the_door_of_users(tmp_path: Path) -> None:
     """On 120 deg scatter moves D by 1.5 um from end to end: parts with form need more, and get it."""
     scenario = ring(tmp_path)

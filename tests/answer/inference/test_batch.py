@@ -53,6 +53,7 @@ def numbers(part: EvaluatedPart) -> list[object]:
     return [(e.result.name, e.result.value, e.result.interval, e.result.u) for e in part.characteristics]
 
 
+@pytest.mark.thorough
 def test_a_batch_gives_the_numbers_of_its_parts_alone_and_draws_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -258,6 +258,7 @@ def test_distance_of_planes_bowed_between_three_rows_of_points(tmp_path, capsys)
     assert length < 4.0
 
 
+@pytest.mark.thorough
 def test_thirty_points_on_120_degrees_with_lobes(tmp_path, capsys) -> None:
     """Lobes of 1 um move such a diameter by up to 7 um, its scatter by 0.7 um: by that alone one part in six was held."""
     rng = np.random.default_rng(11)
@@ -272,6 +273,7 @@ def test_thirty_points_on_120_degrees_with_lobes(tmp_path, capsys) -> None:
     assert line["share"] > 0.9
 
 
+@pytest.mark.thorough
 def test_points_all_round_pay_little_for_a_form_they_do_not_see(tmp_path, capsys) -> None:
     """Twelve points: 2 x 1.96 x 2 x 0.2 / sqrt(12) = 0.453 um without a form."""
     rng = np.random.default_rng(12)

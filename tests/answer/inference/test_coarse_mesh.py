@@ -66,6 +66,7 @@ def evaluated(folder: Path, strips: int, capsys: pytest.CaptureFixture[str]) -> 
     ]
 
 
+@pytest.mark.thorough
 def test_a_coarse_mesh_is_told_and_a_fine_one_is_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -45,6 +45,7 @@ def by_name(found: dict) -> dict[str, dict]:
     return {c["name"]: c for c in found["characteristics"]}
 
 
+@pytest.mark.thorough
 def test_dust_is_named_and_costs_the_claim(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Row 30 of 72 stands on line 32, under the heading; 15 um towards the axis is outside the material of a bore."""
     points = outside.bore(np.random.default_rng(5), 72, 4)
@@ -65,6 +66,7 @@ def test_dust_is_named_and_costs_the_claim(tmp_path: Path, capsys: pytest.Captur
     assert by_name(dealt_with)["diameter"]["coverage_shown"]
 
 
+@pytest.mark.thorough
 def test_digits_have_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """100 points in steps of 1 um: each rounding has u = 1 / sqrt(12) = 0.2887 um, the diameter twice that over sqrt(100)."""
     points = outside.bore(np.random.default_rng(6), 100)
@@ -78,6 +80,7 @@ def test_digits_have_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert not [b for b in by_name(evaluated(capsys, tmp_path, outside.scenario(), outside.rows(points)))["diameter"]["budget"] if "resolution" in b["input"]]  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_coarse_digits_lead_and_nothing_is_claimed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -89,6 +92,7 @@ def test_coarse_digits_lead_and_nothing_is_claimed(
     assert not found["characteristics"][0]["coverage_shown"]
 
 
+@pytest.mark.thorough
 def test_inches_have_their_own_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The fourth digit of an inch is 2.54 um: u = 2.54 / sqrt(12) = 0.7332 um of a touch."""
     points = outside.bore(np.random.default_rng(6), 100) / 25.4
@@ -117,6 +121,7 @@ CHANGES: dict[str, Change] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("change", CHANGES)
 def test_ends_move_by_what_their_u_covers(
     change: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -78,6 +78,7 @@ def document(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dict
     return code, json.loads(out)
 
 
+@pytest.mark.thorough
 def test_several_parts_and_what_each_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario = corrected(tmp_path)
     points = points_file(tmp_path / "points.csv", scenario, {"a": 1, "b": 2})
@@ -214,6 +215,7 @@ def test_roundness_held_by_independent_counting(tmp_path: Path) -> None:
         assert held >= 0.92, (amplitude, held)  # 93 % less the scatter of 1500 parts, 0.7 %
 
 
+@pytest.mark.thorough
 def test_a_form_is_stated_with_its_filter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Noise of 1 um at 120 points: about 5 um of roundness; of its waves up to 15 UPR about half."""
     plain, smooth = tmp_path / "plain.toml", tmp_path / "smooth.toml"
@@ -236,6 +238,7 @@ def test_a_form_is_stated_with_its_filter(tmp_path: Path, capsys: pytest.Capture
     assert "needs 350 points, 7 per wave" in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.thorough
 def test_audit_counts_and_its_exit_code_follows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, found = document(capsys, "audit", str(corrected(tmp_path)), "--parts", "400")
     rows = found["audit"]
@@ -275,6 +278,7 @@ trials = 2000
 """
 
 
+@pytest.mark.thorough
 def test_an_element_that_is_not_the_only_one_is_told_of_the_part_that_has_it(tmp_path: Path) -> None:
     """A circle inscribed in an oval ring slides along; in a ring of three lobes it is held. 14.997 mm in both."""
     (tmp_path / "s.toml").write_text(OVAL)

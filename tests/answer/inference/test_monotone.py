@@ -186,6 +186,7 @@ def breaches(
     return out
 
 
+@pytest.mark.thorough
 def test_forms_under_a_worse_repeatability(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """What residuals show is form or scatter: a larger R0 must not turn form into scatter and so shorten the interval, nor excuse a
     point that contradicts the others. (Parts on which it did: 1.6 to 21 um of 30 to 52 um shorter, and one point.)

@@ -28,6 +28,7 @@ def document(capsys: pytest.CaptureFixture[str], folder: Path, n: int) -> tuple[
     return said, shown.out + shown.err
 
 
+@pytest.mark.thorough
 def test_thirty_six_points_say_what_they_do_not_see(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -47,6 +48,7 @@ def test_thirty_six_points_say_what_they_do_not_see(
         assert "2.6 mm on ring" in (tmp_path / "out" / page).read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_eight_points_are_not_tested_for_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found, _ = document(capsys, tmp_path, 8)
     assert "no feature has the 12 points" in found["form"][-1]

@@ -12,6 +12,7 @@ from vcmm.face.cli import run
 FORM = '[[part.characteristics]]\nname = "roundish"\ntype = "cylindricity"\nof = "bore"\nzone = "0.05 mm"\n[pose]\n'
 
 
+@pytest.mark.thorough
 def test_u_k_and_interval_belong_together_and_warnings_are_about_what_was_measured(tmp_path, capsys):
     (tmp_path / "plate.toml").write_text(PLATE.replace("[pose]\n", FORM, 1))
     names = [

@@ -90,6 +90,7 @@ def rings(rng: np.random.Generator) -> dict[str, np.ndarray]:
     return {"ring": ring, "seat": np.stack([s * np.cos(T12), s * np.sin(T12), Z12], 1)}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("text", "made"), [(PLANES, planes), (ROUND, rings)], ids=["profile", "run-out"])
 def test_a_smooth_surface_out_of_place(
     text: str,

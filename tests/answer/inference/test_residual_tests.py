@@ -95,6 +95,7 @@ def test_two_outliers_do_not_hide_one_another(tmp_path: Path) -> None:
     assert named >= 10
 
 
+@pytest.mark.thorough
 def test_memory_of_the_noise_is_noticed(tmp_path: Path) -> None:
     """Correlation 0.95 of scatter that is stated per touch: a mean of 100 then scatters as one of 2.6."""
     rng = np.random.default_rng(10)

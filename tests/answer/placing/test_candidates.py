@@ -21,6 +21,7 @@ from vcmm.files.own.scenario import load_scenario
 from vcmm.physics.structure.squareness import Squareness
 
 
+@pytest.mark.thorough
 def test_u_agrees_with_the_evaluation_of_the_same_plan(tmp_path: Path):
     """Without form the closed form is that of `vcmm uncertainty`: another route, through q and its operator."""
     from vcmm.face.api import uncertainty

@@ -9,7 +9,7 @@ import pytest
 
 from tests.answer.placing.cases import plate, with_field
 from vcmm.answer.evaluation.linear import build
-from vcmm.answer.placing.closed_form import Closed
+from vcmm.answer.placing.closed_form import ClosedForm
 from vcmm.answer.placing.fixture_boxes import boxes, default_fixture
 from vcmm.answer.placing.objective import Uncertain
 from vcmm.answer.placing.rows import Rows
@@ -51,7 +51,7 @@ def test_variances_are_those_of_the_task_at_each_pose(tmp_path, name):
     The fit operator is that of the perfect part: errors of some um on tens of mm change it by 1e-4 at most.
     """
     scenario = cases(tmp_path)[name]
-    closed = Closed.of(Rows.of(scenario))
+    closed = ClosedForm.of(Rows.of(scenario))
     objective = Uncertain(closed, Goal())
     smooth = list(objective.smooth)
     six = drawn(scenario, 4)

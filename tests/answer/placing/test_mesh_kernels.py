@@ -10,6 +10,7 @@ from vcmm.answer.placing._mesh_kernels import mesh_distance
 CORNERS = np.array([[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("point", "distance"),
     [

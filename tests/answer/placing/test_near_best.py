@@ -14,6 +14,7 @@ from vcmm.answer.placing.travels import Travels
 from vcmm.task.measuring.fixture import Fixture, Freedom, pose_of, six_of
 
 
+@pytest.mark.thorough
 def test_map_and_region_hold_what_they_say(placed):
     chart, flat = placed.map, placed.region
     assert chart.names == ("x", "y")

@@ -51,6 +51,7 @@ def test_scenario_without_characteristics_or_inputs(tmp_path):
         Uncertain.of(bare)
 
 
+@pytest.mark.thorough
 def test_factor_k_and_u_at_the_present_pose_are_those_of_the_evaluation():
     scenario = load_scenario(example("plate"))
     objective = Uncertain.of(scenario)

@@ -86,6 +86,7 @@ def test_a_part_larger_than_the_machine(tmp_path):
         place(small, fixture=fixture)
 
 
+@pytest.mark.thorough
 def test_among_equal_poses_the_present_one_stays(tmp_path):
     # nothing but scatter is uncertain: u is the same at every pose, so nothing is gained by going anywhere
     from dataclasses import replace

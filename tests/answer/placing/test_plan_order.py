@@ -11,7 +11,15 @@ from tests.answer.placing.test_design import on_plane
 from tests.build import DIAMETER, scenario
 from vcmm.answer.placing.candidates import problem_of
 from vcmm.answer.placing.design import Design, Target
-from vcmm.answer.placing.plan_order import Visit, _changes_before, _steps, _visit, ordered, readable, ways
+from vcmm.answer.placing.plan_order import (
+    Visit,
+    _changes_before,
+    _steps,
+    _visit,
+    order_touches,
+    readable,
+    ways,
+)
 
 
 def test_there_and_back_takes_drift_out_of_a_distance():
@@ -22,7 +30,7 @@ def test_there_and_back_takes_drift_out_of_a_distance():
     )
     pull = np.where(group == 0, -0.25, 0.25)[None, :, None]
     visit = Visit(group, 1.2, ways(tips, group, group * 0, 100.0, 20.0, 0.0), pull)
-    plain, careful = ordered(visit, 0.0), ordered(visit, 1e3)
+    plain, careful = order_touches(visit, 0.0), order_touches(visit, 1e3)
     assert visit.drift(careful) < 0.01 * visit.drift(plain)
     assert sorted(careful) == list(range(8))
     assert visit.times(plain)[-1] <= visit.times(careful)[-1]
@@ -46,7 +54,7 @@ def test_a_crossing_way_is_untangled():
     visit = Visit(
         np.zeros(4, dtype=int), 0.0, ways(tips, np.zeros(4), np.zeros(4), 1.0, 0.0, 0.0), np.zeros((0, 4, 0))
     )
-    assert visit.times(ordered(visit))[-1] == pytest.approx(60.0)
+    assert visit.times(order_touches(visit))[-1] == pytest.approx(60.0)
 
 
 @pytest.fixture(scope="module")

@@ -35,6 +35,7 @@ def test_bad_input_is_named():
         optimise_plan(scenario, 1.0)
 
 
+@pytest.mark.thorough
 def test_a_feature_that_no_stylus_reaches_is_named():
     scenario = job()
     side = Stylus("side", np.array([0.0, 0.0, 100.0]), 2.0, 100.0)  # points up

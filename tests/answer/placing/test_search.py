@@ -84,6 +84,7 @@ def test_a_constraint_of_another_kind_is_kept(tmp_path):
     assert found.value <= Bowl().values(dense[ok]).min() * 1.0001
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [2, 3])
 def test_drawn_problems_against_a_dense_scan(seed):
     """A small version of tools/place_statistics.py: 3000 evaluations against a scan of 4096."""

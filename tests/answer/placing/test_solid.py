@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from vcmm.answer.placing.solid import VTK_FROM, Cuboid, Frustum, MeshSolid, Rod
 from vcmm.core.pose import Array, Pose, dot, length
@@ -94,15 +95,17 @@ def both(mesh: Mesh, p: Array) -> tuple[Array, Array]:
     return MeshSolid(mesh).distance(p), np.where(winding > 0.5, -gap, gap)
 
 
+@pytest.mark.thorough
 def test_a_large_closed_mesh_is_asked_otherwise_and_says_the_same():
     mesh, p = ball(16), np.random.default_rng(4).uniform(-15, 15, (400, 3))
     assert len(p) * len(mesh.faces) > VTK_FROM
-    assert MeshSolid(mesh)._closed
+    assert MeshSolid(mesh)._is_closed
     found, wanted = both(mesh, p)
     assert np.allclose(found, wanted, atol=1e-12)
     assert (found < 0).any()
 
 
+@pytest.mark.thorough
 def test_holes_overlapping_bodies_and_a_mesh_inside_out_keep_their_winding_number():
     one, p = ball(16), np.random.default_rng(5).uniform(-15, 15, (400, 3))
     other = Mesh(
@@ -115,6 +118,6 @@ def test_holes_overlapping_bodies_and_a_mesh_inside_out_keep_their_winding_numbe
         Mesh(one.vertices, one.faces[:, ::-1]),
         Mesh(one.vertices, some_turned),  # the nearest triangle alone would take a whole cone for outside
     ):
-        assert not MeshSolid(mesh)._closed
+        assert not MeshSolid(mesh)._is_closed
         found, wanted = both(mesh, p)
         assert np.array_equal(found, wanted)

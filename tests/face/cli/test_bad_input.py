@@ -319,6 +319,7 @@ def _mutants():
         yield at, wrong[i % len(wrong)]
 
 
+@pytest.mark.thorough
 def test_wrong_kinds_of_values_are_never_our_bug(tmp_path, capsys):
     """A systematic walk: no key of the scenario, whatever stands there, ends in a traceback."""
     import tomllib

@@ -125,6 +125,7 @@ HOLES = (
 )
 
 
+@pytest.mark.thorough
 def test_the_corpus():
     """Every program of the corpus that is read is rewritten within tolerance and rounding, or refused with file and line."""
     root = data_file("data/nc/setup.toml").parent
@@ -161,6 +162,7 @@ def check_again(found, setup) -> None:
     assert interpret(found.text, found.dialect, setup, found.name).moves
 
 
+@pytest.mark.thorough
 def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
     """Known errors of its characteristics after rewriting: those of geometry go, those of reversal stay, so the cut is not within 1 um."""
     import vcmm as package

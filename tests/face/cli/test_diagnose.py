@@ -62,6 +62,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.thorough
 def test_backlash_is_found_written_and_gone(folder, capsys):
     out = folder / "result"
     assert run(["diagnose", str(folder / "recording.toml"), "--json", "--seed", "1", "--out", str(out)]) == 0
@@ -97,6 +98,7 @@ def test_backlash_is_found_written_and_gone(folder, capsys):
     assert again["answer"] == []
 
 
+@pytest.mark.thorough
 def test_keys_of_the_document(folder, capsys):
     assert run(["diagnose", str(folder / "recording.toml"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -85,6 +85,7 @@ def mount(tmp_path: Path) -> Path:
     )
 
 
+@pytest.mark.thorough
 def test_an_improved_machine_with_turns_above_1_mrad_is_read_back_and_compared(mount, tmp_path, capsys):
     out = tmp_path / "out"
     found = document(capsys, mount, "--out", out)
@@ -112,6 +113,7 @@ def heat_rows() -> np.ndarray:
 HEAT_HEADER = "Z_mm,nx,ny,nz,d_um,time_s,temp_table_C"
 
 
+@pytest.mark.thorough
 def test_the_order_of_the_rows_does_not_change_the_answer(tmp_path, capsys):
     rows = heat_rows()
     mixed = rows[np.random.default_rng(6).permutation(len(rows))]
@@ -125,6 +127,7 @@ def test_the_order_of_the_rows_does_not_change_the_answer(tmp_path, capsys):
         assert first[key] == second[key], key
 
 
+@pytest.mark.thorough
 def test_a_shuffled_table_has_the_history_of_its_clock(tmp_path, capsys):
     """There and back over 20 places, five times, without senses in the file: Z stops 4 um short; the clock alone tells the sense."""
     there = np.linspace(10, 200, 20)
@@ -147,6 +150,7 @@ def test_a_shuffled_table_has_the_history_of_its_clock(tmp_path, capsys):
     assert run(["calibrate", str(tmp_path / "b" / "recording.toml")]) == 2  # who does not tell refuses
 
 
+@pytest.mark.thorough
 def test_a_later_step_that_fails_is_named_and_the_answer_stays(tmp_path, capsys, monkeypatch):
     def no_machine(*_: object) -> str:
         return 'vcmm = "machine/1"\nstructure = "nonsense"\n'
@@ -163,6 +167,7 @@ def test_a_later_step_that_fails_is_named_and_the_answer_stays(tmp_path, capsys,
     assert kept["failed"] == found["failed"]
 
 
+@pytest.mark.thorough
 def test_a_comparison_that_fails_leaves_what_was_found(tmp_path, capsys, monkeypatch):
     def beyond(*_: object) -> float:
         raise ModelLimit("beyond what the model holds for")

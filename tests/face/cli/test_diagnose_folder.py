@@ -109,6 +109,7 @@ def test_every_recording_has_its_row_and_changes_are_told(shop, tmp_path, capsys
     assert "b_later/recording.toml" in page
 
 
+@pytest.mark.thorough
 def test_shards_put_together_are_the_job(shop, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     whole = document(["diagnose", str(shop), "--json"], capsys)
@@ -119,6 +120,7 @@ def test_shards_put_together_are_the_job(shop, tmp_path, capsys, monkeypatch):
         assert merged[key] == whole[key]
 
 
+@pytest.mark.thorough
 def test_an_interrupted_job_goes_on_where_it_was(shop, capsys, monkeypatch):
     whole = document(["diagnose", str(shop), "--json"], capsys)
     plain, done = fleet.record_of, []

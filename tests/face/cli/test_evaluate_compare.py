@@ -66,6 +66,7 @@ def asked(arguments, capsys, code=0):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 def test_the_measurement_and_the_cut_are_one_model(tmp_path, capsys):
     """The scale of Y, u = 3 um/m, makes 0.18 um of the length of 60 mm: it is in the difference of the length alone."""
     cut, points = files(tmp_path, RADIUS)

@@ -42,6 +42,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.thorough
 def test_a_tool_that_is_too_large_is_found_although_its_radius_was_stated_and_the_next_part_is_right(
     folder, capsys
 ):
@@ -70,6 +71,7 @@ def remarks(path: str) -> tuple[str, ...]:
     return of_job(set_up(vcmm.load_cut(path)))
 
 
+@pytest.mark.thorough
 def test_a_part_that_is_as_predicted_keeps_its_machine_file(folder, capsys):
     path = block.write(folder, SCATTER, scenario=KNOWN)
     points = measured(path, lambda p, n: 0.0)
@@ -96,6 +98,7 @@ def aligned(path: Path, um: float) -> float:
     return float(np.abs(np.array(off) - np.array(rows) @ best).max())
 
 
+@pytest.mark.thorough
 def test_what_setting_up_may_be_off_by_is_told_and_not_claimed(folder, capsys):
     """A radius 4 um too large where 2 um are stated: no finding, and the program stays; the next part will be 4 um off again."""
     path = block.write(folder, SCATTER, scenario=KNOWN)

@@ -43,12 +43,14 @@ def test_merged_shards_are_the_document_of_one_process(folder):
     assert answer.out == (folder / "whole.json").read_text()
 
 
+@pytest.mark.thorough
 def test_two_workers_give_the_document_of_one(folder):
     answer = ask(("uncertainty", "plate.toml", "--trials", TRIALS, "--workers", "2", "--json"))
     assert answer.out == (folder / "whole.json").read_text()
     assert not list((folder / "cache").rglob("*.json"))
 
 
+@pytest.mark.thorough
 def test_merge_writes_the_files_of_the_job(folder):
     assert merged(*FILES, "--out", "merged").code == 0
     assert {p.name for p in (folder / "merged").iterdir()} == {

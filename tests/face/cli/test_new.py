@@ -9,6 +9,7 @@ import pytest
 from vcmm.face.cli import run
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "next_step"),
     [("ring_gauge", "uncertainty"), ("plate", "uncertainty"), ("ballbar", "diagnose"), ("traced_cmm", "calibrate"), ("mill", "cut"), ("lathe", "cut")],

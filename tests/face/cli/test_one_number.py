@@ -162,6 +162,7 @@ def check_labels(page: str, of: dict[str, dict[str, Any]]) -> None:
         assert verdict == (one["decision"] or "")
 
 
+@pytest.mark.thorough
 def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plate.toml"
     file.write_bytes(example("plate").read_bytes())
@@ -207,6 +208,7 @@ def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert bench.settle({})["characteristics"] == json.loads(json.dumps(found))
 
 
+@pytest.mark.thorough
 def test_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     effect = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n'
     inputs = '[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nu = "5 urad"\n'
@@ -231,6 +233,7 @@ def test_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert same(numbers(line.split(c["name"])[1])[1], one["value"])
 
 
+@pytest.mark.thorough
 def test_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plate.toml"
     file.write_bytes(example("plate").read_bytes())
@@ -248,6 +251,7 @@ def test_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
             assert same(picture, 1e3 * c["U_mm"])
 
 
+@pytest.mark.thorough
 def test_evaluate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, values = tmp_path / "plate.toml", tmp_path / "values.csv"
     file.write_bytes(example("plate").read_bytes())
@@ -282,6 +286,7 @@ def test_evaluate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert row["decision"] == c["decision"]
 
 
+@pytest.mark.thorough
 def test_diagnose(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["new", "bb", "--from", "ballbar", "--out", str(tmp_path)]) == 0
     words = ["diagnose", str(tmp_path / "bb.toml")]

@@ -68,6 +68,7 @@ def test_nc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert int(row["number"]) == sum(m["type"] == row["move"] for m in found["moves"])
 
 
+@pytest.mark.thorough
 def test_compensate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     new("pallet_block", tmp_path)
     target = tmp_path / "new.nc"
@@ -89,6 +90,7 @@ def test_compensate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert int(table[name]["at line"]) == found["deviation"][key]["line"]
 
 
+@pytest.mark.thorough
 def test_calibrate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     new("traced_cmm", tmp_path)
     page_file, machine = tmp_path / "report.html", tmp_path / "found.toml"
@@ -149,6 +151,7 @@ def test_compare_and_field(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert f"{largest:.2f} µm" in terminal(words, capsys).splitlines()[0]
 
 
+@pytest.mark.thorough
 def test_audit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plate.toml"
     file.write_bytes(example("plate").read_bytes())

@@ -127,6 +127,7 @@ def machine_file(folder, name, u, travel=600):
     return str(path)
 
 
+@pytest.mark.thorough
 def test_choice_of_machine(source, tmp_path, capsys):
     """The one with the smaller scatter wins, one without room is named."""
     text = source.read_text().replace('temperature = { part = "21.2 degC", scale_x = "20.4 degC" }', "")
@@ -156,6 +157,7 @@ def test_another_machine_takes_the_place_of_a_named_one(tmp_path):
     assert [line for line in again.splitlines() if line.startswith("machine =")] == ['machine = "b.toml"']
 
 
+@pytest.mark.thorough
 def test_choices_of_the_fixture_that_cannot_be_used_are_named(tmp_path, capsys):
     more = '\n[placement]\nx = ["200 mm", "400 mm"]\nfaces_down = ["-z", "+z"]\nobjective = "U"\n'
     path, out = written(tmp_path, more), tmp_path / "out"
@@ -206,6 +208,7 @@ def test_bad_input_is_refused_with_one_line(tmp_path, capsys, more, text):
     assert "plate.toml" in err
 
 
+@pytest.mark.thorough
 def test_a_plan_is_chosen_written_and_reads_back(tmp_path, capsys):
     path, out = written(tmp_path), tmp_path / "chosen"
     assert run(["place", str(path), "--plan", "--budget", "30 s", "--json", "--out", str(out)]) == 0

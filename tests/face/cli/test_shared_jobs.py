@@ -39,6 +39,7 @@ def folder(tmp_path, monkeypatch) -> Iterator[Path]:
         yield tmp_path
 
 
+@pytest.mark.thorough
 def test_shards_of_an_audit_put_together_are_the_audit(folder):
     words = ("audit", "ring.toml", "--parts", "600", "--json")
     whole = ask(words)
@@ -50,6 +51,7 @@ def test_shards_of_an_audit_put_together_are_the_audit(folder):
     assert not list((folder / "cache").rglob("*.json"))
 
 
+@pytest.mark.thorough
 def test_audit_of_a_folder_has_a_row_of_every_task(folder):
     (folder / "bad.toml").write_text('vcmm = "scenario/1"\n[part]\nfeatures = 3\n')
     asked = ask(("audit", ".", "--parts", "100", "--json", "--out", "table"))

@@ -18,6 +18,7 @@ def test_draws_belong_to_twins_that_draw(tmp_path, capsys):
     assert run(["demo", "--twin", "marin"]) == 2
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CUTTING)
 def test_new_brings_program_and_set_up_along(tmp_path, capsys, name):
     assert run(["new", "mine", "--from", name, "--out", str(tmp_path)]) == 0
@@ -49,6 +50,7 @@ def test_new_of_a_measuring_scenario_is_one_file(tmp_path, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["plate.toml"]
 
 
+@pytest.mark.thorough
 def test_check_of_a_cutting_scenario_finds_what_is_not_cut(tmp_path, capsys):
     run(["new", "mine", "--from", "test_piece", "--out", str(tmp_path)])
     file = tmp_path / "mine.toml"

@@ -118,6 +118,7 @@ def test_nothing_outside_is_read_or_said_to_exist(secret: Path) -> None:
         assert "secret" not in said, name
 
 
+@pytest.mark.thorough
 def test_the_same_files_inside_are_read(tmp_path: Path) -> None:
     head = 'vcmm = "recording/1"\nkind = "probe"\nmachine = "m.txt"\ndata = "a.csv"\n'
     files = {"r.toml": head.encode(), "m.txt": MACHINE.encode(), "a.csv": ROWS.encode()}

@@ -49,6 +49,7 @@ def test_measured_values_are_evaluated(bench: Bench, tmp_path: Path) -> None:
     assert found["report"].startswith("<!doctype html>")
 
 
+@pytest.mark.thorough
 def test_a_dropped_scenario_is_cut(bench: Bench, tmp_path: Path) -> None:
     texts = {
         "boss.toml": shop.SCENARIO,
@@ -70,6 +71,7 @@ def test_a_dropped_scenario_is_cut(bench: Bench, tmp_path: Path) -> None:
         job(bench, "cut", outside)
 
 
+@pytest.mark.thorough
 def test_a_recording_is_diagnosed_with_its_report(bench: Bench) -> None:
     head = example("ballbar")
     files = {"ballbar.toml": head.read_bytes()}

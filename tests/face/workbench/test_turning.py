@@ -88,6 +88,7 @@ def test_a_task_without_a_file_is_not_saved(tmp_path: Path) -> None:
         Bench(load_scenario(edited(tmp_path))).saved({})
 
 
+@pytest.mark.thorough
 def test_a_sweep_is_the_previews_one_by_one(tmp_path: Path) -> None:
     """Numbers of the answer, numbers of the picture, and previews asked for by themselves are the same.
 
@@ -112,6 +113,7 @@ def test_a_sweep_is_the_previews_one_by_one(tmp_path: Path) -> None:
     assert square / square[0] == pytest.approx(np.array(found["at"]) / 0.5, rel=0.02)
 
 
+@pytest.mark.thorough
 def test_a_sweep_says_where_the_machine_ends(tmp_path: Path) -> None:
     bench = bench_of(edited(tmp_path))
     found = bench.sweep({}, "x")
@@ -149,6 +151,7 @@ def test_long_work_tells_how_far_it_is_and_ends_when_cancelled(tmp_path: Path) -
     assert bench.progress("page")["share"] is None
 
 
+@pytest.mark.thorough
 def test_the_untouched_files_of_an_example_are_taken_as_a_folder(tmp_path: Path) -> None:
     head = example("ballbar")
     files: dict[str, bytes] = {"mine/ballbar.toml": head.read_bytes()}

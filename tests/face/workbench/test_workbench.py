@@ -87,6 +87,7 @@ def test_knobs_that_cannot_be_turned(scenario: Scenario, knobs: dict[str, Any], 
         with_knobs(scenario, knobs)
 
 
+@pytest.mark.thorough
 def test_a_preview_is_what_the_evaluation_says(scenario: Scenario) -> None:
     """The same number, where the evaluation takes trials within their error: with 20 000 trials a quantile of 2.5 % of a normal law is known to sqrt(0.025 0.975 / 20000) / 0.0584 = 1.9 % of u, 1 % of U; three times that."""
     from vcmm.face import api

@@ -11,7 +11,7 @@ from tests.plate import edited
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values, linear_quantities
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.placing.closed_form import Closed
+from vcmm.answer.placing.closed_form import ClosedForm
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.errors import DataError
 from vcmm.files.own.scenario import load_scenario
@@ -33,6 +33,7 @@ def lines(scenario, name="bore diameter"):
     return {b.input: b for b in found.budget}
 
 
+@pytest.mark.thorough
 def test_a_room_moves_part_and_scales_together(tmp_path):
     """Steel part 30 mm, tip of 4 mm, glass-like scales: (11.5 x 30 - 8.0 x 26) nm/K, and 1.5 K / sqrt(3) of the room.
 
@@ -47,6 +48,7 @@ def test_a_room_moves_part_and_scales_together(tmp_path):
     assert both["channel.temp_part_C"].u == pytest.approx(345e-6 * 0.1, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_sensors_stand_in_the_room_too(tmp_path):
     # scales compensated by their sensors: only the part is left, 345 nm/K; with the part compensated nothing is
     with_scales = lines(job(tmp_path, 'room = "20 degC"\nu_room = "0.5 K"'))["environment.room"]
@@ -77,7 +79,7 @@ def test_exact_engine_and_placement_draw_the_same_room(tmp_path):
     # 1 urad on 30 mm is 30 nm: the part's temperature known with another quantity is not multiplied with its expansion,
     # which at three times both u's (0.3 K, 3 um/(m K)) leaves 27 nm; the room is multiplied
     assert np.abs(difference[:, [0, 2]]).max() < 27e-6
-    closed = Closed.of(Rows.of(scenario))
+    closed = ClosedForm.of(Rows.of(scenario))
     weights = closed.model.gradient() @ closed.operator
     first, _ = closed.variances(closed.reference[None], weights)
     terms = dict(zip(names, model.terms()))
@@ -96,6 +98,7 @@ def test_room_and_expansion_are_multiplied(tmp_path):
     )  # touches: s^2 / (2 R); 3 x 0.8 K x 3 um/(m K) x 30 mm would be 0.2 um
 
 
+@pytest.mark.thorough
 def test_correlated_inputs_by_hand(tmp_path):
     """Part 11.5 um/(m K) x 30 mm = 0.345 um/K, uncertain by 0.1 K; scale coefficient and part temperature correlated by r.
 

@@ -154,6 +154,7 @@ def heating(folder: Path, drift: float, scale: float) -> Path:
     return folder / "recording.toml"
 
 
+@pytest.mark.thorough
 def test_rows_without_a_sensor_are_left_to_the_effects_that_need_none(tmp_path):
     recording, machine = load_recording(heating(tmp_path, drift=0.0, scale=60.0), gaps=True)
     found = diagnose(recording, machine)
@@ -163,6 +164,7 @@ def test_rows_without_a_sensor_are_left_to_the_effects_that_need_none(tmp_path):
     assert any("looked for in the 60 observations" in w and "looked for in 80" in w for w in found.warnings)
 
 
+@pytest.mark.thorough
 def test_rows_without_a_sensor_on_which_a_name_depends_are_set_aside(tmp_path):
     recording, machine = load_recording(heating(tmp_path, drift=6.0, scale=0.0), gaps=True)
     found = diagnose(recording, machine)

@@ -48,6 +48,7 @@ def z_scores(found, machine) -> np.ndarray:
     return np.concatenate(out)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("design", ["laser", "tracer"])
 def test_bands_hold_the_truth(design):
     # one machine, whose nodes move together; tools/calibrate_statistics.py (make exam) counts many
@@ -167,6 +168,7 @@ def test_the_scale_of_a_six_d_laser_is_in_no_angle():
     assert certificate.columns(roll, bare().prepare(roll.run)) == []
 
 
+@pytest.mark.thorough
 def test_outliers_carry_little_weight():
     rng = np.random.default_rng(7)
     machine, design, _ = found_by("tracer", 11)
@@ -181,6 +183,7 @@ def test_outliers_carry_little_weight():
     assert any("outliers carry little weight" in w for w in found.warnings)
 
 
+@pytest.mark.thorough
 def test_stations_50_mm_off_are_found():
     _, design, near = found_by("tracer", 11)
     away = [
@@ -206,6 +209,7 @@ def diagonals(design_machine) -> list:
     return out
 
 
+@pytest.mark.thorough
 def test_body_diagonals_alone_are_refused_with_the_combination():
     rng = np.random.default_rng(2)
     read = recorded(draw(rng), diagonals(bare()), rng)
@@ -249,6 +253,7 @@ def test_a_missing_measurement_is_named():
     assert "measure the angle along X" in found.identified.combinations[0].text
 
 
+@pytest.mark.thorough
 def test_one_half_predicts_the_other():
     rng = np.random.default_rng(6)
     _, design, _ = found_by("tracer", 11)

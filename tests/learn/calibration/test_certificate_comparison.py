@@ -94,6 +94,7 @@ def test_a_known_bias_that_is_left_in_is_told_beside_the_counts(
     assert least[0] < 0.85 < 0.9 < least[1]
 
 
+@pytest.mark.thorough
 def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) -> None:
     """docs/certificate.md, of the scenario that comes with vcmm."""
     scenario = load_scenario(sizes_only(tmp_path))

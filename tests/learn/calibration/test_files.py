@@ -42,6 +42,7 @@ def document(capsys, words: list[str]) -> dict:
     return json.loads(out)
 
 
+@pytest.mark.thorough
 def test_recordings_to_a_machine_file_and_back(recorded_x, capsys):
     folder, files, _ = recorded_x
     out = folder / "m" / "machine.toml"

@@ -70,6 +70,7 @@ def test_nothing_known_cannot_grow():
         calibrate(read, bare(), only=("EXX",), growth=1e-3)
 
 
+@pytest.mark.thorough
 def test_more_change_than_stated_is_said(tmp_path):
     rng = np.random.default_rng(2)
     old = stored(calibrate(lines(ONLY, scale(10.0), rng), bare(), only=ONLY), tmp_path)

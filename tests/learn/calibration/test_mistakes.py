@@ -27,6 +27,7 @@ TIP = np.array([0.0, 0.0, -100.0])
 SIX_X = {"X": (0.0, 600.0)}
 
 
+@pytest.mark.thorough
 def test_one_station_is_too_few():
     rng = np.random.default_rng(3)
     one = recorded(draw(rng), tracers(bare(), step=3)[:1], rng)

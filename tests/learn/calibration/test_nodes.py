@@ -14,7 +14,7 @@ from vcmm.core.errors import UsageError
 from vcmm.face.cli import run as command
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
-from vcmm.learn.calibration.field_process import fitted, support
+from vcmm.learn.calibration.field_process import fit_process, support
 from vcmm.learn.calibration.multilateration import nearest_pose
 from vcmm.learn.calibration.nodes import chi_squared_statistics, node_scatter, t_tests
 from vcmm.physics.structure.residual import ResidualField
@@ -145,11 +145,12 @@ def _made_up(lengths, amplitude, seed, u=0.15e-3):
     )  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_length_scales_amplitude_and_correlation_are_found():
     """Drawn with 300, 300, 150 mm and 1 um: on six draws the 95 % ranges hold at least 14 of 18 lengths (P = 1e-3 for fewer at 95 %)."""
     true, held, means = np.array([300.0, 300.0, 150.0]), 0, []
     for seed in range(6):
-        fit = fitted(_made_up(true, 1e-3, seed))
+        fit = fit_process(_made_up(true, 1e-3, seed))
         held += int(((fit.lengths_range[0] <= true) & (true <= fit.lengths_range[1])).sum())
         means.append([*np.log(fit.lengths / true), *np.log(fit.amplitude / 1e-3)])
         assert fit.correlation[0, 1] == pytest.approx(0.8, abs=4 * 0.36 / np.sqrt(832))

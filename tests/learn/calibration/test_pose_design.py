@@ -104,6 +104,7 @@ def control(program: str, machine: own.Five, rng: np.random.Generator) -> list[s
     return lines
 
 
+@pytest.mark.thorough
 def test_program_log_and_calibration_close(folder, capsys):
     """Plan -> program of Fanuc -> a control of our own on a drawn machine -> its log -> the errors of that machine."""
     out = folder / "written"

@@ -254,6 +254,7 @@ def test_errors_in_a_frame_that_stands_still_are_not_taken_over(tmp_path):
         calibrate(read, load_machine(tmp_path / "machine.toml"))
 
 
+@pytest.mark.thorough
 def test_known_linear_errors_stay_and_their_uncertainty_counts(tmp_path):
     """EXX = 10 um/m, known to 0.5 um, beside the errors of C: the location keeps its truth and becomes less certain by EXX."""
     machine, _, alone = found_on(TABLE, "C")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from vcmm.core.run import Run
 from vcmm.files.learned.improved_machine import improved_machine
@@ -46,6 +47,7 @@ def recorded(folder, faults: tuple[RotaryLocation, ...], n: int = 36):
     return load_recording(folder / "recording.toml")
 
 
+@pytest.mark.thorough
 def test_the_faults_are_named_with_their_sizes_and_written(tmp_path):
     faults = (RotaryLocation("B0B3", tilt=300e-6), RotaryLocation("X0A4", offset=0.25))
     recording, machine = recorded(tmp_path, faults)

@@ -75,6 +75,7 @@ def test_a_course_without_a_name_is_seen_and_takes_the_place_of_names(hidden, wh
     assert field.unknown.description.startswith(f"{what} that changes with time")
 
 
+@pytest.mark.thorough
 def test_a_right_course_of_a_sensor_keeps_its_name():
     problem, _white, null, selection, setting = searched(("thermal_drift",), 12.0, 23)
     assert {t.family.name for t in selection.terms} == {"thermal_drift"}

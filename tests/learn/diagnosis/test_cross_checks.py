@@ -54,6 +54,7 @@ def document(capsys: pytest.CaptureFixture[str], *files: Path) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 def test_what_every_part_of_the_rows_finds_is_stable(tmp_path, capsys):
     found = document(capsys, written(tmp_path, 1, scale=40.0, gap=5.0)[0])
     assert {a["effect"] for a in found["answer"] if not a["doubtful"]} == {"backlash", "scale_factor"}
@@ -66,6 +67,7 @@ def test_what_every_part_of_the_rows_finds_is_stable(tmp_path, capsys):
     assert len(found["second_opinion"]["names"]) == 2, found["second_opinion"]
 
 
+@pytest.mark.thorough
 def test_what_half_of_the_parts_lacks_is_unstable_and_claimed_with_one_half(tmp_path, capsys):
     # half of a play of 6 um fits all rows and leaves as much as it explains: delta sqrt(80) = 8.9 in a half, above 7, so both are asked;
     # found in 1 of 2: at most (1 + 1) / (2 + 2) = 0.5; something is left, and odds of 1.42 for a mechanism outside leave
@@ -100,6 +102,7 @@ def test_what_adds_nothing_decides_nothing():
     assert expected_probability(0.0, 400.0) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_file_from_one_recording_predicts_the_other(tmp_path, capsys):
     one, d_one = written(tmp_path / "a", 3, scale=40.0, gap=6.0)
     two, d_two = written(tmp_path / "b", 4, scale=40.0, gap=6.0)
@@ -111,18 +114,21 @@ def test_the_file_from_one_recording_predicts_the_other(tmp_path, capsys):
         assert Path(said[name]["from"]).parent.name == {"a": "b", "b": "a"}[name]
 
 
+@pytest.mark.thorough
 def test_folds_in_which_nothing_is_seen_are_left_out(tmp_path, capsys):
     found = document(capsys, written(tmp_path, 5, scale=0.0, gap=6.0)[0])
     assert [a["effect"] for a in found["answer"]] == ["backlash"]
     assert not [h for h in found["fit"]["held_out"] if h["effect_energy_left"] == 1.0 and h["log_score_gain_nats"] == 0.0]  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_transfer_is_said_first(tmp_path, capsys):
     files = [written(tmp_path / n, s, scale=40.0, gap=6.0)[0] for n, s in (("a", 3), ("b", 4))]
     assert run(["diagnose", *map(str, files)]) == 0
     assert capsys.readouterr().out.lstrip().startswith("the file from one recording predicts another")
 
 
+@pytest.mark.thorough
 def test_two_bad_readings_are_told_beside_nothing_missing(tmp_path, capsys):
     file, _ = written(tmp_path, 7, scale=0.0, gap=0.0)
     lines = (tmp_path / "data.csv").read_text().splitlines()
@@ -140,6 +146,7 @@ def test_two_bad_readings_are_told_beside_nothing_missing(tmp_path, capsys):
     )
 
 
+@pytest.mark.thorough
 def test_without_bad_readings_none_is_told(tmp_path, capsys):
     found = document(capsys, written(tmp_path, 7, scale=0.0, gap=0.0)[0])
     assert found["verdict"] == "nothing missing"

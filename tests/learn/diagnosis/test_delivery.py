@@ -114,6 +114,7 @@ def test_exact_aliases_share_the_probability_and_a_run_along_one_axis_tells():
     assert any(n.do == "run along Y only" for n in found.next_measurement)
 
 
+@pytest.mark.thorough
 def test_a_stated_squareness_that_the_rows_contradict_is_named_with_the_size_they_give():
     """Stated 0 +- 3 urad, 24 urad in the rows: a pull of 8, and the size is that of the rows alone."""
     case = make.make((), 0.0, 12, replace(make.RICH, n=150))
@@ -171,6 +172,7 @@ zero = ""
 """
 
 
+@pytest.mark.thorough
 def test_the_fit_that_is_reported_is_that_of_the_file_to_the_digit(tmp_path, capsys):
     recording = positioning(1.9 * UM, 0.1 * UM, slope=40e-6)
     rows = ["target_mm,run,direction,actual_mm"]

@@ -28,6 +28,7 @@ def backlash():
     return case, diagnose(case)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["thermal_drift", "probe_lobing", "screw_pitch", "stylus_bending"])
 def test_one_effect_is_named(name):
     case = make.make((name,), 12.0, 17)
@@ -48,6 +49,7 @@ def test_parameters_are_found_with_their_uncertainty(backlash):
     assert found.where == {"axis": case.where[0]}
 
 
+@pytest.mark.thorough
 def test_the_improved_machine_explains_the_recording(backlash):
     case, found = backlash
     assert (found.verdict, found.answer[0].effect) == ("explained", "backlash")
@@ -60,6 +62,7 @@ def test_the_improved_machine_explains_the_recording(backlash):
     assert again.verdict == "nothing missing"
 
 
+@pytest.mark.thorough
 def test_two_effects_are_both_named():
     found = diagnose(make.make(("backlash", "squareness"), 12.0, 31))
     assert {a.effect for a in found.answer} == {"backlash", "squareness"}
@@ -81,6 +84,7 @@ def test_nothing_concealed_nothing_named(noise):
     assert found.unknown is None
 
 
+@pytest.mark.thorough
 def test_physics_outside_the_catalogue_is_not_given_a_name():
     found = diagnose(make.make(("unknown_rhythm",), 18.0, 102))
     assert found.unknown is not None
@@ -88,6 +92,7 @@ def test_physics_outside_the_catalogue_is_not_given_a_name():
     assert found.verdict in ("unexplained", "partly explained")
 
 
+@pytest.mark.thorough
 def test_a_poor_recording_gives_a_set_and_the_measurement_that_splits_it():
     found = diagnose(make.make(("tip_radius",), 14.0, 6, make.POOR))
     names = {found.answer[0].effect, *found.answer[0].cannot_be_told_from}

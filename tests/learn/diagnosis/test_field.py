@@ -95,6 +95,7 @@ def test_the_evidence_from_products_is_that_of_the_posterior():
     )
 
 
+@pytest.mark.thorough
 def test_bumps_stand_about_rows_and_fall_off_with_distance():
     """One length away exp(-1/2) = 0.6065."""
     problem, *_ = searched((), 0.0, 11)
@@ -120,6 +121,7 @@ def test_a_free_shape_of_a_component_is_felt_through_the_chain():
     assert np.abs(np.abs(first) - np.abs(problem.recording.direction[:, 2]))[beyond].max() < 1e-9
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [11, 12])
 def test_nothing_is_left_where_nothing_is(seed):
     problem, white, null, selection, _ = searched((), 0.0, seed)
@@ -127,6 +129,7 @@ def test_nothing_is_left_where_nothing_is(seed):
     assert departure(problem, selection, white, null) is None
 
 
+@pytest.mark.thorough
 def test_a_right_name_keeps_its_probability():
     problem, white, null, selection, setting = searched(("backlash",), 14.0, 23)
     field = rival_field(problem, selection, setting, null)
@@ -134,6 +137,7 @@ def test_a_right_name_keeps_its_probability():
     assert departure(problem, selection, white, null) is None
 
 
+@pytest.mark.thorough
 def test_stairs_are_no_scatter_and_say_their_axis():
     problem, white, null, _, setting = searched((), 0.0, 7, stairs)
     left = departure(problem, joint((), setting), white, null)
@@ -145,6 +149,7 @@ def test_stairs_are_no_scatter_and_say_their_axis():
     )  # 1.5 um times 0.8 for the pieces, times the z component of the touches
 
 
+@pytest.mark.thorough
 def test_a_curve_that_follows_a_swirl_loses_to_a_field():
     """A free name: six smooth curves of the pose. The swirl is one field in space, whatever the pose."""
     problem, white, null, _, setting = searched((), 0.0, 7, swirl)

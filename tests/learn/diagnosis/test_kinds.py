@@ -81,6 +81,7 @@ def circle(error, rho=0.6, noise=0.3 * UM, seed=2):
     return Recording("circle", "path", run, value, False, rows, radial, none, None, free, Normal(noise))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("error", "names"),
     [

@@ -34,6 +34,7 @@ def logged(folder: Path, written_time: np.ndarray, true_time: np.ndarray) -> Pat
     return folder / "recording.toml"
 
 
+@pytest.mark.thorough
 def test_a_log_whose_clock_is_20_minutes_late_is_told_with_the_minutes(tmp_path, capsys):
     true = np.arange(-3000.0, 13000.0, 45.0)
     found = answer(logged(tmp_path, true + 1200.0, true), capsys)
@@ -46,6 +47,7 @@ def test_a_log_whose_clock_is_20_minutes_late_is_told_with_the_minutes(tmp_path,
     assert [a["effect"] for a in found["answer"] if not a["doubtful"]] == ["log_mistake"]
 
 
+@pytest.mark.thorough
 def test_a_log_whose_clock_is_early_is_told_too(tmp_path, capsys):
     true = np.arange(-3000.0, 13000.0, 45.0)
     first = answer(logged(tmp_path, true - 900.0, true), capsys)["answer"][0]
@@ -54,6 +56,7 @@ def test_a_log_whose_clock_is_early_is_told_too(tmp_path, capsys):
     assert "early" in first["where"]["columns"]
 
 
+@pytest.mark.thorough
 def test_a_clock_that_runs_too_fast_is_a_drift(tmp_path, capsys):
     # 15 % too fast: at the last row, 149 min after the first, 22.35 min = 1341 s late
     true = np.arange(0.0, 13000.0, 45.0)
@@ -103,6 +106,7 @@ def styli(folder: Path, slip: int) -> Path:
     return folder / "recording.toml"
 
 
+@pytest.mark.thorough
 def test_labels_that_slipped_by_a_row_are_told(tmp_path, capsys):
     found = answer(styli(tmp_path, 1), capsys)
     first = found["answer"][0]
@@ -111,6 +115,7 @@ def test_labels_that_slipped_by_a_row_are_told(tmp_path, capsys):
     assert [a["effect"] for a in found["answer"] if not a["doubtful"]] == ["log_mistake"]
 
 
+@pytest.mark.thorough
 def test_labels_that_stand_right_are_no_mistake(tmp_path, capsys):
     assert answer(styli(tmp_path, 0), capsys)["answer"] == []
 
@@ -131,6 +136,7 @@ def line(folder: Path, copied: bool, digits: int = 2) -> Path:
     return folder / "recording.toml"
 
 
+@pytest.mark.thorough
 def test_a_stretch_of_readings_that_stands_twice_is_told_and_left_out(tmp_path, capsys):
     found = answer(line(tmp_path, copied=True), capsys)
     first = found["answer"][0]
@@ -141,6 +147,7 @@ def test_a_stretch_of_readings_that_stands_twice_is_told_and_left_out(tmp_path, 
     assert found["verdict"] == "explained"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "digits", [2, 0]
 )  # in whole um 15 equal neighbours are still 1 in 10^6 of chance; none are made

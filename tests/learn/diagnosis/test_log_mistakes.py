@@ -65,6 +65,7 @@ def answer(path: Path, capsys: pytest.CaptureFixture[str]) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 def test_exchanged_sensors_are_told_as_a_mistake_of_the_log(tmp_path, capsys):
     frame, table, value = courses()
     found = answer(written(tmp_path, table, frame, value), capsys)
@@ -76,6 +77,7 @@ def test_exchanged_sensors_are_told_as_a_mistake_of_the_log(tmp_path, capsys):
     assert [a["effect"] for a in found["answer"] if not a["doubtful"]] == ["log_mistake"]
 
 
+@pytest.mark.thorough
 def test_a_temperature_in_fahrenheit_is_a_unit(tmp_path, capsys):
     frame, table, value = courses()
     found = answer(written(tmp_path, 32 + 1.8 * frame, table, value), capsys)

@@ -56,6 +56,7 @@ def answer(path: Path, capsys: pytest.CaptureFixture[str]) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 def test_a_slide_that_comes_over_on_the_way(tmp_path, capsys):
     def error(q, sense, since):
         """The operator of play by its definition, row by row: p follows q within +-150 urad."""
@@ -73,6 +74,7 @@ def test_a_slide_that_comes_over_on_the_way(tmp_path, capsys):
     assert found["fit"]["rms_after_um"] < 1.15 * 5.0
 
 
+@pytest.mark.thorough
 def test_a_scale_of_an_axis_that_turns_is_found_however_large(tmp_path, capsys):
     # 2 mrad/rad over +-40 deg, far more than the 320 um/m that were looked for, and a play of 800 urad
     found = answer(there_and_back(tmp_path, 40.0, lambda q, sense, since: 2e3 * q - 400.0 * sense), capsys)

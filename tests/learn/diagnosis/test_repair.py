@@ -31,6 +31,7 @@ from vcmm.task.response.observe import baseline
 from vcmm.task.response.recording import Recording
 
 
+@pytest.mark.thorough
 def test_every_repair_predicts_the_departure_that_was_found():
     plain = make.machine(*tables(np.random.default_rng(5)))
     axis = replace(plain.axes["X"], measured_at=(0.0, 300.0, -400.0))

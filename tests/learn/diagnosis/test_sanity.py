@@ -174,6 +174,7 @@ def tables():
     return [ComponentTable(f"E{a}{a}", (a,), (grid,), rng.normal(size=41) * 2 * UM) for a in "XYZ"]
 
 
+@pytest.mark.thorough
 def test_a_recording_of_the_other_sign_is_recognised():
     case = make.make((), 0.0, 9, replace(make.RICH, n=300)).recording
     machine = make.machine(*tables())
@@ -213,6 +214,7 @@ def test_a_missing_alignment_is_named(good):
         diagnose_recording(bad, make.machine(), 1, 100)
 
 
+@pytest.mark.thorough
 def test_single_wild_rows_are_named_and_do_not_decide(good):
     value = good.value.copy()
     value[[10, 90]] += 12.0
@@ -221,6 +223,7 @@ def test_single_wild_rows_are_named_and_do_not_decide(good):
     assert found.answer == ()
 
 
+@pytest.mark.thorough
 def test_units_of_the_observation_are_suspected(good):
     found = diagnose_recording(replace(good, value=good.value / 1000), make.machine(), 1, 300)
     assert any("units" in w for w in found.warnings)

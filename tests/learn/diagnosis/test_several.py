@@ -49,6 +49,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.thorough
 def test_the_command_takes_the_tables_themselves_and_writes_what_is_common(folder, capsys):
     files = [str(folder / "warm.csv"), str(folder / "cold.csv")]
     assert run(["diagnose", *files, "--json", "--out", str(folder / "out")]) == 0

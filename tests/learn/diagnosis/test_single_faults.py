@@ -47,6 +47,7 @@ def names(found: Diagnosis) -> list[str]:
     return sorted(a.effect for a in found.answer)
 
 
+@pytest.mark.thorough
 def test_air_that_a_tracer_does_not_correct_is_no_dead_path():
     # lengths from three stations 1.5 to 2.3 m away; the wavelength is not corrected at all
     rng, n = np.random.default_rng(3), 90
@@ -78,6 +79,7 @@ def moved(shift, noise_seed: int = 3) -> Recording:
     return replace(good, value=good.value - (way * good.direction).sum(axis=1))
 
 
+@pytest.mark.thorough
 def test_a_step_in_three_directions_is_one_name_with_one_moment():
     step = np.array([6.0, -4.0, 5.0]) * UM
     found = diagnose_recording(
@@ -92,6 +94,7 @@ def test_a_step_in_three_directions_is_one_name_with_one_moment():
         assert abs(numbers[element].value - size) < 4 * numbers[element].u < 6.0
 
 
+@pytest.mark.thorough
 def test_a_step_in_one_direction_stays_one_number():
     step = np.array([0.0, 0.0, 5.0]) * UM
     found = diagnose_recording(

@@ -75,6 +75,7 @@ def test_the_price_is_the_ln_of_the_independent_lines(tmp_path):
     assert np.log(590) - 0.5 < price_of(spectrum, np.zeros((100, 0))) < np.log(2360) + 0.5
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("period", "name"), [(7.493, "screw_pitch"), (0.0254, "encoder_interpolation")])
 def test_a_period_on_no_list_is_found(tmp_path, period, name):
     """100 uneven places tell 50 waves of 590 mm apart by the grid; beyond it 8 mm and 0.02 mm were the nearest that were tried."""

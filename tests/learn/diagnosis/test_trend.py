@@ -56,6 +56,7 @@ def test_when_it_was_found():
     assert presence(with_u([1, None, 1])) == ("now and then", None, None)
 
 
+@pytest.mark.thorough
 def test_steady_numbers_are_called_so():
     """Less often than 1 in 370 otherwise: of 2000 at most 14, which 5.4 expected exceed with a chance of 0.001."""
     rng = np.random.default_rng(1)

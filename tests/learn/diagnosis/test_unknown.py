@@ -48,6 +48,7 @@ def test_the_document_holds_shape_and_formula_and_calls_them_a_proposal(region):
     assert "depends on a covariate" in page
 
 
+@pytest.mark.thorough
 def test_a_rhythm_has_its_period_in_the_formula():
     found = diagnose_recording(make.make(("unknown_rhythm",), 15.0, 5).recording, make.machine(), 1, 500)
     assert found.unknown is not None

@@ -44,6 +44,7 @@ def of_course(folder: Path, course) -> Diagnosis:
     return diagnose(*load_recording(folder / "recording.toml"), seed=0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "course",
     [
@@ -61,6 +62,7 @@ def test_a_smooth_course_is_no_step(tmp_path, course):
     assert found.unknown.covariates == ("time",)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("size", [2.0, 20.0])
 def test_a_step_stays_one(tmp_path, size):
     (step,) = (a for a in of_course(tmp_path, lambda t: size * (t > 3100)).answer if not a.doubtful)

@@ -99,6 +99,7 @@ trials = 1000
 """
 
 
+@pytest.mark.thorough
 def test_a_part_that_is_cut_has_the_line_of_time_since_calibration(tmp_path):
     machine = write_year(tmp_path, 5, lambda week: 6.0)
     found = vcmm.track(machine, tmp_path / "checks", at="2026-06-01", explain=False)

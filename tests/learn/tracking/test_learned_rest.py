@@ -86,6 +86,7 @@ def learn(folder, machine, capsys):
     return json.loads(capsys.readouterr().out)["learned"]
 
 
+@pytest.mark.thorough
 def test_a_wave_without_a_name_is_learned_and_stands_in_budget_and_diagnosis(tmp_path, capsys):
     machine = write_waves(tmp_path, [6.0] * 8)
     found = learn(tmp_path, machine, capsys)
@@ -119,6 +120,7 @@ def test_a_wave_without_a_name_is_learned_and_stands_in_budget_and_diagnosis(tmp
         assert bool(names) == (k > 0)
 
 
+@pytest.mark.thorough
 def test_what_does_not_foretell_is_not_written(tmp_path, capsys):
     noise = learn(tmp_path / "noise", write_waves(tmp_path / "noise", [0.0] * 6), capsys)
     assert not noise["passed"]

@@ -35,6 +35,7 @@ def test_one_check_by_pencil(tmp_path):
     assert (later.state**2).sum() == pytest.approx((16 / 3) * 1e-12)
 
 
+@pytest.mark.thorough
 def test_at_once_and_one_by_one_are_the_same_bits(tmp_path):
     a, b = tmp_path / "a", tmp_path / "b"
     whole = write_year(a, 9, lambda week: 2.0 + 0.3 * week)

@@ -94,6 +94,7 @@ def test_missing_subprograms_are_holes_told_once():
     assert len(moves(text, SURVEY)) == 1
 
 
+@pytest.mark.thorough
 def test_a_subprogram_on_its_own():
     """Its arguments are zero and told; blocks that then have no value are passed over; loops that then never end are left."""
     text = "PROC SIDE(REAL DEP, INT COUNT=2) DISPLOF\nR1=10/DEP\nG0 X=COUNT\nUP:\nIF DEP<5 GOTOB UP\nRET"

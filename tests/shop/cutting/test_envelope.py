@@ -61,6 +61,7 @@ def rays(sweep: Sweep, rng: np.random.Generator) -> tuple[Array, Array]:
     return on + rng.normal(size=(CASES, 3)) * 3.0 + [0, 0, 2.0], n
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("shape", TOOLS)
 @pytest.mark.parametrize("kind", ["level", "plunge", "ramp", "level arc", "upright", "helix"])
 def test_every_kernel_against_dense_sampling(kind: str, shape: str) -> None:
@@ -159,6 +160,7 @@ def test_indexed_tool_axis() -> None:
     assert left.normal[0, 0] @ turn[:, 2] == pytest.approx(-math.sqrt(25 - 0.0625) / 5, abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_the_index_changes_nothing() -> None:
     """Many moves of four tools against the lowest of all moves one by one, for points that no move gouges."""
     rng = np.random.default_rng(3)

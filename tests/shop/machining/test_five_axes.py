@@ -91,6 +91,7 @@ def test_a_table_that_stands_beside_its_place(tmp_path):
     assert np.abs(found["left"]) == pytest.approx(10e-3, abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_zero_set_wrongly_turns_with_the_part(tmp_path):
     """3 um in X under tool centre point control: both walls go the same way, the width keeps its size."""
     path = rotary_shop.write(tmp_path, tables(), BOTH, WALLS, FLAT, 'work_offset = { u = "3 um" }')

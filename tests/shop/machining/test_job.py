@@ -136,6 +136,7 @@ points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
     assert found.shares["diameter"]["measurement"] == pytest.approx(0.1, rel=2e-2)
 
 
+@pytest.mark.thorough
 def test_json_and_files(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(patches, "MOST_ACROSS", 41)  # the largest departure is at an edge
     path = shop.write(tmp_path, SQUARENESS)

@@ -152,6 +152,7 @@ def test_a_drill_without_a_spindle_of_its_own_is_told(tmp_path):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("dialect", "program"),
     [("sinumerik", driven.SINUMERIK), ("linuxcnc", driven.LINUXCNC)],

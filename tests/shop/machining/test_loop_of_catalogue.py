@@ -48,6 +48,7 @@ def check(found: dict) -> None:
     ] == "map_mistake"
 
 
+@pytest.mark.thorough
 def test_a_growth_with_scatter_per_move_comes_to_its_end(tmp_path, capsys):
     check(to_the_end(tmp_path, capsys, *QUICK))
 

@@ -62,6 +62,7 @@ def test_a_tool_that_is_too_large_is_located_by_the_tool(tmp_path):
     assert width.u == pytest.approx(4.0e-3, rel=0.1)  # twice the 2 um of the radius, little else
 
 
+@pytest.mark.thorough
 def test_the_document_and_the_recording(tmp_path, capsys):
     points, features = measured_shop.measured(tmp_path, BACKLASH, 1)
     file = measured_shop.csv(tmp_path / "points.csv", points, features)
@@ -89,6 +90,7 @@ def test_the_document_and_the_recording(tmp_path, capsys):
     assert np.ptp(rest[walls & (recording.run.labels["tool"] == "1")]) > 2e-3
 
 
+@pytest.mark.thorough
 def test_machine_coordinates_show_where_the_part_lies(tmp_path):
     """50 um beside its place in X: seen in the machine frame (work offset u = 2 um), not after an alignment."""
     points, features = measured_shop.measured(tmp_path, "", 1)
@@ -127,6 +129,7 @@ def test_several_parts_are_compared_one_by_one(tmp_path, capsys):
     assert "compare them one by one" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_measure_of_a_cut_scenario_cuts_first(tmp_path, capsys):
     """One draw of everything, cut and inspected; what is written is read again, and no part is accused of its own uncertainty."""
     file = measured_shop.write(tmp_path)
@@ -144,6 +147,7 @@ def test_measure_of_a_cut_scenario_cuts_first(tmp_path, capsys):
     assert found.mismatch == ()
 
 
+@pytest.mark.thorough
 def test_a_machine_that_measures_its_own_part_does_not_accuse_itself(tmp_path):
     """Probed on the machine that cut it: of its known errors the reading holds both shares, the recording that of the tool alone."""
     scenario = vcmm.load_cut(measured_shop.write(tmp_path, BACKLASH))

@@ -44,6 +44,7 @@ def test_only_what_an_effect_asks_for_is_made():
     assert with_own_logs(RUN, path([0.0, 1.0], [1.0, 1.0]), (Backlash("Z", 1e-3),)).series == {}
 
 
+@pytest.mark.thorough
 def test_a_growth_by_speed_is_cut_and_corrected_without_a_log(tmp_path):
     """60 um x 3000 / 10000 x (1 - exp(-t / 40 s)): at most 18 um, and 13 um where the first floor is cut after t = 50 s. It was refused: "needs a log"."""
     scenario = vcmm.load_cut(block.write(tmp_path, GROWS))

@@ -20,6 +20,7 @@ SCATTER = '[repeatability]\nu = "1 um"\n'
 STRETCHED = '[[effects]]\neffect = "component_polynomial"\ncomponent = "EXX"\ncoefficients = ["0 um", "0 um", "100 um"]\n'
 
 
+@pytest.mark.thorough
 def test_the_objective_is_what_cutting_there_gives(tmp_path):
     scenario = vcmm.load_cut(shop.write(tmp_path, BENT + SCATTER))
     found = vcmm.place(scenario, evaluations=100, scanned=64, trials=1000)  # place_cut, as the scenario cuts
@@ -29,6 +30,7 @@ def test_the_objective_is_what_cutting_there_gives(tmp_path):
     assert found.best.value <= found.median.value <= found.worst.value
 
 
+@pytest.mark.thorough
 def test_a_bent_scale_is_least_harm_where_it_is_least_bent(tmp_path):
     placement = '[placement]\nx = ["120 mm", "480 mm"]\nweights = { diameter = 1.0 }\n'
     scenario = vcmm.load_cut(shop.write(tmp_path, STRETCHED + SCATTER, shop.SCENARIO + placement))
@@ -41,6 +43,7 @@ def test_a_bent_scale_is_least_harm_where_it_is_least_bent(tmp_path):
     assert found.gain == pytest.approx(0.6, abs=0.01)
 
 
+@pytest.mark.thorough
 def test_document_of_the_contract(tmp_path, capsys):
     path = shop.write(tmp_path, STRETCHED + SCATTER)
     assert (
@@ -53,6 +56,7 @@ def test_document_of_the_contract(tmp_path, capsys):
     assert np.isfinite(document["objective"]["value"])
 
 
+@pytest.mark.thorough
 def test_the_files_moved_cut_at_the_pose_found(tmp_path):
     at = shop.SCENARIO.replace('{ u = "2 um" }', '{ u = "2 um", at = "310 250 -350 mm" }   # a corner')
     path = shop.write(tmp_path, STRETCHED + SCATTER, at)

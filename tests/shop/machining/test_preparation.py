@@ -54,6 +54,7 @@ def test_both_counts_of_gouges_say_of_what(tmp_path, capsys):
     assert "cut again with the tools really displaced, " not in err
 
 
+@pytest.mark.thorough
 def test_a_square_stock_has_a_picture(tmp_path, monkeypatch):
     """A coarser map of heights and fewer faces than usual; the numbers of faces as usual are counted below."""
     from vcmm.shop.machining import blank

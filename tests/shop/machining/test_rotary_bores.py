@@ -19,6 +19,7 @@ COAXIAL = '[[part.characteristics]]\nname = "line"\ntype = "coaxiality"\nof = "b
 LEANS = '[[effects]]\neffect = "rotary_location"\ncomponent = "A0B"\ntilt = "20 urad"\n'
 
 
+@pytest.mark.thorough
 def test_a_leaning_pallet_inclines_bores_that_face_each_other(tmp_path):
     mill = rs.machine("w B' Z' b X Y t", rs.axis("B") + LEANS)
     program = BORE.format(b=0) + BORE.format(b=180)
@@ -46,6 +47,7 @@ def test_a_leaning_pallet_inclines_bores_that_face_each_other(tmp_path):
     assert model.values(model.q0)[0] == pytest.approx(7.84e-3, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_the_shipped_block(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert command(["new", "block", "--from", "pallet_block"]) == 0

@@ -236,6 +236,7 @@ def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
     assert np.abs(height - expected[kept]).max() < 1e-4
 
 
+@pytest.mark.thorough
 def test_a_turned_groove_end_to_end(tmp_path):
     near = '[[effects]]\neffect = "rotary_location"\ncomponent = "Z0A"\noffset = "5 um"\n'
     inputs = '[[inputs]]\neffect = "rotary_location"\ncomponent = "Z0A"\nparameter = "offset"\nu = "2 um"\n'

@@ -118,6 +118,7 @@ def test_a_zero_set_where_it_is_used_holds_the_error_of_that_angle(tmp_path):
         heights(both)
 
 
+@pytest.mark.thorough
 def test_positioning_error_of_the_table_turns_the_faces_of_a_square(tmp_path):
     # EBB = 50 urad sin q: +50 urad at 90 deg, -50 urad at 270, nothing at 0 and 180
     cyclic = (

@@ -10,6 +10,7 @@ from tests.shop.machining import lathe
 UM = 1e-3
 
 
+@pytest.mark.thorough
 def test_a_ball_rests_on_the_feed_marks(tmp_path):
     ready = lathe.shop(lathe.write(tmp_path))
     _, points = lathe.nominal(ready, "journal")

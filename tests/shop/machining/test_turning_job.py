@@ -48,6 +48,7 @@ def test_a_compliance_without_a_bar_is_refused(tmp_path):
         vcmm.load_cut(path)
 
 
+@pytest.mark.thorough
 def test_the_shipped_shaft(tmp_path, capsys):
     shutil.copy(folder() / "turned_shaft.toml", tmp_path)
     shutil.copytree(folder() / "turned_shaft", tmp_path / "turned_shaft")

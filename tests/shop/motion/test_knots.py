@@ -9,6 +9,7 @@ from tests.programs import circle, line, mill, random_moves
 from vcmm.shop.motion.toolpath import toolpath
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_do_not_depend_on_their_density(seed):
     """Columns at the same place and time are equal, sampled coarsely or finely; time increases."""

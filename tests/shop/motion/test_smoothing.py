@@ -10,7 +10,7 @@ import pytest
 from tests.programs import line, mill
 from vcmm.program.limits import Control, axis_limits
 from vcmm.shop.motion.curves import curves_of
-from vcmm.shop.motion.smoothing import Asked, smooth_pieces
+from vcmm.shop.motion.smoothing import PathWishes, smooth_pieces
 from vcmm.shop.motion.timing import plan_motion
 
 FAST = {"acceleration": 3000.0, "jerk": 50_000.0}
@@ -25,7 +25,7 @@ def test_one_turn_by_pencil():
     """
     curves = curves_of([line((0, 0, 0), (1, 0, 0)), line((1, 0, 0), (10, 0.09, 0))])
     limits = axis_limits(mill(**FAST))
-    asked = Asked(
+    asked = PathWishes(
         np.full(2, 100.0), np.full(2, 0.010), np.full(2, 5e4), np.array([0.0, curves.length.sum()]), limits
     )
     pieces = smooth_pieces(curves, np.array([True]), np.zeros(1), asked)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from vcmm.face import api
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.pages.first import first_blocks, first_lines
 
 
+@pytest.mark.thorough
 def test_the_words_are_those_of_the_evaluation() -> None:
     """U of the ring gauge: twice the root of the sum of squares of its budget, 0.197, 0.150, 0.100, 0.058, 0.02 um."""
     scenario = load_scenario(example("ring_gauge"))

@@ -19,6 +19,7 @@ SCENARIOS = Path(__file__).parents[3] / "scenarios"
 HEAD, STEP = 8, 24  # blocks before the first cut of the cone; of the blocks behind it one in so many
 
 
+@pytest.mark.thorough
 def test_a_led_tip_errs_in_the_picture_as_where_compensation_asks(tmp_path):
     """One from motions of the axes, one from the tip over the workpiece, where the control turns its zero with the part.
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from vcmm.core.errors import DataError
+from vcmm.files.learned.calibrated_machine import bare_text
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
-from vcmm.learn.calibration.machine_file import bare_text
 from vcmm.show.pages.header import OF_MACHINES, facts
 from vcmm.task.response.joining import joined_record
 

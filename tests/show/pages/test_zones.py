@@ -99,6 +99,7 @@ def evaluated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return found
 
 
+@pytest.mark.thorough
 def test_the_picture_is_the_table(evaluated: Any) -> None:
     """Flat by pencil: corners of the twist at +-4 um are 8 um apart and no plane is nearer. Round: two lobes of 2 um are 4 um.
 

@@ -14,7 +14,7 @@ from vcmm.show.report.answers import (
     answers_block,
     percent,
     places_of,
-    signed,
+    signed_value,
     value_and_U,
 )
 from vcmm.show.report.notices import notice
@@ -36,7 +36,7 @@ def test_value_to_the_place_of_u() -> None:
     assert value_and_U(30.0001234, 12.3e-3, "mm") == ("30.000 mm", "12 µm")
     assert value_and_U(0.00312, 1.28e-3, "mm", small=True) == ("3.1 µm", "1.3 µm")
     assert value_and_U(30.0, 1e-17, "mm") == ("30.00000 mm", "0.000 µm")
-    assert signed(-0.367, 0.123, "µm") == "−0.37 ± 0.12 µm"
+    assert signed_value(-0.367, 0.123, "µm") == "−0.37 ± 0.12 µm"
 
 
 def test_a_probability_is_not_rounded_to_certainty() -> None:

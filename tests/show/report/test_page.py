@@ -44,6 +44,7 @@ def sample_blocks() -> list[str]:
     ]
 
 
+@pytest.mark.thorough
 def test_page_is_self_contained_and_well_formed() -> None:
     html = report.page("Plate <1>", sample_blocks(), subtitle="a & b", footer="c < d")
     assert len(svgs(html)) == 6
@@ -72,6 +73,7 @@ def test_page_without_scene_has_no_script() -> None:
     assert "<script" not in report.page("t", [report.paragraph("p")])
 
 
+@pytest.mark.thorough
 def test_a_page_with_a_scene_stays_below_two_and_a_half_mb() -> None:
     assert len(scene_script().encode()) <= 5120
     assert len(report.page("t", sample_blocks()).encode()) < 2_500_000

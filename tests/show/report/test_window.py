@@ -14,6 +14,7 @@ from vcmm.show.report.scene_items import Label, Lines
 from vcmm.show.report.window import keys_of, show
 
 
+@pytest.mark.thorough
 def test_a_picture_holds_every_kind_of_item(tmp_path: Path) -> None:
     target = tmp_path / "scene.png"
     try:
@@ -37,6 +38,7 @@ def test_without_a_display_a_window_is_refused(monkeypatch: pytest.MonkeyPatch) 
         show(everything(), "t")
 
 
+@pytest.mark.thorough
 def test_a_child_that_fails_is_said(tmp_path: Path) -> None:
     with pytest.raises(Environment, match=r"does not work here \(.*\); install libegl1"):
         show(everything(), "t", tmp_path / "no" / "such" / "folder.png")

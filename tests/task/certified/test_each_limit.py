@@ -133,6 +133,7 @@ def read_round(folder: Path, measured: str) -> CharacteristicResult:
     return at_indication(found, 2.04e-3, "probability 95 %")
 
 
+@pytest.mark.thorough
 def test_a_limit_does_not_accept_a_bad_part(tmp_path: Path) -> None:
     """The limit took 1.54 um off as if every machine scattered so: [0, 1.67] um, conforms. A perfect machine keeps the limit, too."""
     found = read_round(tmp_path, "")
@@ -145,6 +146,7 @@ def test_a_limit_does_not_accept_a_bad_part(tmp_path: Path) -> None:
     assert found.true_value.estimate == pytest.approx(2.04e-3, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_what_was_found_is_taken_off(tmp_path: Path) -> None:
     """R0 0.4 um is a scatter of 0.4 / 5.5 = 0.07 um, and the tip adds what P_Form says: [1.42, 2.23] um by an outside count."""
     found = read_round(tmp_path, OF_TEST)
@@ -153,6 +155,7 @@ def test_what_was_found_is_taken_off(tmp_path: Path) -> None:
     assert found.decision.text == "undecided"
 
 
+@pytest.mark.thorough
 def test_a_position_to_three_datums_has_a_plain_u(tmp_path: Path) -> None:
     """U was 2e15 um, all of it the form between the points: the datum axis slipped along itself (tests/part/gps/test_datums.py).
 

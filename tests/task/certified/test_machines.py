@@ -169,6 +169,7 @@ def test_a_prior_must_be_known() -> None:
         MachineCertificate(E0=LengthLimit(1e-3), prior="x")
 
 
+@pytest.mark.thorough
 def test_the_page_shows_what_the_scenario_gives() -> None:
     """U in um of the scenario that comes with vcmm, as docs/certificate.md has it for the default prior."""
     from vcmm.face.api import uncertainty

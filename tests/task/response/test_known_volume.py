@@ -74,6 +74,7 @@ def test_a_correlated_field_is_mapped_within_its_nodes_with_its_own_deviation() 
     assert mapped.u == pytest.approx(2 * UM, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_process_is_mapped_with_both_shares() -> None:
     """Amplitudes 1, 0.8, 0.5 um that no reading tells, and 3 um of normal scatter: sqrt(1 + 9), sqrt(0.64 + 9), sqrt(0.25 + 9) um."""
     process = {k: v for k, v in PROCESS.items() if k != "dof"} | {"margins": "normal"}

@@ -154,6 +154,7 @@ def test_gravity_in_the_frame_of_the_tool():
         with_down(run, MOUNT, np.zeros(3))
 
 
+@pytest.mark.thorough
 def test_base_and_sag_of_a_mount_are_named_behind_degrees_of_index():
     made = sightings(120, 10 * URAD, c=5.0 * DEG, b=1.5 * DEG, cross=3e-3, tilt=1e-3, sag=200 * URAD)
     made = replace(made, nuisance={"index": "", "offset": ""})

@@ -22,7 +22,7 @@ def answer(c: Any) -> str:
     return say(c)
 
 
-def listed(texts: Iterable[str]) -> str:
+def first_few(texts: Iterable[str]) -> str:
     """The first few, and how many more."""
     every = list(texts)
     rest = f"; {len(every) - SHOWN} more" if len(every) > SHOWN else ""

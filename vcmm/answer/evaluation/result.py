@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.linear import LinearModel
-from vcmm.answer.evaluation.one_line import answer, listed, of_name
+from vcmm.answer.evaluation.one_line import answer, first_few, of_name
 from vcmm.answer.evaluation.summary import Summary
 from vcmm.answer.evaluation.truth import Additive, Truth
 from vcmm.core.readable import Readable, Reading, frame_of
@@ -222,7 +222,7 @@ class UncertaintyResult(Readable):
     reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        return f"<UncertaintyResult: {listed(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
+        return f"<UncertaintyResult: {first_few(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> CharacteristicResult:
         """The characteristic of this name. KeyError: none has it."""

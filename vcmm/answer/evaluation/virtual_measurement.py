@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vcmm.answer.evaluation.one_line import listed, of_name, value_text
+from vcmm.answer.evaluation.one_line import first_few, of_name, value_text
 from vcmm.answer.evaluation.world import World
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array
@@ -40,7 +40,7 @@ class Measurement(Readable):
     reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        values = listed(f"{v.name} {value_text(v.value, v.unit)}" for v in self.values)
+        values = first_few(f"{v.name} {value_text(v.value, v.unit)}" for v in self.values)
         return f"<Measurement of {len(self.points)} points: {values}>"
 
     def __getitem__(self, name: str) -> MeasuredValue:

@@ -182,7 +182,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     few = rows[::every]
     at, dense = t.points[few], all_over(feature, t.points[few], middles=True)
     here, whole = (w.T for w in _waves(feature, at, dense))  # (n, c), (N, c)
-    met = {i: _met(feature, t.points[rows], dense, a) for i, a in across.items()}
+    met = {i: _moved_by_waves(feature, t.points[rows], dense, a) for i, a in across.items()}
     moved = _motions(feature, at)
     left = here - moved @ (moved.T @ here)
     error = (model.world.errors()[few] * t.run.normal[few]).sum(axis=1)
@@ -199,7 +199,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     )  # fmt: skip
 
 
-def _met(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
+def _moved_by_waves(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
     """(c,): what each wave moves a result by that changes by across (n,) per height of the points, a block of them at a time."""
     blocks = range(0, len(points), MOST_POINTS)
     waves = (

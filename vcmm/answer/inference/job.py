@@ -13,7 +13,7 @@ from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import Inversion, TrueValueByBelt
 from vcmm.answer.evaluation.jointly import JointJudgement, judged_jointly
-from vcmm.answer.evaluation.one_line import answer, listed, of_name
+from vcmm.answer.evaluation.one_line import answer, first_few, of_name
 from vcmm.answer.evaluation.pairs import rest_of
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
@@ -80,7 +80,7 @@ class EvaluatedPart(Readable):
 
     def __repr__(self) -> str:
         of = f" {self.part}" if self.part else ""
-        return f"<EvaluatedPart{of}: {listed(f'{e.result.name} {answer(e.result)}' for e in self.characteristics)}>"
+        return f"<EvaluatedPart{of}: {first_few(f'{e.result.name} {answer(e.result)}' for e in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> EvaluatedCharacteristic:
         """The characteristic of this name. KeyError: none has it."""

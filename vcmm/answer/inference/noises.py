@@ -81,7 +81,7 @@ class Noises:
         if not self.scatter.any():
             return [NONE]
         half = 2 * _power(HALF * found)
-        most = found * math.sqrt(self.points / _chi_squared(excluded, len(self.known)))
+        most = found * math.sqrt(self.points / _quantile_of_chi_squared(excluded, len(self.known)))
         return [
             *range(2 * _power(LEAST_NOISE * found), half, 2),
             *range(half, math.ceil(2 * math.log2(most)) + 1),
@@ -118,7 +118,7 @@ def _power(size: float) -> int:
     return round(math.log2(size))
 
 
-def _chi_squared(p: float, d: int) -> float:
+def _quantile_of_chi_squared(p: float, d: int) -> float:
     """Quantile of chi-squared with d degrees of freedom."""
     from scipy.special import gammaincinv
 

@@ -60,18 +60,18 @@ def power(tests: ResidualTests, order: Mapping[str, Ints], rho: float = RHO) -> 
         rng, rests = np.random.default_rng([tests.seed, 95]), dict[str, Array]()
         for n, f in scans.items():
             e = np.empty((PARTS, f.n))
-            e[:, order[n]] = _remembered(rng, f.n, rho)
+            e[:, order[n]] = _noise_with_memory(rng, f.n, rho)
             rests[n] = f.rest(tests.scale[n] * (e + ratio * tests.shapes(n, KNOWN[0])[:PARTS]))
         size = sum((r**2).sum(axis=1) for r in rests.values())
         noticed = 0
         for group in np.array_split(np.argsort(size), GROUPS):  # the null of a part is as large as it is
             some = {n: r[group] for n, r in rests.items()}
-            noticed += int(np.any([_noticed(tests, order, w, some) for w in white], axis=0).sum())
+            noticed += int(np.any([_is_noticed(tests, order, w, some) for w in white], axis=0).sum())
         shares.append(noticed / PARTS)
     return min(shares)
 
 
-def _noticed(
+def _is_noticed(
     tests: ResidualTests,
     order: Mapping[str, Ints],
     white: Mapping[str, list[Whitening]],
@@ -108,7 +108,7 @@ def _scans(tests: ResidualTests) -> dict[str, FeatureTest]:
     return {n: f for n, f in tests.features.items() if LEAST_SCAN <= f.n <= MOST_FORM_POINTS}
 
 
-def _remembered(rng: np.random.Generator, n: int, rho: float) -> Array:
+def _noise_with_memory(rng: np.random.Generator, n: int, rho: float) -> Array:
     """(PARTS, n): noise of size 1."""
     e = rng.normal(size=(PARTS, n))
     for i in range(1, n):

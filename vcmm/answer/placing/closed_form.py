@@ -63,7 +63,7 @@ class KnownInput:
 
 
 @dataclass(frozen=True, eq=False)
-class Closed:
+class ClosedForm:
     """Closed-form propagation for one scenario; `model` is that of a machine without errors at the present pose."""
 
     rows: Rows
@@ -71,7 +71,7 @@ class Closed:
     at: Array | None = None  # a pose (6,) that can be used, where the present one cannot
 
     @classmethod
-    def of(cls, rows: Rows) -> Closed:
+    def of(cls, rows: Rows) -> ClosedForm:
         return cls(rows, build(rows.task))
 
     @cached_property
@@ -105,7 +105,7 @@ class Closed:
         """indicated - true along the normal of every touch."""
         return Carrier(self.rows.machine, run, Sight(run.normal))
 
-    def only(self, touches: Ints) -> Closed:
+    def only(self, touches: Ints) -> ClosedForm:
         """The same for some of the touches: those that no characteristic of interest reads are left out."""
         return replace(self, rows=self.rows.only(touches))
 
@@ -164,7 +164,7 @@ class Closed:
 class AtPoses:
     """What the effects say at m poses: displacements of every touch per unit draw of every influence."""
 
-    closed: Closed
+    closed: ClosedForm
     touches: Carrier
     m: int
     moved: list[tuple[KnownInput, Array]]

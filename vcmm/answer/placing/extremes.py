@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.answer.placing.closed_form import AtPoses, Closed
+from vcmm.answer.placing.closed_form import AtPoses, ClosedForm
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.part.alignment import align
@@ -28,7 +28,7 @@ JITTER = 1e-10
 class ExtremeValues:
     """Mean and standard deviation of the characteristics that are extreme values."""
 
-    closed: Closed
+    closed: ClosedForm
     characteristics: tuple[Characteristic, ...]
 
     @cached_property

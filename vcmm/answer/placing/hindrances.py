@@ -118,7 +118,7 @@ def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
         text = f"{names[i]}: the stylus leans {np.degrees(steep[i]) + limit:.4g} deg from the normal, allowed are {limit:.4g}"
         out.append(_of("direction", text, names[i], float(steep[i]), "rad"))
     of_part, table = check.room(pose.rotation), check.table_room(pose)
-    met = _met(check, pose, of_part)
+    met = _bodies_in_the_way(check, pose, of_part)
     for body in NAMES:
         what = [f"the {body} meets {name}" for name in met[body]]
         out += _lacking(names, body, of_part.bodies[body], what, REMEDIES[body])
@@ -143,7 +143,7 @@ def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
     return out
 
 
-def _met(check: Any, pose: Pose, of_part: Any) -> dict[str, list[str]]:
+def _bodies_in_the_way(check: Any, pose: Pose, of_part: Any) -> dict[str, list[str]]:
     """For each body of the tool and for the tip: what it meets at each touch, the part or a clamp that the part carries."""
     amounts = {**of_part.bodies, "approach": of_part.tip}
     carried = any(c.on == "part" for c in check.scenario.surroundings.clamps)

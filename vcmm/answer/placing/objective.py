@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from vcmm.answer.evaluation.montecarlo import Term, marginal
-from vcmm.answer.placing.closed_form import AtPoses, Closed
+from vcmm.answer.placing.closed_form import AtPoses, ClosedForm
 from vcmm.answer.placing.extremes import ExtremeValues
 from vcmm.answer.placing.rows import Rows
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
@@ -53,7 +53,7 @@ class PoseSpread:
 class Uncertain:
     """Mixture of U, U/T, risk and cost of a measuring task."""
 
-    closed: Closed
+    closed: ClosedForm
     goal: Goal
 
     @classmethod
@@ -68,7 +68,7 @@ class Uncertain:
             raise UsageError(
                 "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
             )
-        closed, goal = Closed.of(rows), complete(scenario, goal or Goal())
+        closed, goal = ClosedForm.of(rows), complete(scenario, goal or Goal())
         return cls(closed.only(_read(closed, goal)), goal)
 
     @property
@@ -213,7 +213,7 @@ class Uncertain:
         )
 
 
-def _read(closed: Closed, goal: Goal) -> Ints:
+def _read(closed: ClosedForm, goal: Goal) -> Ints:
     """Numbers of the touches on features that a characteristic of some weight reads."""
     placed, part = closed.rows.touches, closed.rows.scenario.part
     counted = [c for c in part.characteristics if goal.weights.get(c.name)]
@@ -229,7 +229,7 @@ def _unit_term() -> Term:
     return Term("normal", Normal(1.0), np.ones((1, 1)), np.zeros((1, 2), dtype=np.uint32))
 
 
-def exact_terms(closed: Closed, weights: Array, six: Array) -> list[Term]:
+def exact_terms(closed: ClosedForm, weights: Array, six: Array) -> list[Term]:
     """Terms of one smooth characteristic at one pose, each with its own law (products left out)."""
     from vcmm.core.laws import MultivariateSamples
 

@@ -48,7 +48,7 @@ class Visit:
         return float(self.times(order)[-1]) + price * self.drift(order)
 
 
-def ordered(visit: Visit, price: float = 0.0, rounds: int = 30, seed: int = 0) -> Ints:
+def order_touches(visit: Visit, price: float = 0.0, rounds: int = 30, seed: int = 0) -> Ints:
     """An order of the touches: nearest neighbour group by group, then 2-opt and moves of single touches while cost falls.
 
     With drift that matters, a there-and-back order of all groups is tried as a start too.
@@ -136,7 +136,7 @@ def ordered_plan(
         price = float(base) / max(
             design.value(), 1e-300
         )  # drift as bad as all else costs as much as the whole time
-    order = readable(problem, which[ordered(visit, price, seed=seed)])
+    order = readable(problem, which[order_touches(visit, price, seed=seed)])
     plan = replace(problem.scenario.plan, steps=_steps(problem, order))
     placed = touches(plan, problem.scenario.pose, problem.scenario.machine, problem.scenario.constants)
     styli = [s.stylus for s in plan.steps]

@@ -132,22 +132,22 @@ def _polish_minima(
     starts = [(v, u, one) for one in asked[:MOST_BOXES] for v, u in one.best(STARTS)]
     kept = sorted(starts, key=lambda item: item[0])[:STARTS]
     for k, (value, unit, one) in enumerate(kept):
-        most = min(SHORT * (one.box.d + 1), _left(asked, evaluations) // (2 * (len(kept) - k)))
+        most = min(SHORT * (one.box.d + 1), _evaluations_left(asked, evaluations) // (2 * (len(kept) - k)))
         kept[k] = (*_descend(one, unit, value, most), one)
         report("descending", 0.6 + 0.2 * (k + 1) / len(kept))
     kept = _different(kept)
     for k, (value, unit, one) in enumerate(kept[:FULL]):
-        most = _left(asked, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
+        most = _evaluations_left(asked, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
         kept[k] = (*_descend(one, unit, value, most), one)
         report("descending", 0.8 + 0.15 * (k + 1) / FULL)
     kept.sort(key=lambda item: item[0])
     for k, (value, unit, one) in enumerate(kept[:3]):
-        most = _left(asked, evaluations) // (2 if k < 2 else 1)
+        most = _evaluations_left(asked, evaluations) // (2 if k < 2 else 1)
         kept[k] = (*_compass(one, unit, value, most), one)
     return kept
 
 
-def _left(asked: Sequence[CountedObjective], evaluations: int) -> int:
+def _evaluations_left(asked: Sequence[CountedObjective], evaluations: int) -> int:
     return evaluations - sum(a.count for a in asked)
 
 

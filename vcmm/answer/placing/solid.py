@@ -157,7 +157,7 @@ class MeshSolid:
     mesh: Mesh
 
     @cached_property
-    def _closed(self) -> bool:
+    def _is_closed(self) -> bool:
         """Whether the side of the nearest triangle is the side of the solid: one piece without an edge of its own, every triangle
         turned like its neighbours (an edge is run through once each way), not inside out.
         """
@@ -171,7 +171,7 @@ class MeshSolid:
 
     def distance(self, points: Array) -> Array:
         flat = np.ascontiguousarray(points.reshape(-1, 3))
-        if len(flat) * len(self.mesh.faces) > VTK_FROM and has_pyvista() and self._closed:
+        if len(flat) * len(self.mesh.faces) > VTK_FROM and has_pyvista() and self._is_closed:
             import pyvista
 
             found: Any = pyvista.PolyData(flat).compute_implicit_distance(surface_of(self.mesh))

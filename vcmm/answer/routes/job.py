@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.linear import LinearModel
-from vcmm.answer.evaluation.one_line import listed, of_name
+from vcmm.answer.evaluation.one_line import first_few, of_name
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
@@ -88,7 +88,7 @@ class RoutesResult(Readable):
 
     def __repr__(self) -> str:
         verdict = "all routes agree" if self.agree else "not all routes agree"
-        return f"<RoutesResult: {verdict}; {listed(c.name for c in self.characteristics)}>"
+        return f"<RoutesResult: {verdict}; {first_few(c.name for c in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> RoutedCharacteristic:
         """The characteristic of this name. KeyError: none has it."""

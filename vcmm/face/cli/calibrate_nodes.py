@@ -12,7 +12,7 @@ def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
     """Multilaterate, tell the nodes, write the machine file; the document is vcmm.nodes/1."""
     from vcmm.core.errors import UsageError
     from vcmm.files.learned.node_field import check_nodes, node_text
-    from vcmm.learn.calibration.field_process import fitted
+    from vcmm.learn.calibration.field_process import fit_process
     from vcmm.learn.calibration.nodes import node_scatter
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text
@@ -27,7 +27,7 @@ def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
     found = node_scatter(given.recordings[0], given.machine)
     if out is not None:
         check_nodes(found, given.machine)
-    fit = fitted(found)
+    fit = fit_process(found)
     if out is not None:
         output_folder(out.parent)
         names = [f.name for f in wanted.files]

@@ -23,7 +23,7 @@ def poses_command(path: Path, setups: Any, machine: Any, budget: float | None, j
         "best_within_budget": None if budget is None else _record(plan, chosen),
         "cheapest_complete": _record(plan, chosen) if budget is None else None,
         "poses": [_pose(plan.candidates[i]) for i in in_order_of_angles(plan, chosen)],
-        "expected": _expected(plan, chosen, everything),
+        "expected": _expected_uncertainties(plan, chosen, everything),
         "correlated": [{"errors": [a, b], "correlation": r} for a, b, r in plan.correlated(chosen)],
     }
     if json:
@@ -59,7 +59,7 @@ def _pose(candidate: Any) -> dict[str, Any]:
     return {"setup": candidate.setup, **angles, "touches": candidate.touches, "minutes": candidate.minutes}
 
 
-def _expected(plan: Any, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
+def _expected_uncertainties(plan: Any, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
     """Per error its u by the chosen poses, and by all."""
     from vcmm.learn.calibration.pose_design import unit_of
 

@@ -81,7 +81,17 @@ def cut_command(
         MeasuredBack.asked(measured, frame == "machine", u_point),
     )
     other = _inspection_program(inspect, tolerance, back is not None or sharing.share is not None)
-    job = CutJob(scenario, trials, seed, engine, back, other, require, out, sharing=sharing)
+    job = CutJob(
+        scenario,
+        trials,
+        seed,
+        engine=engine,
+        measured=back,
+        other=other,
+        require=require,
+        folder=out,
+        sharing=sharing,
+    )
     return run_shared(job, Flags(json, out))
 
 
@@ -184,7 +194,13 @@ class CutJob(SharedJob[CutTask, CutPart]):
             return CutPart(result, code, None)
         folder = self.folder or back.file.parent
         came = came_back(
-            self.scenario, loaded.scenario, loaded.points, back.in_machine, self.seed, folder, report
+            self.scenario,
+            loaded.scenario,
+            loaded.points,
+            in_machine=back.in_machine,
+            seed=self.seed,
+            folder=folder,
+            report=report,
         )
         return CutPart(result, code, came)
 

@@ -48,10 +48,10 @@ def compare_with_cut(
             file,
             loaded,
             given,
-            options["frame"] == "machine",
-            options["seed"],
-            folder or points.parent,
-            report,
+            in_machine=options["frame"] == "machine",
+            seed=options["seed"],
+            folder=folder or points.parent,
+            report=report,
         )
     code = decision_code((e.result for p in parts for e in p.characteristics), require)
     body = evaluate_json(parts) if parts else {"characteristics": []}

@@ -51,7 +51,9 @@ def diagnose_cut(scenario: Path, given: Any, in_machine: bool, seed: int, folder
     if named is None:
         raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
     with progress() as report:
-        back = came_back(scenario, load_cut(scenario), given, in_machine, None, folder, report)
+        back = came_back(
+            scenario, load_cut(scenario), given, in_machine, seed=None, folder=folder, report=report
+        )
     written = back.recording
     assert written is not None
     recording, known = load_recording(written, None)
@@ -67,9 +69,9 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
     from vcmm.learn.diagnosis.acceptance import answers_to_write
 
     proof = None
-    diagnosis = _shared(diagnosis)
+    diagnosis = _with_open_names(diagnosis)
     while True:
-        tried, improved = _written(part, back.recording, diagnosis, known)
+        tried, improved = _write_and_read_again(part, back.recording, diagnosis, known)
         if not improved:
             named = machine_of(back.recording)[0]
             assert named is not None
@@ -91,7 +93,9 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
         diagnosis = _without_last(diagnosis, why)
 
 
-def _written(part: _Part, recording: Path, diagnosis: Any, known: Any) -> tuple[Any, dict[str, str]]:
+def _write_and_read_again(
+    part: _Part, recording: Path, diagnosis: Any, known: Any
+) -> tuple[Any, dict[str, str]]:
     """The machine file and the scenario of the next part, read again; no texts where there is nothing to write."""
     from vcmm.face.cli.diagnose import improved_files
     from vcmm.face.cli.diagnose_several import read_back
@@ -133,7 +137,7 @@ def _why_not(proof: Any, answers: Any) -> str:
     return ""
 
 
-def _shared(diagnosis: Any) -> Any:
+def _with_open_names(diagnosis: Any) -> Any:
     """The diagnosis with names to write that are open between some that do the same to this part, where it is sure that it is one of
     them: the next part is corrected by what they share, whichever it is."""
     from vcmm.learn.diagnosis.acceptance import answers_to_write

@@ -33,7 +33,7 @@ def in_rounds(
     for _ in range(ROUNDS):
         if surface is None or proof.after is None or proof.met:
             break
-        surface = _refined(scenario, surface, last.data, suffix)
+        surface = _refine(scenario, surface, last.data, suffix)
         last = make(surface)
         again = _proof_of_made(scenario, last, suffix, tolerance)
         if again.after is not None and again.after.largest < proof.after.largest:
@@ -46,7 +46,7 @@ def _proof_of_made(scenario: Any, made: Any, suffix: str, tolerance: float) -> A
     return proof_of(scenario, made.data, suffix, tolerance + digits)
 
 
-def _refined(scenario: Any, surface: Any, data: bytes, suffix: str) -> Any:
+def _refine(scenario: Any, surface: Any, data: bytes, suffix: str) -> Any:
     from vcmm.compensation.surface import refined_surface
 
     with tempfile.TemporaryDirectory() as folder:

@@ -134,7 +134,7 @@ def _text(node: ast.expr) -> str:
     return str(node.value)
 
 
-def _described(text: str) -> tuple[str, dict[str, str]]:
+def _describe(text: str) -> tuple[str, dict[str, str]]:
     """What stands before the parameters, and the words of each (numpydoc)."""
     before, _, after = text.partition("Parameters\n----------\n")
     said: dict[str, str] = {}
@@ -149,9 +149,9 @@ def _described(text: str) -> tuple[str, dict[str, str]]:
 
 def _page(words: list[str], tree: ast.Module, name: str, jobs: list[tuple[str, str]], codes: str) -> str:
     width = min(shutil.get_terminal_size().columns, WIDEST)
-    about, said = _described(ast.get_docstring(_function(tree, name)) or "")
+    about, said = _describe(ast.get_docstring(_function(tree, name)) or "")
     options = options_of(tree, name)
-    typed = [_typed(o) for o in options if o.is_word]
+    typed = [_type_of(o) for o in options if o.is_word]
     usage = " ".join(["Usage: vcmm", *words, *(["[JOB]"] if jobs else []), *typed, "[OPTIONS]"])
     lines = [usage]
     for paragraph in about.split("\n\n"):
@@ -160,17 +160,17 @@ def _page(words: list[str], tree: ast.Module, name: str, jobs: list[tuple[str, s
         lines += ["", "Jobs (each with the options it has: --help)", *_rows(jobs, width)]
     for title, some in (("Arguments", [o for o in options if o.is_word]), ("Options", [o for o in options if not o.is_word])):  # fmt: skip
         if some:
-            rows = [(_shown(o), _words(o, said)) for o in some]
+            rows = [(_label_of(o), _words(o, said)) for o in some]
             lines += ["", title, *_rows(rows, width)]
     return "\n".join([*lines, "", *textwrap.wrap(codes, width)])
 
 
-def _typed(o: HelpOption) -> str:
+def _type_of(o: HelpOption) -> str:
     name = f"{o.name}..." if o.is_many else o.name
     return name if o.is_required else f"[{name}]"
 
 
-def _shown(o: HelpOption) -> str:
+def _label_of(o: HelpOption) -> str:
     if o.is_word:
         return o.name
     many = " (repeated)" if o.is_many else ""

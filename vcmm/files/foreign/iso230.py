@@ -23,12 +23,12 @@ from vcmm.core.run import Array, Run
 from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.files.columns import LABELS, conditions_of, file_columns, known_column
 from vcmm.files.observations import axis_direction
-from vcmm.files.sheets import Column, Layout, Sheet, read_csv
+from vcmm.files.sheets import Layout, Sheet, SheetColumn, read_csv
 from vcmm.task.response.recording import Recording
 
-TARGET = Column("target", units=("mm", "deg"))
-OBSERVED = Column("deviation", units=("um", "mm", "urad", "arcsec"), others=(("actual", ("mm", "deg")),))
-COLUMNS = (TARGET, OBSERVED, Column("run"), Column("direction"))
+TARGET = SheetColumn("target", units=("mm", "deg"))
+OBSERVED = SheetColumn("deviation", units=("um", "mm", "urad", "arcsec"), others=(("actual", ("mm", "deg")),))
+COLUMNS = (TARGET, OBSERVED, SheetColumn("run"), SheetColumn("direction"))
 UP = ("up", "+", "1", "+1", "forward", "fwd", "positive", "↑")
 DOWN = ("down", "-", "-1", "backward", "bwd", "negative", "↓")
 _ASSIGNMENT = re.compile(

@@ -27,14 +27,17 @@ from vcmm.core.run import Array, Run
 from vcmm.core.text import lines_of, read_text
 from vcmm.core.units import UNITS
 from vcmm.files.columns import conditions_of, file_columns, known_column
-from vcmm.files.sheets import Column, Layout, numbers_of, read_csv
+from vcmm.files.sheets import Layout, SheetColumn, numbers_of, read_csv
 from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations, with_down
 from vcmm.task.response.recording import Recording
 
 LONG = 1000.0  # mm: the tool has a direction and no length
-AZIMUTH, ALTITUDE = (Column(name, units=("deg",), advice=", what the axis read") for name in ("az", "alt"))
+AZIMUTH, ALTITUDE = (
+    SheetColumn(name, units=("deg",), advice=", what the axis read") for name in ("az", "alt")
+)
 OFFSETS = tuple(
-    Column(f"d_{name}", units=("arcsec", "urad", "deg"), advice=", true - read") for name in ("az", "alt")
+    SheetColumn(f"d_{name}", units=("arcsec", "urad", "deg"), advice=", true - read")
+    for name in ("az", "alt")
 )
 EQUINOXES = ("date", "J2000")
 ROW, HEAD = 14, 8  # numbers of a star; of the line of conditions

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.answer.evaluation.at_limit import CoveredMachines, covered_at_limit
-from vcmm.answer.evaluation.one_line import listed
+from vcmm.answer.evaluation.one_line import first_few
 from vcmm.answer.evaluation.result import UncertaintyResult
 from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
@@ -64,7 +64,7 @@ class CertificateWorth(Readable):
     reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        names = listed(dict.fromkeys(u.characteristic for u in self.by_prior))
+        names = first_few(dict.fromkeys(u.characteristic for u in self.by_prior))
         return f"<CertificateWorth of {self.stated}: {names}>"
 
 

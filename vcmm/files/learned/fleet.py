@@ -136,7 +136,8 @@ def _change(
     name, parameter, unit = key
     when = tuple((r["file"], r["date"]) for r in own)
     return Change(
-        machine, name, parameter, unit, when[0], when[-1], seen[0], seen[-1], sum(s is not None for s in seen), len(own),
+        machine, name, parameter, unit, first=when[0], last=when[-1], before=seen[0], after=seen[-1],
+        found=sum(s is not None for s in seen), of=len(own),
         went=trend([_moment(date) for _, date in when], seen), there=presence(seen), when=when,
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.residual_process import FieldProcess
 from vcmm.core.run import Array
 from vcmm.files.toml_edits import editable, move_names
-from vcmm.learn.calibration.field_process import ProcessFit, field_process, fitted
+from vcmm.learn.calibration.field_process import ProcessFit, field_process, fit_process
 from vcmm.learn.calibration.nodes import NodeScatter
 from vcmm.physics.structure.residual import ResidualField
 
@@ -58,7 +58,7 @@ def node_text(
     from vcmm.files.learned.calibrated_machine import bare_text
 
     name = check_nodes(found, machine)
-    fit = fitted(found) if fit is None else fit
+    fit = fit_process(found) if fit is None else fit
     if original is None:
         start = bare_text(machine)
     else:

@@ -104,7 +104,13 @@ def track(
         Recordings without a date, older than the state, or changed since; files that cannot be read.
     """
     request = TrackRequest(
-        Path(machine), Path(folder), None if state is None else Path(state), replay, alpha, explain, seed
+        Path(machine),
+        Path(folder),
+        None if state is None else Path(state),
+        replay=replay,
+        alpha=alpha,
+        explain=explain,
+        seed=seed,
     )
     _check_alpha(alpha)
     _take_state_folder(request)

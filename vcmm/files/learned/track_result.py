@@ -130,7 +130,13 @@ class Track:
             )
             out.append(
                 NumberOverTime(
-                    one.name, one.unit, one.what, when, values[:, i] / size, us[:, i] / size, ahead
+                    one.name,
+                    one.unit,
+                    one.what,
+                    when,
+                    value=values[:, i] / size,
+                    u=us[:, i] / size,
+                    ahead=ahead,
                 )
             )
         return tuple(out)
@@ -183,7 +189,7 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
-class _Picked:
+class _ShownNumber:
     """A number that is shown: weights (size,) on the elements of a quantity."""
 
     quantity: TrackedQuantity
@@ -193,19 +199,19 @@ class _Picked:
     weights: Array
 
 
-def _numbers_of(q: TrackedQuantity) -> list[_Picked]:
+def _numbers_of(q: TrackedQuantity) -> list[_ShownNumber]:
     """A single number; a table by its end less its start; of another array every element."""
     unit = parameter(q.effect, q.parameter).metadata["show"]
     unit = unit_of(q.effect, q.parameter) if unit == "mm or rad" or unit not in ROUND.values() else unit
     if unit == "mm or rad" or unit in ROUND:
         unit = ROUND.get(unit, "um")
     if is_single(q):
-        return [_Picked(q, q.id, unit, "", np.ones(1))]
+        return [_ShownNumber(q, q.id, unit, "", np.ones(1))]
     if q.effect.about.table_parameter == q.parameter:
         weights = np.zeros(q.size)
         weights[0], weights[-1] = -1.0, 1.0
-        return [_Picked(q, q.id, unit, "end less start", weights)]
-    return [_Picked(q, f"{q.id}@{i}", unit, "", np.eye(q.size)[i]) for i in range(q.size)]
+        return [_ShownNumber(q, q.id, unit, "end less start", weights)]
+    return [_ShownNumber(q, f"{q.id}@{i}", unit, "", np.eye(q.size)[i]) for i in range(q.size)]
 
 
 def _document(c: NumberOverTime, checks: tuple[FollowedCheck, ...]) -> dict[str, Any]:

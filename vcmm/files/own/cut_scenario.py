@@ -43,7 +43,7 @@ from vcmm.files.own.scenario import (
 from vcmm.files.own.setup import load_setup
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model, read_model
-from vcmm.files.sheets import Column, read_csv
+from vcmm.files.sheets import SheetColumn, read_csv
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.physics.structure.tool_bending import ToolDeflection
@@ -159,7 +159,7 @@ def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict
     names = ("time_s", *columns)
     what = "force" if columns == FORCES else "load"
     problems = sheet.missing(
-        Column(n, advice=f"; a {what} log has {', '.join(names)}{_in_other_unit(n, sheet.header)}")
+        SheetColumn(n, advice=f"; a {what} log has {', '.join(names)}{_in_other_unit(n, sheet.header)}")
         for n in names
     )
     if problems:
@@ -229,7 +229,7 @@ def _combine_knowledge(
                 if getattr(cut.tools[name], key):
                     text = f"{key} belongs to a turning or driven tool; tool {name} is {setup.tools[int(name)].shape}"
                     problems.add(("cut", "tools", name, key), text)
-        if cut.tools[name].compliance is not None and not (forces_known(setup) or cut.force_log):
+        if cut.tools[name].compliance is not None and not (has_forces(setup) or cut.force_log):
             text = "compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out"
             problems.add(("cut", "tools", name, "compliance"), text)
     if problems.found:
@@ -306,7 +306,7 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
     """How far each tool bends, where forces are known and its compliance or stick-out is stated."""
     effects: list[Effect] = []
     inputs: list[Input] = []
-    if not (forces_known(setup) or cut.force_log):
+    if not (has_forces(setup) or cut.force_log):
         return effects, inputs
     for number, tool in setup.tools.items():
         said = cut.tools.get(str(number), ToolKnowledge())
@@ -322,7 +322,7 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
     return effects, inputs
 
 
-def forces_known(setup: Setup) -> bool:
+def has_forces(setup: Setup) -> bool:
     """Whether the set-up says what is cut, so that cutting forces can be computed."""
     return (setup.stock is not None or setup.bar is not None) and setup.material is not None
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from vcmm.core.errors import DataError, UsageError
-from vcmm.files.sheets import Column, read_csv
+from vcmm.files.sheets import SheetColumn, read_csv
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.doubtful import DatedPart
 
 ADVICE = "; the columns part,date are due, such as part,date and below it 17,2026-08-19"
-COLUMNS = (Column("part", advice=ADVICE), Column("date", advice=ADVICE))
+COLUMNS = (SheetColumn("part", advice=ADVICE), SheetColumn("date", advice=ADVICE))
 
 
 def read_parts(path: Path) -> tuple[DatedPart, ...]:

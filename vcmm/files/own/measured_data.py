@@ -19,7 +19,7 @@ from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.text import to_number
 from vcmm.core.units import UNITS, dimension_of
-from vcmm.files.sheets import Column, Sheet, instead, read_csv
+from vcmm.files.sheets import Sheet, SheetColumn, instead, read_csv
 
 LENGTHS = tuple(u for u in UNITS if dimension_of(u) == "length")
 ANGLES = tuple(u for u in UNITS if dimension_of(u) == "angle")
@@ -151,7 +151,7 @@ def check_columns(
 ) -> None:
     """DataError: a needed column is missing, an unknown one is there."""
     known = shown or allowed
-    problems = sheet.missing(map(Column, needed))
+    problems = sheet.missing(map(SheetColumn, needed))
     problems += sheet.unknown(allowed, lambda name: f".{_no_unit(name)}{choose_from(name, known)}")
     if problems:
         raise DataError(problems)

@@ -10,7 +10,7 @@ import numpy as np
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.run import Array
 from vcmm.files.problems import misspelt
-from vcmm.files.sheets import Column, Sheet, read_csv
+from vcmm.files.sheets import Sheet, SheetColumn, read_csv
 
 PLACES, NORMALS = ("x_mm", "y_mm", "z_mm"), ("nx", "ny", "nz")
 
@@ -25,7 +25,7 @@ def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, A
     unknown = [column for column in sheet.header if column not in PLACES + NORMALS]
     needs = "x_mm,y_mm,z_mm,nx,ny,nz" if with_normals else "x_mm,y_mm,z_mm and may have nx,ny,nz"
     columns = [
-        Column(
+        SheetColumn(
             name,
             optional=name in NORMALS and not normals,
             advice=f".{misspelt(name, unknown)} The file needs {needs}",

@@ -292,7 +292,7 @@ def _with_history(recording: Recording, memory: str) -> Run:
     """
     run = recording.run
     if memory == "none" or run.n < 2:
-        return _with_turned(run)
+        return _with_reversal_distance(run)
     two = recording.other >= 0
     rows = run.take(np.arange(run.n - two.sum())) if two.any() else run
     axes = list(rows.position)
@@ -310,10 +310,10 @@ def _with_history(recording: Recording, memory: str) -> Run:
     if two.any():
         source = np.concatenate([np.arange(rows.n), recording.row[two]])
         new = {name: values[source] for name, values in new.items()}
-    return _with_turned(run.with_columns(new))
+    return _with_reversal_distance(run.with_columns(new))
 
 
-def _with_turned(run: Run) -> Run:
+def _with_reversal_distance(run: Run) -> Run:
     """turned_X where sense, distance since the last reversal and clock of the rows are known."""
     known = [
         a

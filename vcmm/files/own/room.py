@@ -35,7 +35,7 @@ def room_changes(
     with any f, has the rate pi D / 24 h cos f: an arcsine law (JCGM 101:2008, 6.4.6). room_gradient G: up to G in each direction.
     """
     part = next((e.alpha for e in effects if isinstance(e, PartExpansion)), 0.0)
-    stated = {key: _stated(document, environment, key, part, problems) for key in KEYS}
+    stated = {key: _stated_value(document, environment, key, part, problems) for key in KEYS}
     hour, day, gradient = (stated[key] for key in KEYS)
     made: list[Effect] = []
     inputs: list[Input] = []
@@ -64,7 +64,7 @@ def _rate(key: str, law: Law, made: Sequence[Effect], why: str) -> Input:
     )
 
 
-def _stated(document: Document, environment: Any, key: str, part: float, problems: Problems) -> float:
+def _stated_value(document: Document, environment: Any, key: str, part: float, problems: Problems) -> float:
     """Canonical number of a key, 0 where it is not stated or wrong; noted where nothing would follow the room."""
     text = getattr(environment, key)
     if not text:

@@ -118,7 +118,7 @@ def probing_job(
     letters = [a for a in machine.chain.letters if is_rotary(a)]
     planned = tuple(_touch(run, i, surface[i], outward[i], letters) for i in range(run.n))
     clear = turning_height(_heights(machine, spheres, given.sphere, zero), above)
-    machine.check_travels(_raised(run, clear + zero[2] - offset[2] + given.ball))
+    machine.check_travels(_lift_where_rotary_axes_turn(run, clear + zero[2] - offset[2] + given.ball))
     return ProbingJob(planned, clear, standoff, given.ball, tool)
 
 
@@ -142,7 +142,7 @@ def _heights(machine: Machine, spheres: Sequence[Sequence[float]], radius: float
     ]
 
 
-def _raised(run: Run, z: float) -> Run:
+def _lift_where_rotary_axes_turn(run: Run, z: float) -> Run:
     """The run with Z where rotary axes turn, to be held against the travels."""
     return Run({**run.position, "Z": np.full(run.n, z)}, run.offset)
 

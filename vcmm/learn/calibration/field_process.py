@@ -36,7 +36,7 @@ class ProcessFit:
     tried: tuple[float, float]
 
 
-def fitted(found: NodeScatter) -> ProcessFit:
+def fit_process(found: NodeScatter) -> ProcessFit:
     """The process that these nodes tell."""
     extent = np.ptp(found.place, axis=0)
     apart = np.linalg.norm(found.place[:, None] - found.place, axis=2)
@@ -49,9 +49,9 @@ def fitted(found: NodeScatter) -> ProcessFit:
     ]  # fmt: skip
     low, high = np.log(tried)
     grids = [np.linspace(low, high, COARSE)] * 3
-    weights = _weighed(found, grids, sizes)
+    weights = _length_weights(found, grids, sizes)
     grids = [_around(g, w, np.log(tried)) for g, w in zip(grids, weights)]
-    weights = _weighed(found, grids, sizes)
+    weights = _length_weights(found, grids, sizes)
     lengths = np.exp([w @ g for g, w in zip(grids, weights)])
     ends = np.exp(np.array([_ends(g, w) for g, w in zip(grids, weights)]).T)
     here = np.exp((one := np.array(_likelihood(found, lengths, sizes))) - one.max(axis=1, keepdims=True))
@@ -74,7 +74,7 @@ def _likelihood(found: NodeScatter, lengths: Array, sizes: list[Array]) -> Array
     return out
 
 
-def _weighed(found: NodeScatter, grids: list[Array], sizes: list[Array]) -> list[Array]:
+def _length_weights(found: NodeScatter, grids: list[Array], sizes: list[Array]) -> list[Array]:
     """Weight of each ln length along x, y, z, the other two and the amplitudes summed over."""
     mesh = np.array(np.meshgrid(*grids, indexing="ij"))
     triples = np.exp(mesh.reshape(3, -1).T)

@@ -66,7 +66,7 @@ def readings(
 
     Raises ModelLimit and UsageError for recordings that cannot be used, naming them.
     """
-    recording, assumed = freed(recording, machine)
+    recording, assumed = free_nuisance(recording, machine)
     recording, way = settle_stations(recording, machine)
     observer = Observer(recording, machine)
     nuisance, names = nuisance_columns(recording, machine)
@@ -112,7 +112,7 @@ def read_both_ways(recording: Recording) -> list[str]:
     return out
 
 
-def freed(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str, ...]]:
+def free_nuisance(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str, ...]]:
     """The recording with the nuisance that its kind always has, and what was added, in words."""
     added: dict[str, str] = {}
     has = recording.nuisance

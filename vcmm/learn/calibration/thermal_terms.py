@@ -12,7 +12,7 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.readings import freed
+from vcmm.learn.calibration.readings import free_nuisance
 from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.physics.structure.spindle_growth import SpindleGrowth
 from vcmm.physics.structure.thermal import ThermalDrift
@@ -57,7 +57,7 @@ class WarmReadings:
 
 def warm_readings(recording: Recording, machine: Machine) -> WarmReadings:
     """Raises UsageError for a recording without a clock that goes forward."""
-    recording, _ = freed(recording, machine)
+    recording, _ = free_nuisance(recording, machine)
     observer = Observer(recording, machine)
     time = observer.run.columns.get("time_s")
     if time is None or (np.diff(time) < 0).any():

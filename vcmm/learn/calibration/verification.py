@@ -13,7 +13,7 @@ import numpy as np
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.readings import freed
+from vcmm.learn.calibration.readings import free_nuisance
 from vcmm.learn.calibration.result import rms
 from vcmm.learn.calibration.solve import nuisance_basis
 from vcmm.task.instruments.tracker import settle_stations
@@ -73,7 +73,7 @@ def put_to_test(recording: Recording, before: Machine, after: Machine, noise: fl
 
 def remainder(recording: Recording, machine: Machine, noise: float = 0.0) -> tuple[Array, Array]:
     """(m,) what the machine does not predict, nuisance taken out, and its covariance (m, m)."""
-    recording, _ = freed(recording, machine)
+    recording, _ = free_nuisance(recording, machine)
     recording, _ = settle_stations(recording, machine)
     observer = Observer(recording, machine)
     basis = nuisance_basis(nuisance_columns(recording, machine)[0])

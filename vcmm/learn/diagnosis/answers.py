@@ -37,7 +37,7 @@ from vcmm.learn.diagnosis.periods import alias_names
 from vcmm.learn.diagnosis.plain_words import remark
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner, scanned_names
-from vcmm.learn.diagnosis.repeated import STRETCH, Repeated
+from vcmm.learn.diagnosis.repeated import STRETCH, RepeatedStretch
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again
@@ -279,7 +279,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     )  # fmt: skip
 
 
-def add_repeated(d: Diagnosis, again: Repeated) -> Diagnosis:
+def add_repeated(d: Diagnosis, again: RepeatedStretch) -> Diagnosis:
     """The diagnosis of the other rows, and the stretch that stands there twice as a mistake of the log."""
     sure = 1.0 - min(again.expected, 1.0)
     count = int(again.copied.sum())

@@ -17,7 +17,7 @@ def confirming(term: Term, rival: str, run: Run) -> str:
         effect.about.words if effect is not None else None,
         BY_NAME[rival].about.words if rival in BY_NAME else None,
     ]
-    sentences = [w.confirm for w in words if w is not None and _can_be_done(w.confirm, run)]
+    sentences = [w.confirm for w in words if w is not None and _is_possible(w.confirm, run)]
     if effect is None or not sentences:
         return ""
     known = defaultdict(str, {k: str(v) for k, v in term.family.where.items()})
@@ -25,6 +25,6 @@ def confirming(term: Term, rival: str, run: Run) -> str:
     return sentences[0].format_map(known)
 
 
-def _can_be_done(confirm: str, run: Run) -> bool:
+def _is_possible(confirm: str, run: Run) -> bool:
     """A circle takes two linear axes."""
     return "circular test" not in confirm or sum(not is_rotary(a) for a in run.position) > 1

@@ -55,7 +55,7 @@ class Standing:
     exact_shares: tuple[float, ...] = ()  # probabilities of `exact`
 
 
-def lowered(place: Standing, share: float) -> Standing:
+def lower_standing(place: Standing, share: float) -> Standing:
     """The standing where only a share of its probability is left to the name and to what it cannot be told from."""
     return replace(
         place,

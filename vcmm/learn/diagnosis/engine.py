@@ -35,7 +35,7 @@ from vcmm.learn.diagnosis.answers import add_repeated
 from vcmm.learn.diagnosis.assembly import account
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.checks import CrossChecks
-from vcmm.learn.diagnosis.confusion import Standing, lowered
+from vcmm.learn.diagnosis.confusion import Standing, lower_standing
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
     EVEN_ODDS,
@@ -150,7 +150,7 @@ def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
     if for_ours is not None and claim > 0.0:
         share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(own, NOTHING), 1.0))
     share = min(share, most / max(claim, most))
-    return place if share >= 1.0 else lowered(place, share * (1.0 + UNSEEN))
+    return place if share >= 1.0 else lower_standing(place, share * (1.0 + UNSEEN))
 
 
 def far_rows(problem: Problem, rest: Array) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ STRETCH = "stretch_repeated"
 
 
 @dataclass(frozen=True, eq=False)
-class Repeated:
+class RepeatedStretch:
     """where: which lines repeat which; copied (m,): observations of the later stretch; expected: such stretches by chance."""
 
     where: str
@@ -33,14 +33,14 @@ class Repeated:
     expected: float
 
 
-def repeated_stretch(recording: Recording) -> Repeated | None:
+def repeated_stretch(recording: Recording) -> RepeatedStretch | None:
     """The longest stretch of readings that stands there twice; None where chance makes one as long."""
     found = [_in_series(recording, s) for s in series_of(recording) if len(s) >= FEWEST]
     sure = [f for f in found if f is not None and f.expected < 1.0 - CHANCE]
     return min(sure, key=lambda f: f.expected) if sure else None
 
 
-def _in_series(recording: Recording, series: Ints) -> Repeated | None:
+def _in_series(recording: Recording, series: Ints) -> RepeatedStretch | None:
     value = recording.value[series]
     alike = max(_equal_share(value), _equal_share(np.round(np.diff(value), DIGITS)))
     n = len(value)
@@ -62,7 +62,7 @@ def _in_series(recording: Recording, series: Ints) -> Repeated | None:
     again = np.zeros(recording.m, dtype=bool)
     again[series[first : first + length]] = True
     where = f"the readings of {recording.places(copied)} are those of {recording.places(again)}"
-    return Repeated(where, copied, n * (n - 1) / 2 * alike**length)
+    return RepeatedStretch(where, copied, n * (n - 1) / 2 * alike**length)
 
 
 def _equal_share(values: Array) -> float:

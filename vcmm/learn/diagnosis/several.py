@@ -160,7 +160,7 @@ def diagnose_several(
     found: Sequence[Answer] = unique_answers([a for _, d in alone for a in d.found if not has_scan(a)])
     for turn in range(ROUNDS + 1):
         problem = make_problem(rest, machine)
-        shared = measure_shared(found, problem, whole.part, names)
+        shared = measure_shared_names(found, problem, whole.part, names)
         differing = tuple(s for s in shared if not s.common and not has_scan(s.answer))
         rest, own = without(problem, whole.part, differing), (*own, *differing)
         if turn and not differing:
@@ -214,7 +214,7 @@ def unique_answers(found: Sequence[Answer]) -> list[Answer]:
     return list(best.values())
 
 
-def measure_shared(
+def measure_shared_names(
     found: Sequence[Answer], problem: Problem, part: Ints, names: Sequence[str]
 ) -> tuple[SharedAnswer, ...]:
     """The names that have a crisp number, with their sizes in every recording alone; part (m,): number of the recording."""

@@ -99,10 +99,10 @@ def _taken_in(
         half = solve_lower(low, new)
         means.append(mean + half.T @ solve_lower(low, seen.value))
         covariances.append(wider - half.T @ half)
-    return (*_joined(means, covariances, weights[kept] / weights[kept].sum()), total)
+    return (*_mixture_moments(means, covariances, weights[kept] / weights[kept].sum()), total)
 
 
-def _joined(means: list[Array], covariances: list[Array], weights: Array) -> tuple[Array, Array]:
+def _mixture_moments(means: list[Array], covariances: list[Array], weights: Array) -> tuple[Array, Array]:
     """Mean and covariance of a mixture."""
     mean = np.asarray(weights @ np.array(means))
     away = np.array(means) - mean
@@ -195,12 +195,14 @@ def learn_rates(
     for _ in range(SWEEPS):
         for k in sorted(set(seen.groups.tolist())):  # of a group that no recording sees nothing is learnt
             for name in GRIDS:
-                rates = _averaged(seen, rates, k, name)
+                rates = _with_average(seen, rates, k, name)
             rates = _best_swing(seen, rates, k)
     return rates
 
 
-def _averaged(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str) -> tuple[GroupRates, ...]:
+def _with_average(
+    seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str
+) -> tuple[GroupRates, ...]:
     """Rates with the root mean square of one of them over its posterior, the others as they are."""
     grid, priors = np.array(GRIDS[name]), log_priors(name)
     found: dict[int, float] = {}

@@ -114,10 +114,10 @@ def learn_rest(machine: Machine, recordings: Sequence[tuple[str, Recording]]) ->
         raise UsageError(
             "no component error of a linear axis shows in these recordings, so that nothing can be learned"
         )
-    return _judged(best, rows, half, [name for name, _ in recordings])
+    return _judge(best, rows, half, [name for name, _ in recordings])
 
 
-def _judged(best: tuple[float, float, Effect], rows: list[_Rows], half: int, names: list[str]) -> LearnedRest:
+def _judge(best: tuple[float, float, Effect], rows: list[_Rows], half: int, names: list[str]) -> LearnedRest:
     gain, size, effect = best
     first, whole = _sums(effect, rows[:half]), _sums(effect, rows)
     foretold = _gain(effect, size, *whole) - gain

@@ -124,7 +124,7 @@ def _columns(followed: FollowedMachine, check: ShopCheck) -> Array:
 def _each(plans: _Plans, covariance: Array, day: int, checks: Sequence[ShopCheck]) -> tuple[NextCheck, ...]:
     """Each check on the last day that still holds; those that hold longest for their cost first."""
     then = plans.after(covariance, day)
-    found = [_done(plans, plans.checked(then, c.name), c, day) for c in checks]
+    found = [_do_check(plans, plans.checked(then, c.name), c, day) for c in checks]
     return tuple(sorted(found, key=lambda n: n.check.cost / max(_days(n), 1e-9)))
 
 
@@ -132,7 +132,7 @@ def _days(one: NextCheck) -> float:
     return float(LONGEST if one.holds is None else max(one.holds, 0))
 
 
-def _done(plans: _Plans, covariance: Array, check: ShopCheck, day: int) -> NextCheck:
+def _do_check(plans: _Plans, covariance: Array, check: ShopCheck, day: int) -> NextCheck:
     u = dict(zip((x.name for x in plans.limits), plans.expanded(covariance).tolist()))
     holds = plans.holds(covariance)
     return NextCheck(check, day, u, None if holds >= LONGEST else holds)
@@ -165,20 +165,20 @@ def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days:
                 after = plans.checked(then, check.name)
                 gained = plans.holds(after)
                 if gained > max(free, 0) - (day - way.day) and (gained > 0 or day == way.day):
-                    one = _done(plans, after, check, day)
+                    one = _do_check(plans, after, check, day)
                     following.append(_Way(day, after, way.cost + check.cost, (*way.done, one)))
         ways = sorted(following, key=lambda w: w.cost / (w.day + max(plans.holds(w.covariance), 0) + 1.0))[
             :WIDE
         ]
         if not ways:
             break
-    fixed = _fixed(plans, covariance, checks, days)
+    fixed = _cheapest_fixed_interval(plans, covariance, checks, days)
     if best is None:
         return CheckPlan(last.done if last else (), last.cost if last else 0.0, days, False, fixed)
     return CheckPlan(best.done, best.cost, days, True, fixed)
 
 
-def _fixed(
+def _cheapest_fixed_interval(
     plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int
 ) -> tuple[str, int, float] | None:
     """The cheapest single check at a fixed interval, the first today, that keeps all limits; None where none does."""

@@ -97,7 +97,7 @@ def apply_filter(f: Filter, feature: Feature, points: Array, deviations: Array) 
     order = np.argsort(at, kind="stable")
     values, places = deviations[..., order], at[order]
     out = np.empty_like(values, dtype=float)
-    out[..., order] = _closed(f, places, values) if around else _open(f, places, values)
+    out[..., order] = _filter_closed_profile(f, places, values) if around else _open(f, places, values)
     return out
 
 
@@ -137,7 +137,7 @@ def transmission(f: Filter, waves: Array, n: int) -> Array:
     return np.asarray(1.0 / (1.0 + ratio**4))
 
 
-def _closed(f: Filter, at: Array, values: Array) -> Array:
+def _filter_closed_profile(f: Filter, at: Array, values: Array) -> Array:
     n = len(at)
     if f.kind == SPLINE or _even(np.diff(at), 2.0 * math.pi, n):
         share = transmission(f, np.arange(n // 2 + 1, dtype=float), n)

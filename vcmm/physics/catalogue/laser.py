@@ -54,7 +54,7 @@ class _Laser(Effect):
     def link(self) -> str:
         return "reading"
 
-    def _stretched(self, run: Run, strain: float | Array, counted: bool = False) -> Array:
+    def _stretch(self, run: Run, strain: float | Array, counted: bool = False) -> Array:
         used = strain * run.label_mask("instrument", getattr(self, "instrument", ""))
         x, y, z = way(run, counted).T
         return motion(run, X=used * x, Y=used * y, Z=used * z)
@@ -94,7 +94,7 @@ class CosineError(_Laser):
     instrument: str = at("", "instrument name; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        return self._stretched(run, self.share * 0.5 * self.theta**2)
+        return self._stretch(run, self.share * 0.5 * self.theta**2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class AirIndex(_Laser, ChoosesColumns):
         return (*self.needs, *COUNTED) if self.zero else self.needs
 
     def error_motion(self, run: Run) -> Array:
-        return self._stretched(run, self.scale * index_change(run), bool(self.zero))
+        return self._stretch(run, self.scale * index_change(run), bool(self.zero))
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,7 @@ class _Abbe(Effect):
     def link(self) -> str:
         return self.axis
 
-    def _interpolated(self, run: Run) -> Array:
+    def _interpolate(self, run: Run) -> Array:
         """The deviation (n, 3) at the rows. Raises ModelLimit outside the table, UsageError without one."""
         deviation = np.asarray(self.deviation, dtype=float)
         if not self.grids or len(deviation) != int(np.prod([len(g) for g in self.grids])):
@@ -91,7 +91,7 @@ class AbbeCountedTwice(_Abbe):
         )
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, self._interpolated(run), np.full(run.n, -self.share))
+        return along(run, self._interpolate(run), np.full(run.n, -self.share))
 
 
 def _abbe_offset_make_at(cls: type[AbbeOffset], place: Mapping[str, Any], site: Site) -> AbbeOffset:
@@ -137,7 +137,7 @@ class AbbeOffset(_Abbe):
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
-        out[:, :3] = np.cross(self._interpolated(run) / METRE, np.asarray(self.arm, dtype=float))
+        out[:, :3] = np.cross(self._interpolate(run) / METRE, np.asarray(self.arm, dtype=float))
         return out
 
 

@@ -28,7 +28,7 @@ from vcmm.core.residual_weights import (
     field_weights,
     known_row_by_row,
     outside,
-    triangulated,
+    triangulate,
 )
 from vcmm.core.run import Array, Run
 
@@ -202,7 +202,7 @@ class ResidualField(Effect, WithResponse, Tabulated):
     @cached_property
     def _triangles(self) -> Any:
         nodes = np.asarray(self.nodes, dtype=float)
-        return triangulated(np.array([nodes[c[0], :2] for c in columns_of(nodes)]))
+        return triangulate(np.array([nodes[c[0], :2] for c in columns_of(nodes)]))
 
     def _weights(self, tip: Array) -> tuple[Array, Array]:
         known = self.gaussian
@@ -312,7 +312,7 @@ class CorrelatedField(Effect, WithResponse, Tabulated):
         return np.asarray(np.kron(self._kernel(np.asarray(self.nodes, dtype=float)), np.eye(3)))
 
     @cached_property
-    def _jittered(self) -> Array:
+    def _regularised_covariance(self) -> Array:
         """K with a jitter that keeps the factor stable."""
         return self._kernel(np.asarray(self.nodes, dtype=float)) + 1e-10 * np.eye(len(self.nodes))
 
@@ -331,7 +331,7 @@ class CorrelatedField(Effect, WithResponse, Tabulated):
         if len(bad):
             raise outside(tip[bad[0]], "the nodes", int(bad[0]))
         near = self._kernel(tip, nearest=True)  # a factor per row falls out of both
-        weights = np.linalg.solve(self._jittered, near.T).T
+        weights = np.linalg.solve(self._regularised_covariance, near.T).T
         size = np.sqrt((weights * near).sum(axis=1))  # w^T K w = w . k, since K w = k
         share = near / near.sum(axis=1, keepdims=True)
         return weights / size[:, None], share @ np.asarray(self.deviation, dtype=float)

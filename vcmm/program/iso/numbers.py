@@ -22,7 +22,7 @@ _UNITS = {  # words, and sizes of tools as they are called: 1/2 END MILL, .375 D
 }
 
 
-def points_written(text: str) -> bool:
+def has_points_written(text: str) -> bool:
     """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
     plain = re.sub(r"\([^()\n]*\)", "", text[:LOOKED_AT])
     return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)

@@ -114,7 +114,7 @@ def _define(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         if code == "G68.2" and w.has("Q"):
             _refuse(c, w, f"Q of {code} without P", "passed over", column)
     elif kind == 1 or code == "G268":
-        made = _origin(c, w).then(_fixed(w, column))
+        made = _origin(c, w).then(_rotation_about_fixed_axes(w, column))
     elif kind in (2, 3):
         made = _in_parts(c, w, kind, column)
         if made is None:
@@ -148,7 +148,7 @@ def _turns(steps: tuple[tuple[int, float], ...]) -> AffineMap:
     return made
 
 
-def _fixed(w: IsoWords, column: int) -> AffineMap:
+def _rotation_about_fixed_axes(w: IsoWords, column: int) -> AffineMap:
     """I about X, J about Y, K about Z, axes that stand still; Q: in which order, the first digit first."""
     order = str(w.whole("Q", column) or 123)
     if sorted(order) != ["1", "2", "3"]:

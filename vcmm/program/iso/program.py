@@ -33,7 +33,7 @@ from vcmm.program.iso.macros import (
     modal_call,
 )
 from vcmm.program.iso.misfits import tell_misfits
-from vcmm.program.iso.numbers import points_written, tell_unit
+from vcmm.program.iso.numbers import has_points_written, tell_unit
 from vcmm.program.iso.parameters import attach
 from vcmm.program.iso.steps import step_of, words_of
 from vcmm.program.iso.texts import Text
@@ -73,7 +73,7 @@ def run(
     marks = marks_of(text) if language.lathe and "$" in text else {}
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
-    c.points_written = not setup.decimal_point and points_written(text)
+    c.points_written = not setup.decimal_point and has_points_written(text)
     c.c_turns = language.lathe and turns_c(text)
     if marks:
         text = one_channel(text, marks, setup.channel)

@@ -66,7 +66,7 @@ def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float
         )  # fmt: skip
         return AffineMap()
     if kind == PROJECTED and any(angles):
-        return _projected(item, mode, angles)
+        return _rotation_by_projection(item, mode, angles)
     if kind == SOLID:
         if angles[2]:
             raise BlockFault(item.first, "CYCLE800 by solid angle takes A (about Z) and B (about Y); C is 0")
@@ -78,7 +78,7 @@ def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float
     return turned
 
 
-def _projected(item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
+def _rotation_by_projection(item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
     """Projection angles: angles a about the first and b about the second axis, as they are seen in the planes square to these, then a
     turn about the new third. With the axes X, Y: (0, cos a, sin a) and the new X (cos b, 0, -sin b) lie in the plane; others in turn.
     """

@@ -41,7 +41,7 @@ def may_remove(box: Array, tool: Array, p: Array, n: Array, length: float, gone:
 
 
 @njit(cache=True, nogil=True)
-def merged(cuts: Array, count: int, spare: Array) -> int:
+def merge_stretches(cuts: Array, count: int, spare: Array) -> int:
     """Stretches (count, 2) as their union, in order, in their place; returns how many there are. spare: room as large as cuts."""
     order = np.argsort(cuts[:count, 0])
     k = -1
@@ -152,7 +152,7 @@ def material(
                     for i in range(first, first + child[node, 1]):
                         count = removed_stretches(items[i], tool, p, n, length, cuts, count, scratch)
                     if count - known >= OFTEN:
-                        count = known = merged(cuts, min(count, KEPT), spare)
+                        count = known = merge_stretches(cuts, min(count, KEPT), spare)
                 else:
                     stack[top], stack[top + 1] = child[node, 0], child[node, 1]
                     top += 2

@@ -74,7 +74,7 @@ def held_out_proof(
     gain = _held_out(precision, q, y, groups)[0]
     rng = np.random.default_rng(seed)
     draws = np.linalg.cholesky(cov) @ rng.standard_normal((len(shape), DRAWS))
-    chance = _best_by_chance(precision, _searched(points), draws)
+    chance = _best_by_chance(precision, _columns_to_search(points), draws)
     part = np.linalg.lstsq(base, shape, rcond=None)[0] if rigid else np.zeros(0)
     unseen = base @ part if rigid else np.zeros(len(shape))
     moved = part[:3] if rigid else np.zeros(3)
@@ -89,7 +89,7 @@ def held_out_proof(
     )
 
 
-def _searched(points: ObservedPoints) -> list[Array]:
+def _columns_to_search(points: ObservedPoints) -> list[Array]:
     """Columns (n, k) of each thing that a search may choose."""
     out = [c.columns for c in covariates(points)]
     for i, letter in enumerate(AXES):

@@ -49,18 +49,18 @@ class MillingProcess(Process):
 
     def search_contacts(self, job: PreparedCut, points: Array, normals: Array, contacts: int) -> CutSurface:
         """The surface with so many contacts of each point; where it is gouged deep, looked for deeper."""
-        surface = self._left(job, points, normals, DEPTH, contacts)
+        surface = self._surface_of_rays(job, points, normals, DEPTH, contacts)
         deep = np.flatnonzero(surface.status == BEYOND)
         if not len(deep):
             return surface
-        again = self._left(job, points[deep], normals[deep], DEEPEST, contacts)
+        again = self._surface_of_rays(job, points[deep], normals[deep], DEEPEST, contacts)
         names = ("status", "contact_s", "row", "t", "normal", "tests")
         merged = {name: getattr(surface, name).copy() for name in names}
         for name in names:
             merged[name][deep] = getattr(again, name)
         return replace(surface, **merged)
 
-    def _left(
+    def _surface_of_rays(
         self, job: PreparedCut, points: Array, normals: Array, depth: float, contacts: int
     ) -> CutSurface:
         try:

@@ -24,7 +24,7 @@ from vcmm.task.response.trials import Draws, exact_errors
 
 
 @dataclass(frozen=True, eq=False)
-class NotMeasured:
+class NoMeasuringWorld:
     """The world of a task that nothing measures: its touches are where the part is looked at, and err by nothing."""
 
     task: Task

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.one_line import answer, listed
+from vcmm.answer.evaluation.one_line import answer, first_few
 from vcmm.answer.evaluation.result import LEAST_U, BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.core.declaration import OWNERS
@@ -97,7 +97,7 @@ class CutResult(Readable):
     reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        return f"<CutResult: {listed(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
+        return f"<CutResult: {first_few(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> CharacteristicResult:
         """The characteristic of this name. KeyError: none has it."""

@@ -78,7 +78,7 @@ def polish_contacts(surface: CutSurface, motion: RotaryMotion, keep: int) -> Cut
     near = np.abs(height - surface.contact_s[point, k]) < ASTRAY
     s, at = surface.contact_s.copy(), surface.t.copy()
     s[point[near], k[near]], at[point[near], k[near]] = height[near], t[near]
-    return _lowest(_ordered(replace(surface, contact_s=np.where(known, s, np.inf), t=at)), keep)
+    return _lowest(_sort_by_height(replace(surface, contact_s=np.where(known, s, np.inf), t=at)), keep)
 
 
 def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
@@ -90,7 +90,7 @@ def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Ar
     every = np.arange(len(row))
     for _ in range(ROUNDS):
         share = low + np.linspace(0.0, 1.0, LOOKS)[:, None] * (high - low)
-        heights = np.array([_met(motion, row, one, points, normals) for one in share])
+        heights = np.array([_entries_of_rays(motion, row, one, points, normals) for one in share])
         i = heights.argmin(axis=0)
         lower = heights[i, every] < least
         best = np.where(lower, share[i, every], best)
@@ -100,7 +100,7 @@ def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Ar
     return least, (best - motion.first[row]) / width
 
 
-def _met(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: Array) -> Array:
+def _entries_of_rays(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: Array) -> Array:
     """Where rays (k,) enter the tool of rows as it stands at shares (k,) of their moves; inf where they miss."""
     t = (share - motion.first[row]) / (motion.last - motion.first)[row]
     tip, frame = motion.standing(row, t)
@@ -113,7 +113,7 @@ def _met(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: 
     return out
 
 
-def _ordered(surface: CutSurface) -> CutSurface:
+def _sort_by_height(surface: CutSurface) -> CutSurface:
     """Contacts by height."""
     order = np.argsort(surface.contact_s, axis=1, kind="stable")
     at = np.arange(len(order))[:, None]
@@ -135,7 +135,7 @@ def _each_once(surface: CutSurface, motion: RotaryMotion) -> CutSurface:
         same = (move[:, :k] == move[:, k : k + 1]) & ~again[:, :k]
         again[:, k] = (same & (np.abs(share[:, :k] - share[:, k : k + 1]) < window[:, :k])).any(axis=1)
     gone = again & (surface.row >= 0)
-    return _ordered(
+    return _sort_by_height(
         replace(
             surface, contact_s=np.where(gone, np.inf, surface.contact_s), row=np.where(gone, -1, surface.row)
         )

@@ -21,7 +21,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.shop.cutting.contactmap import Contacts, Ints
-from vcmm.shop.machining.probing import NotMeasured, ProbedHere
+from vcmm.shop.machining.probing import NoMeasuringWorld, ProbedHere
 from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.task.response.influence import Influence, Product
 from vcmm.task.response.trials import Draws
@@ -34,7 +34,7 @@ class Cutting:
     measuring: the measuring machine's own world. An Input of both with one id is one quantity (the same machine).
     """
 
-    measuring: Measuring | ProbedHere | NotMeasured
+    measuring: Measuring | ProbedHere | NoMeasuringWorld
     tool: ToolSide
     contacts: Contacts
     predicts: bool = True
@@ -71,7 +71,7 @@ class Cutting:
 
     def of_part(self) -> Cutting:
         """The part itself, whatever measures it."""
-        return replace(self, measuring=NotMeasured(self.measuring.task))
+        return replace(self, measuring=NoMeasuringWorld(self.measuring.task))
 
     def errors(self) -> Array:
         return self.measuring.errors() + self._outward(self.contacts.surface(self.tool_errors) - self.level)

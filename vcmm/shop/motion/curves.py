@@ -59,10 +59,10 @@ class Curves:
         out = out / length[:, None] ** order
         if self.spread is not None:
             timed = np.flatnonzero(self.spread[which].any(axis=1))
-            out[timed] = self._timed(which[timed], s[timed], order)
+            out[timed] = self._derivative_in_time(which[timed], s[timed], order)
         return np.asarray(out)
 
-    def _timed(self, which: Ints, s: Array, order: int) -> Array:
+    def _derivative_in_time(self, which: Ints, s: Array, order: int) -> Array:
         """Derivative by s where u is a time: q_u = q_s s_u and so on, solved for q_s, q_ss, q_sss."""
         assert self.spread is not None
         d = self.spread[which]

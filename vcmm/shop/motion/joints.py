@@ -24,7 +24,7 @@ from vcmm.shop.motion.blend import (
 )
 from vcmm.shop.motion.corners import is_corner, path_limits, stops_that_pay
 from vcmm.shop.motion.curves import TINY, Curves, Ints
-from vcmm.shop.motion.smoothing import Asked, Pieces, crowded_joints, no_pieces, smooth_pieces
+from vcmm.shop.motion.smoothing import PathWishes, Pieces, crowded_joints, no_pieces, smooth_pieces
 
 GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
 Bools = np.typing.NDArray[np.bool_]
@@ -107,7 +107,7 @@ def joints_of(
     stop, alone = stop | held, np.where(held, 0.0, alone)
     stops = np.concatenate([[0.0], np.cumsum(curves.length)[:-1][stop], [curves.length.sum()]])
     narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
-    smooth = smooth_pieces(curves, chosen, alone, Asked(speed, narrow, jerk, stops, limits, wish.kernel))
+    smooth = smooth_pieces(curves, chosen, alone, PathWishes(speed, narrow, jerk, stops, limits, wish.kernel))
     return Joints(
         reach=alone, smooth=smooth, stop=stop, pause=pause, tool_changes=changes, ordered=ordered,
         rounded=corner & ~held, held=held, overlapped=np.zeros_like(held), tolerance=tolerance,

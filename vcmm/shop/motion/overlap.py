@@ -72,7 +72,7 @@ def overlap_stops(
         return plan, none
     overlapped = none.copy()
     overlapped[np.flatnonzero(joints.stop)[found.stop]] = True
-    return _joined(plan, found), overlapped
+    return _join(plan, found), overlapped
 
 
 def _overlaps(plan: StretchPlan, own: Curves, joints: Joints, limits: Limits) -> _Overlaps:
@@ -103,7 +103,7 @@ def _is_straight(plan: StretchPlan, element: Ints) -> Bools:
     return np.asarray((plan.curves.arc[curve] < 0) & ~plan.curves.coefficients[curve, 2:].any(axis=(1, 2)))
 
 
-def _joined(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
+def _join(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
     """Two stretches and the overlap between them as one."""
     e, d = plan.elements, found.reach
     begin = plan.first[found.stop + 1]  # the elements behind the corners

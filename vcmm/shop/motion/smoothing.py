@@ -74,7 +74,7 @@ class ShortLines:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class PathWishes:
     """What the moves want: speed (n,) mm/s, tolerance (n,) mm and jerk along the path (n,) mm/s^3 per line; stops at (k,) mm; axes."""
 
     speed: Array
@@ -118,7 +118,7 @@ def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) 
     return fits & meets[row]
 
 
-def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: Asked) -> Pieces:
+def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: PathWishes) -> Pieces:
     """The rows of the joints `chosen` (n-1,) as pieces; reach (n-1,): of the roundings at the joints that are not chosen."""
     if not chosen.any():
         return no_pieces(curves.n)
@@ -127,7 +127,7 @@ def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: Asked) -> 
     return _pieces(rows, _path(rows, width, asked.kernel), short, curves.n)
 
 
-def _widths(rows: ShortLines, asked: Asked) -> tuple[Array, Bools]:
+def _widths(rows: ShortLines, asked: PathWishes) -> tuple[Array, Bools]:
     """(h (m,) mm, where the tolerance decides on it): h grows until the feed is carried, and shrinks until the tolerance is kept."""
     width, cap = _first_widths(rows, asked), rows.limit.copy()
     short, unsettled = np.zeros(len(width), dtype=bool), np.ones(len(width), dtype=bool)
@@ -166,7 +166,7 @@ def _rows(curves: Curves, chosen: Bools, reach: Array) -> ShortLines:
     return ShortLines(s, curves.at(line, s - begins[line]), line, joint, row, np.minimum(s - low, high - s))
 
 
-def _first_widths(rows: ShortLines, asked: Asked) -> Array:
+def _first_widths(rows: ShortLines, asked: PathWishes) -> Array:
     """h (m,) mm to begin with: what a turn alone needs at its feed, between the shorter and the mean of the lines beside it."""
     turn = np.abs(_turns(rows, rows.place))
     v = asked.speed[rows.line][:, None]
@@ -285,7 +285,7 @@ def _moved_outwards(rows: ShortLines, width: Array, off: Array, s: Array) -> Arr
     return np.asarray(rows.place - share[:, None] * off[np.searchsorted(s, rows.s, side="left")])
 
 
-def _worst(rows: ShortLines, path: Path, asked: Asked) -> tuple[Array, Array]:
+def _worst(rows: ShortLines, path: Path, asked: PathWishes) -> tuple[Array, Array]:
     """For each point (m,): largest share of the tolerance, and of what the axes carry at the feed, where its turn is spread."""
     off = np.append(_deviation(path) / asked.tolerance[path.line[:-1]], 0.0)
     bend, third, line = path.q[2], _third(path), path.line[:-1]

@@ -138,7 +138,7 @@ def _fastest(work: _Work) -> Timing:
     So nothing is slower than stopping, and a wider tolerance is not slower than a narrower one of `TRIED`. Where only rows of short lines
     or a great many moves are open, the trials that cannot help or would last are left out.
     """
-    timing = _planned(work, Wish())
+    timing = _plan(work, Wish())
     joints = timing.joints
     way = np.cumsum(np.append(0, joints.ordered))
     matters = joints.rounded | joints.held
@@ -152,7 +152,7 @@ def _fastest(work: _Work) -> Timing:
         return timing
     chosen = np.zeros(way[-1] + 1, dtype=bool), np.full(way[-1] + 1, np.inf)
     chosen[0][open_ways], chosen[1][open_ways] = halt, below
-    return _planned(work, Wish(chosen[0][way[:-1]], chosen[1][way[:-1]]))
+    return _plan(work, Wish(chosen[0][way[:-1]], chosen[1][way[:-1]]))
 
 
 def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bools, Array]:
@@ -164,7 +164,7 @@ def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bool
     trials = [Wish(stop=ends), Wish(np.ones(joints, dtype=bool), stop=ends)]
     tried = [x for x in TRIED if x < widest] if len(part) <= MOST_TRIED else []
     trials += [Wish(below=np.full(joints, x), stop=ends) for x in tried]
-    seconds = np.stack([_way_seconds(_planned(small, wish), ends) for wish in trials])
+    seconds = np.stack([_way_seconds(_plan(small, wish), ends) for wish in trials])
     faster = seconds < seconds[0] * (1 - 1e-9)
     which = np.where(faster.any(axis=0), np.where(faster, seconds, np.inf).argmin(axis=0), 0)
     return which > 0, which == 1, np.concatenate([[np.inf, np.inf], tried])[which]
@@ -182,7 +182,7 @@ class _Work:
     kernel: bool
 
 
-def _planned(work: _Work, wish: Wish) -> Timing:
+def _plan(work: _Work, wish: Wish) -> Timing:
     """The motion with a stop at some corners, or below some tolerance."""
     own, moves = work.own, work.moves
     joints = joints_of(moves, work.moving, own, work.control, work.limits, replace(wish, kernel=work.kernel))

@@ -75,7 +75,7 @@ def traces(
     The width of every trace, highest less lowest point about the drawn centre, is a number of the picture. DataError: lengths differ,
     nothing finite.
     """
-    kept = [_checked(line) for line in lines]
+    kept = [_check(line) for line in lines]
     if not kept:
         raise DataError("A polar trace needs one trace at least.")
     drawn: Any = canvas(ax, 440, "polar")
@@ -108,7 +108,7 @@ def traces(
     return carrying(drawn, chart="trace", unit="µm", width=widths, circles=about, scale=[low, high])
 
 
-def _checked(line: PolarTrace) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _check(line: PolarTrace) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     angle, radius = (np.asarray(v, dtype=np.float64) for v in (line.angle_rad, line.radius_um))
     if angle.shape != radius.shape or angle.ndim != 1 or not np.isfinite(radius).any():
         raise DataError(

@@ -84,12 +84,12 @@ def show_table(table: ResultTable[Any]) -> None:
     from vcmm.show.console.widths import laid_out
     from vcmm.show.tables.table import in_terminal
 
-    class Told(Console):
+    class WarningConsole(Console):
         def on_broken_pipe(self) -> None:
             """The reader has gone (| head): that is for the command to say, not for rich to end the process with 1."""
             raise BrokenPipeError
 
-    console = Told(width=None if sys.stdout.isatty() else 160, highlight=False)
+    console = WarningConsole(width=None if sys.stdout.isatty() else 160, highlight=False)
     parts = laid_out(in_terminal(table), console.width)
     for i, part in enumerate(parts):
         title = table.title if i == 0 else "(continued)"

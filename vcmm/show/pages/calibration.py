@@ -14,7 +14,7 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import OF_MACHINES, facts, files_block
 from vcmm.show.tables.answers_machine import calibration_answers
-from vcmm.show.tables.calibration import Left, errors_by_name, positioning, residuals
+from vcmm.show.tables.calibration import Residuals, errors_by_name, positioning, residuals
 from vcmm.show.tables.table import html, titled_html
 from vcmm.task.response.joining import joined_record
 
@@ -53,7 +53,7 @@ def calibration_page(found: Calibration, figures: Sequence[Figure] = (), files: 
     )
 
 
-def scatter(row: Left) -> str:
+def scatter(row: Residuals) -> str:
     """What is left of one recording, reading by reading, over the band of its noise."""
     step = 1 + (row.part.m - 1) // DOTS
     number = np.arange(row.part.m)[::step]

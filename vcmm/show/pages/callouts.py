@@ -13,7 +13,7 @@ from vcmm.part.part import Feature, Part
 from vcmm.show import charts as draw
 from vcmm.show.charts import Callout
 from vcmm.show.pages.view import feature_mesh
-from vcmm.show.report.answers import SMALL, STATE, is_about_value, places_of, signed
+from vcmm.show.report.answers import SMALL, STATE, is_about_value, places_of, signed_value
 from vcmm.show.report.scene_items import mesh_arrays
 from vcmm.show.report.scene_mesh import creases
 
@@ -55,7 +55,7 @@ def _text(c: CharacteristicResult, deviation: float, expanded: float, word: str)
     """-0.37 ± 0.99 µm; "0.0 µm, U = 1.3 µm" where the interval does not lie about the value, as in the first lines of the page."""
     sign = "" if c.nominal == 0 else "+"
     if not math.isfinite(expanded) or is_about_value(c):
-        return signed(deviation, expanded, word, sign)
+        return signed_value(deviation, expanded, word, sign)
     places = places_of(expanded)
     return f"{deviation + 0.0:{sign}.{places}f} {word}, U = {expanded:.{places}f} {word}".replace("-", "−")
 

@@ -96,7 +96,7 @@ def _lines(file: Path) -> list[str]:
     return read_bytes(file).splitlines()
 
 
-def _listed(moving: Sequence[int], count: int) -> Sequence[int]:
+def _lines_to_list(moving: Sequence[int], count: int) -> Sequence[int]:
     """Numbers of the lines beside the picture: all of them, or of a long program those that move."""
     return range(1, count + 1) if count <= MOST_LISTED else [n for n in sorted(set(moving)) if 0 < n <= count]
 
@@ -109,6 +109,6 @@ def _picture(path: FollowedPath, text: Sequence[str], name: str = "") -> PathPic
         points=[tuple(p) for p in at.tolist()], line=line, tool=[m.tool for m in own],
         feed=[None if m.feed is None else round(m.feed, 3) for m in own], rapid=[m.kind == "rapid" for m in own],
         error=[None if np.isnan(e) else 1e3 * e for e in path.error[:MOST].tolist()],
-        text={n: text[n - 1].strip()[:100] for n in _listed(line, len(text))},
+        text={n: text[n - 1].strip()[:100] for n in _lines_to_list(line, len(text))},
         view="lathe" if np.ptp(at[:, 1]) < 1e-9 else "space", name=name,
     )  # fmt: skip

@@ -50,7 +50,7 @@ def places_of(expanded: float) -> int:
     return max(0, 1 - int(f"{expanded:.1e}".split("e")[1]))
 
 
-def signed(value: float, expanded: float, unit: str, sign: str = "") -> str:
+def signed_value(value: float, expanded: float, unit: str, sign: str = "") -> str:
     """-0.37 ± 0.12 µm: two significant digits of U."""
     places = places_of(expanded) if expanded > 0 and math.isfinite(expanded) else 2
     half = f" ± {expanded:.{places}f}" if expanded > 0 and math.isfinite(expanded) else ""

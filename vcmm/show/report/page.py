@@ -48,7 +48,7 @@ def with_anchors(body: str) -> tuple[str, dict[str, str]]:
     def anchored(match: re.Match[str]) -> str:
         title = html.unescape(re.sub(r"<[^>]+>", "", match[1]))
         plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section"
-        name = next(n for n in _numbered(plain) if n not in taken)
+        name = next(n for n in _number_headings(plain) if n not in taken)
         taken.add(name)
         found.setdefault(title, name)
         return f'<h2 id="{name}">{match[1]}</h2>'
@@ -56,7 +56,7 @@ def with_anchors(body: str) -> tuple[str, dict[str, str]]:
     return _HEADING.sub(anchored, body), found
 
 
-def _numbered(plain: str) -> list[str]:
+def _number_headings(plain: str) -> list[str]:
     return [plain, *(f"{plain}-{k}" for k in range(2, 1000))]
 
 

@@ -31,11 +31,11 @@ def contributor(line: Any) -> str:
         return ROOM[0]
     trade = _trade(line)
     if trade is not None and trade.name:
-        return _filled(trade.name, line) + _cause(line)
+        return _fill_in_place(trade.name, line) + _cause(line)
     words = str(line.what).split("; `")[0]
     if _is_temperature(line):
         place = words.removesuffix(", true minus reading").removeprefix("temperature ")
-        return f"temperature of the {_spoken(place)}"
+        return f"temperature of the {_speak(place)}"
     head, colon, rest = words.partition(": ")
     return f"{rest} ({head})" if colon else words
 
@@ -48,7 +48,7 @@ def what_to_change(line: Any) -> str:
         return ROOM[1]
     trade = _trade(line)
     if trade is not None and trade.change:
-        return _filled(trade.change, line)
+        return _fill_in_place(trade.change, line)
     if _is_temperature(line):
         return "longer soaking, or a better thermometer"
     if line.input.endswith("between points"):
@@ -57,7 +57,7 @@ def what_to_change(line: Any) -> str:
         return BY_REDRAW[line.redraw]
     kind = BY_NAME.get(_effect(line))
     if kind is not None and kind.about.words is not None:
-        return f"know it better: {_filled(kind.about.words.confirm, line)}"
+        return f"know it better: {_fill_in_place(kind.about.words.confirm, line)}"
     return CALIBRATE
 
 
@@ -74,7 +74,7 @@ def _trade(line: Any) -> Trade | None:
     return None if kind is None else kind.about.trade
 
 
-def _filled(words: str, line: Any) -> str:
+def _fill_in_place(words: str, line: Any) -> str:
     """The words with the place in them; without one its gap is closed."""
     return " ".join(words.format(where=_where(line)).split()).removesuffix(",")
 
@@ -90,7 +90,7 @@ def _cause(line: Any) -> str:
     return f", {cause}" if by else ""
 
 
-def _spoken(place: str) -> str:
+def _speak(place: str) -> str:
     """scale x -> X scale."""
     word, _, axis = place.rpartition(" ")
     return f"{axis.upper()} {word}" if word and len(axis) == 1 else place

@@ -14,7 +14,7 @@ from vcmm.answer.routes.job import RoutesResult
 from vcmm.core.machine import Machine
 from vcmm.learn.diagnosis.comparison import Comparison
 from vcmm.shop.machining.placement import PlacedCut
-from vcmm.show.report.answers import AnswerLine, K, answer_of, places_of, signed
+from vcmm.show.report.answers import AnswerLine, K, answer_of, places_of, signed_value
 from vcmm.show.report.trade_words import contributor
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.task.response.volumetric import ErrorField
@@ -31,7 +31,7 @@ def place_answers(placed: PlacementResult) -> list[AnswerLine]:
     if sure is not None and sure.present:
         half = K * 100 * sure.u_gain / abs(sure.present)
         confirmed = "confirmed" if sure.is_confirmed else "not confirmed"
-        result = f"gain {signed(100 * sure.gain / sure.present, half, '%')}"
+        result = f"gain {signed_value(100 * sure.gain / sure.present, half, '%')}"
         coverage = f"k = {K:.0f}, {confirmed} by {sure.trials:,} paired trials of their own"
     first = AnswerLine(
         "Where to put the part",
@@ -56,7 +56,7 @@ def place_answers(placed: PlacementResult) -> list[AnswerLine]:
     at = placed.after if moving or placed.before is None else placed.before
     where = "at the pose found" if at is placed.after else "at the present pose"
     lines = [answer_of(c) for c in at.characteristics if placed.objective.weights.get(c.name)]
-    return [first, *(_named(line, f"{line.name}, {where}") for line in lines)]
+    return [first, *(_with_name(line, f"{line.name}, {where}") for line in lines)]
 
 
 def goal_words(placed: PlacementResult) -> str:
@@ -85,7 +85,7 @@ def worth_moving(placed: PlacementResult) -> bool:
     return gain >= SMALL_GAIN
 
 
-def _named(line: AnswerLine, name: str) -> AnswerLine:
+def _with_name(line: AnswerLine, name: str) -> AnswerLine:
     from dataclasses import replace
 
     return replace(line, name=name, link="")
@@ -124,7 +124,7 @@ def placed_cut_answers(placed: PlacedCut) -> list[AnswerLine]:
     )
     at = placed.after if moving else placed.before
     where = "at the pose found" if moving else "at the present pose"
-    return [first, *(_named(answer_of(c), f"{c.name}, {where}") for c in at.characteristics)]
+    return [first, *(_with_name(answer_of(c), f"{c.name}, {where}") for c in at.characteristics)]
 
 
 def field_answers(machine: Machine, error_map: ErrorField) -> list[AnswerLine]:
@@ -141,7 +141,7 @@ def field_answers(machine: Machine, error_map: ErrorField) -> list[AnswerLine]:
         coverage=f"k = {K:.0f}, U of one positioning" if half else "no Inputs are stated, so no U",
         limits=at,
         kind="muted",
-        because=f"along {'xyz'[axis]}: {signed(float(parts[axis]), half, 'µm')}",
+        because=f"along {'xyz'[axis]}: {signed_value(float(parts[axis]), half, 'µm')}",
         link="Volumetric error",
         numbers={"largest_um": largest, "U_um": half or None},
         labels=("at", "mostly", ""),

@@ -17,7 +17,7 @@ from vcmm.program.moves import Program
 from vcmm.program.summary import ProgramSummary
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.motion.toolpath import Toolpath, clock
-from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed, whole
+from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed_value, whole
 from vcmm.show.tables.diagnosis import micro_text
 
 MOST_FIGURES = 3  # errors named beside an axis
@@ -43,7 +43,7 @@ def _axis_line(
 ) -> AnswerLine:
     iso = {n: known.get(f"{n} {axis}") for n in ("A", "R", "E", "M")}
     told = [
-        f"{n} = {signed(f.value_um, K * (f.u_um or 0.0), 'µm')}"
+        f"{n} = {signed_value(f.value_um, K * (f.u_um or 0.0), 'µm')}"
         for n, f in iso.items()
         if f is not None and f.value_um is not None
     ]
@@ -80,7 +80,7 @@ def _error_text(row: Mapping[str, Any]) -> str:
     unit = "µrad" if row["unit"] == "urad" else "µm"
     expanded = K * float(row["u"])
     if "value" in row:
-        return signed(float(row["value"]), expanded, unit)
+        return signed_value(float(row["value"]), expanded, unit)
     places = places_of(expanded) if expanded > 0 else 2
     low, high = (f"{float(row[n]) + 0.0:.{places}f}".replace("-", "−") for n in ("low", "high"))
     return f"{low} to {high} {unit}, ± {expanded:.{places}f} {unit}"
@@ -256,7 +256,7 @@ def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
     name = f"{a.effect.replace('_', ' ')} {', '.join(str(v) for v in a.where.values())}".strip()
     cause, confirm = cause_and_cure(a.effect, a.where, a.parameters)
     sizes = [
-        f"{n} = {signed(float(e.value), K * float(e.u), _unit(e.unit))}"
+        f"{n} = {signed_value(float(e.value), K * float(e.u), _unit(e.unit))}"
         for n, e in a.parameters.items()
         if np.ndim(e.value) == 0
     ]

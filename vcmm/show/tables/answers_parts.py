@@ -21,7 +21,7 @@ from vcmm.show.report.answers import (
     Kind,
     answer_of,
     percent,
-    signed,
+    signed_value,
     value_and_U,
 )
 from vcmm.show.tables.answers_machine import diagnosis_answers
@@ -83,7 +83,7 @@ def _measured_line(v: MeasuredValue) -> AnswerLine:
         coverage="measured once: no U",
         limits=""
         if v.nominal == 0
-        else f"{signed((v.value - v.nominal) * scale, 0.0, word, '+')} from nominal",
+        else f"{signed_value((v.value - v.nominal) * scale, 0.0, word, '+')} from nominal",
         numbers={"name": v.name, f"value_{unit}": v.value},
         labels=("", "", ""),
     )
@@ -112,8 +112,8 @@ def _beside(r: BesidePrediction) -> AnswerLine:
     far = abs(r.e_n) > MOST_E_N
     return AnswerLine(
         r.name,
-        f"measured {signed((r.measured - r.nominal) * scale, 0.0, word, '+')}, predicted "
-        f"{signed((r.predicted - r.nominal) * scale, K * r.u * scale, word, '+')}",
+        f"measured {signed_value((r.measured - r.nominal) * scale, 0.0, word, '+')}, predicted "
+        f"{signed_value((r.predicted - r.nominal) * scale, K * r.u * scale, word, '+')}",
         coverage=f"from nominal; ± of the difference, k = {K:.0f}",
         verdict=f"E_n = {r.e_n:.2f}".replace("-", "−"),
         kind="warning" if far else "good",

@@ -12,7 +12,7 @@ from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.design import Proposal
 from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.learn.tracking.dates import date_of
-from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed
+from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed_value
 from vcmm.show.report.text import micro
 from vcmm.show.tables.audit import verdict as audit_verdict
 from vcmm.show.tables.fleet import trend_text
@@ -92,9 +92,9 @@ def _number_line(c: NumberOverTime) -> AnswerLine:
     value, u = float(c.value[-1]), float(c.u[-1])
     return AnswerLine(
         f"{c.name} {c.what}".strip(),
-        signed(value, K * u, unit),
+        signed_value(value, K * u, unit),
         coverage=f"k = {K:.0f}",
-        because=f"by {signed(value - float(c.value[0]), 0.0, unit, '+')} since the first recording",
+        because=f"by {signed_value(value - float(c.value[0]), 0.0, unit, '+')} since the first recording",
         link="Numbers over time",
         numbers={"name": c.name, "value": value, "U": K * u, "unit": c.unit},
         labels=("", "moved", ""),
@@ -127,11 +127,15 @@ def acceptance_answers(figures: Sequence[Figure]) -> list[AnswerLine]:
 
 def _figure_line(f: Figure) -> AnswerLine:
     value = (
-        "not known from this file" if f.value_um is None else signed(f.value_um, K * (f.u_um or 0.0), "µm")
+        "not known from this file"
+        if f.value_um is None
+        else signed_value(f.value_um, K * (f.u_um or 0.0), "µm")
     )
     kind: Kind = "muted" if f.p_pass is None else "good" if f.p_pass >= 0.95 else "bad" if f.p_pass < 0.5 else "warning"  # fmt: skip
     at = "" if f.at_mm is None else f" at {f.at_mm:g} mm"
-    ratio = "" if f.ratio is None else f", E/MPE = {signed(f.ratio, K * (f.u_ratio or 0.0), '').strip()}"
+    ratio = (
+        "" if f.ratio is None else f", E/MPE = {signed_value(f.ratio, K * (f.u_ratio or 0.0), '').strip()}"
+    )
     return AnswerLine(
         f.name,
         value + ratio,

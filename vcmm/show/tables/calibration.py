@@ -14,7 +14,7 @@ from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.learn.calibration.solve import ReadingNoise
 from vcmm.learn.calibration.verification import IndependentTest
-from vcmm.show.report.answers import K, signed
+from vcmm.show.report.answers import K, signed_value
 from vcmm.show.tables.quantities import DASH, SIZE, fixed
 from vcmm.show.tables.table import Column, ResultTable, entry, listing
 
@@ -22,7 +22,7 @@ COUNT_OR_NONE = fixed(0)
 
 
 @dataclass(frozen=True, eq=False)
-class Left:
+class Residuals:
     """What is left of one recording: residual (m,) mm or rad, and the noise that the fit took it for."""
 
     part: Readings
@@ -43,7 +43,7 @@ class Left:
         return int(self.noise.outliers.sum())
 
 
-RESIDUALS: tuple[Column[Left], ...] = (
+RESIDUALS: tuple[Column[Residuals], ...] = (
     Column("recording", lambda row: row.part.recording.name, key="recording"),
     entry("kind", lambda row: row.part.recording.kind),
     Column("readings", lambda row: row.part.m, COUNT_OR_NONE, key="observations"),
@@ -123,7 +123,9 @@ def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
 
     def cell(name: str) -> str:
         f = values.get(name)
-        return DASH if f is None or f.value_um is None else signed(f.value_um, K * (f.u_um or 0.0), "µm")
+        return (
+            DASH if f is None or f.value_um is None else signed_value(f.value_um, K * (f.u_um or 0.0), "µm")
+        )
 
     kinds = (
         ("A", "accuracy A"),
@@ -136,10 +138,10 @@ def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
     return listing("Positioning (ISO 230-2)", ("axis", *(words for _, words in kinds)), rows, caption=caption)
 
 
-def residuals(found: Calibration) -> ResultTable[Left]:
+def residuals(found: Calibration) -> ResultTable[Residuals]:
     """rms of what is left per recording, against its noise."""
     post = found.posterior
-    rows = [Left(*one) for one in zip(found.readings, post.residual, post.noise)]
+    rows = [Residuals(*one) for one in zip(found.readings, post.residual, post.noise)]
     return ResultTable("Residuals", RESIDUALS, rows)
 
 

@@ -16,7 +16,7 @@ from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
 MOST = 12  # numbers that people see; all stand in the document
 
 
-def _changed(c: FollowedCheck) -> str:
+def _change_in_words(c: FollowedCheck) -> str:
     said = [f"{name} {p:.2f}" for name, p in c.suspects[:3] if p >= 0.01]
     return ", ".join(said) or "–"
 
@@ -35,7 +35,7 @@ CHECKS: tuple[Column[FollowedCheck], ...] = (
     Column("chance", lambda c: f"{c.chance:.2g}", NUMBER_TEXT),
     Column("may spend", lambda c: f"{c.level:.2g}", NUMBER_TEXT),
     Column("", lambda c: "ALARM" if c.alarm else ""),
-    Column("changed, probability", _changed),
+    Column("changed, probability", _change_in_words),
     Column(None, lambda c: c.unchanged, csv="rms_unchanged"),
     Column(None, lambda c: c.predicted, csv="rms_predicted"),
     Column(None, lambda c: c.spread, csv="innovation_over_u"),
@@ -62,7 +62,7 @@ def alarms(track: Track) -> ResultTable[FollowedCheck]:
         Column("date", lambda c: c.date),
         Column("recording", lambda c: c.name),
         Column("as predicted until", lambda c: last_good(c, track.checks) or "–"),
-        Column("changed, probability", _changed),
+        Column("changed, probability", _change_in_words),
         Column("diagnosis", lambda c: c.answer or "–"),
     )
     said = "what was measured or cut between the two dates is doubtful"
