@@ -14,6 +14,7 @@ OPTIONS = (
 )  # fmt: skip
 
 
+MOST_SHOWN = 300  # characters of a command in a message
 MOST_TRIALS = 10_000_000_000  # some minutes of two cores (docs/scale.md): what is run without being asked for
 
 
@@ -72,10 +73,9 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
 
     files = {one["file"] for one in said["files"]}
     words = [str(folder / w) if w in files else w for w in said["command"]]
-    strange = [w for w in said["command"] if w.startswith("-") and w not in OPTIONS]
-    if words[:1] not in JOBS or strange:
+    if not _is_written_here(said["command"], files):
         raise DataError(
-            f"the command of the pack is no job that --evidence writes ({' '.join(said['command'])}); nothing was run"
+            f"the command of the pack is no job that --evidence writes ({_shown(said)}); nothing was run"
         )
     caught = io.StringIO()
     with confine(folder):
@@ -83,12 +83,30 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
         with contextlib.redirect_stdout(caught):
             code = run([*words, "--json"])
     if code not in (0, 1):
-        raise DataError(
-            f"the command of the pack ended with exit code {code}: vcmm {' '.join(said['command'])}"
-        )
+        raise DataError(f"the command of the pack ended with exit code {code}: vcmm {_shown(said)}")
     found = json.loads(caught.getvalue())
     assert isinstance(found, dict)
     return found
+
+
+def _is_written_here(command: list[str], files: set[str]) -> bool:
+    """Whether --evidence writes such a command: job, scenario of the pack, then options, each once and none beside them."""
+    options = [w for w in command if w.startswith("-")]
+    return (
+        command[:1] in JOBS
+        and command[1:2] != []
+        and command[1] in files
+        and set(options) <= set(OPTIONS)
+        and len(options) == len(set(options))
+        and not any(w in files and not command[i].startswith("-") for i, w in enumerate(command[2:], 1))
+    )
+
+
+def _shown(said: dict[str, Any]) -> str:
+    """The command of a pack for a message: short."""
+    from vcmm.core.text import brief
+
+    return brief(" ".join(said["command"]), MOST_SHOWN)
 
 
 def _check_cost(words: list[str], most: int) -> None:
@@ -116,9 +134,13 @@ def _check_cost(words: list[str], most: int) -> None:
 
 
 def _show(said: dict[str, Any], body: dict[str, Any], version: str) -> None:
-    print(f"vcmm {' '.join(body['command'])}")
+    """What the pack says of itself is somebody else's text: control characters are spelled out."""
+    from vcmm.core.text import brief
+    from vcmm.show.console.complaints import visible_text
+
+    print(f"vcmm {visible_text(_shown(said))}")
     print(
-        f"made with vcmm {body['version_then']}, run again with {version}; {len(said['files'])} files, all unchanged"
+        f"made with vcmm {visible_text(brief(body['version_then']))}, run again with {version}; {len(said['files'])} files, all unchanged"
     )
     if body["identical"]:
         print("every number is the same, to the last bit")
@@ -127,6 +149,7 @@ def _show(said: dict[str, Any], body: dict[str, Any], version: str) -> None:
     else:
         print("the numbers are not the same:")
         for one in body["differences"][:10]:
-            print(f"  {one['key']}: {one['was']} then, {one['found']} now")
-    covered = [i["influence"] for i in said["influences"] if i["status"] != "not covered"]
-    print(f"influences covered: {', '.join(covered)}")
+            was, found = (visible_text(brief(str(one[k]))) for k in ("was", "found"))
+            print(f"  {visible_text(brief(one['key'], 200))}: {was} then, {found} now")
+    covered = [str(i["influence"]) for i in said["influences"] if i["status"] != "not covered"]
+    print(f"influences covered: {visible_text(brief(', '.join(covered), 2000))}")

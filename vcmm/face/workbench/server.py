@@ -12,9 +12,11 @@ from __future__ import annotations
 import json
 import re
 import secrets
+import socket
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from pathlib import Path
@@ -103,6 +105,16 @@ class WorkbenchServer(ThreadingHTTPServer):
         if not isinstance(sys.exception(), (ConnectionError, TimeoutError)):
             super().handle_error(request, client_address)
 
+    def shutdown_request(self, request: Any) -> None:
+        """What is still under way is read and thrown away for a second at most: closed before, the system would take the answer back."""
+        with suppress(OSError):
+            request.shutdown(socket.SHUT_WR)
+            request.settimeout(1.0)
+            left = LARGEST
+            while left > 0 and (piece := request.recv(65536)):
+                left -= len(piece)
+        self.close_request(request)
+
     @property
     def address(self) -> str:
         """What to open in a browser."""
@@ -121,6 +133,9 @@ class Handler(BaseHTTPRequestHandler):
     def parse_request(self) -> bool:
         """As the base class, and False after a refusal of a request whose body has no one length: what follows is no request."""
         if not super().parse_request():
+            return False
+        if self.request_version == "HTTP/0.9" or len(self.headers.get_all("Host", [])) != 1:
+            self.send_error(400, "a request states its version of HTTP and one Host")
             return False
         lengths = self.headers.get_all("Content-Length", [])
         if "Transfer-Encoding" in self.headers or len(lengths) > 1:
@@ -160,13 +175,16 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """A question of the page. Its body is read whole before anything is answered: a refused one is no further request."""
-        content = self.rfile.read(int(self.headers["Content-Length"]))
+        length = int(self.headers["Content-Length"])
+        content = self.rfile.read(length)
         answers: dict[str, Answer] = {
             "/state": self._state, "/preview": self._preview, "/settled": self._settle, "/diagnose": self._diagnose,
             "/sweep": self._sweep, "/save": self._save, "/progress": self._progress, "/cancel": self._cancel,
             "/job": self._job,
         }  # fmt: skip
-        if not self._is_ours():
+        if len(content) < length:
+            self.send_error(400, "the question is shorter than it states")
+        elif not self._is_ours():
             self._refuse(403, FOREIGN_ADDRESS)
         elif not self._knows(self.headers.get("X-Token", "")):
             self._refuse(

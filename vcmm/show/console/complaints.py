@@ -40,7 +40,7 @@ def list_problems(problems: Sequence[str]) -> str:
     lines: list[str] = []
     left = ROOM
     for problem in problems[:MOST]:
-        line = "vcmm: " + _visible(brief(problem, LONGEST))
+        line = "vcmm: " + visible_text(brief(problem, LONGEST))
         left -= len(line.encode("utf-8", "replace")) + 1
         if left < 0 and lines:
             break
@@ -49,6 +49,6 @@ def list_problems(problems: Sequence[str]) -> str:
     return "\n".join([*lines, *([f"vcmm: and {rest} more problems of {len(problems)}"] if rest else [])])
 
 
-def _visible(text: str) -> str:
+def visible_text(text: str) -> str:
     """Control characters and lone surrogates as \\x1b and the like: a file must not steer the terminal."""
     return "".join(c if c == "\n" or c.isprintable() else ascii(c)[1:-1] for c in text)

@@ -89,6 +89,10 @@ def _check_knob(known: Mapping[str, Knob], name: str, value: Any) -> float:
     low, high = knob.reach
     if not low - 1e-9 <= value <= high + 1e-9:
         raise UsageError(f"{name} = {value:g}: the knob goes from {low:g} to {high:g} {knob.unit}".rstrip())
+    if name == "touches" and value != round(value):
+        raise UsageError(
+            f"{name} = {value:g}: a place is touched a whole number of times, {low:g} to {high:g}"
+        )
     return float(value)
 
 
