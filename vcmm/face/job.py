@@ -104,7 +104,7 @@ class Job(ABC, Generic[Loaded, Result]):
         return []
 
     def written(self, loaded: Loaded, result: Result, folder: Path, names: Sequence[str]) -> str:
-        """The sentence about the files."""
+        """The sentence about the files; an empty one is not said."""
         return f"wrote {folder}/{', '.join(names)}"
 
     def export(self, loaded: Loaded, result: Result, content: dict[str, Any]) -> None:
@@ -137,7 +137,8 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
         texts = job.texts(loaded, result, json_text(content), folder)
         write_files(folder, texts)
         names = [*texts, *job.write_binaries(loaded, result, folder)]
-        say(job.written(loaded, result, folder, names))
+        if sentence := job.written(loaded, result, folder, names):
+            say(sentence)
     job.export(loaded, result, content)
     print_json(content) if flags.json else job.show(loaded, result)
     for note in job.notes(loaded, result):
