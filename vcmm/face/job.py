@@ -118,6 +118,9 @@ class Job(ABC, Generic[Loaded, Result]):
         """Remarks on stderr, with --json too."""
         return ()
 
+    def finish(self, loaded: Loaded, result: Result) -> None:
+        """What comes last, after everything is written and said: raise a fault of ours that was put off."""
+
     def exit_code(self, loaded: Loaded, result: Result) -> int:
         """0, or 1 where what the verb asks is not met. Raises UsageError before anything is written."""
         return 0
@@ -143,6 +146,7 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
     print_json(content) if flags.json else job.show(loaded, result)
     for note in job.notes(loaded, result):
         say(note)
+    job.finish(loaded, result)
     return code
 
 

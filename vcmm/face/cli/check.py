@@ -86,7 +86,7 @@ class CheckJob(Job[str, Understood]):
 
     def record(self, loaded: str, result: Understood) -> Record:
         body = {
-            "file": str(self.file), "kind": loaded, "understood": {name: text for name, text in result.rows}, "spoilt": result.lost,
+            "file": str(self.file), "kind": loaded, "understood": dict(result.rows), "spoilt": result.lost,
         }  # fmt: skip
         return Record(body, sources(self.file))
 

@@ -93,8 +93,7 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
 
 def _written(part: _Part, recording: Path, diagnosis: Any, known: Any) -> tuple[Any, dict[str, str]]:
     """The machine file and the scenario of the next part, read again; no texts where there is nothing to write."""
-    from vcmm.face.cli.diagnose import improved_files
-    from vcmm.face.cli.diagnose_several import read_back
+    from vcmm.face.cli.diagnose_written import improved_files, read_back
     from vcmm.learn.diagnosis.later import Attempt
 
     attempt = Attempt.none()
