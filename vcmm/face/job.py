@@ -70,6 +70,7 @@ class Job(ABC, Generic[Loaded, Result]):
     """
 
     schema: ClassVar[str]  # of the document, such as "vcmm.field/1"
+    names_files_last: ClassVar[bool] = False  # behind the answer and the notes, not before them
 
     @property
     def place(self) -> tuple[Path, str] | None:
@@ -136,16 +137,20 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
     content = document(job.schema, said.body, seed=said.seed, files=said.files, warnings=said.warnings)
     if flags.evidence:
         keep_evidence(flags.evidence, job.pack(loaded), content)
+    sentence = ""
     if folder:
         texts = job.texts(loaded, result, json_text(content), folder)
         write_files(folder, texts)
         names = [*texts, *job.write_binaries(loaded, result, folder)]
-        if sentence := job.written(loaded, result, folder, names):
-            say(sentence)
+        sentence = job.written(loaded, result, folder, names)
+    if sentence and not job.names_files_last:
+        say(sentence)
     job.export(loaded, result, content)
     print_json(content) if flags.json else job.show(loaded, result)
     for note in job.notes(loaded, result):
         say(note)
+    if sentence and job.names_files_last:
+        say(sentence)
     job.finish(loaded, result)
     return code
 

@@ -19,9 +19,9 @@ from vcmm.face.cli.diagnose_written import (
     diagnosis_texts,
     improved_files,
     read_back,
+    report_sentences,
     show_diagnosis,
     write_report,
-    written_sentences,
 )
 from vcmm.face.cli.options import Cluster, Json, Seed, Shard, Workers
 from vcmm.face.job import Flags, Job, Progress, Record, run_job, run_shared, sharing_of
@@ -115,7 +115,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
     effects: Sequence[type[Effect]]
     report: Path | None
     folder: Path | None
-    schema = "vcmm.diagnosis/1"
+    schema, names_files_last = "vcmm.diagnosis/1", True
 
     @property
     def place(self) -> tuple[Path, str]:
@@ -156,11 +156,6 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
     ) -> dict[str, str]:
         return diagnosis_texts(content, result.page, result.improved)
 
-    def written(
-        self, loaded: tuple[Recording, Machine], result: Diagnosed, folder: Path, names: Sequence[str]
-    ) -> str:
-        return ""  # said last
-
     def export(self, loaded: tuple[Recording, Machine], result: Diagnosed, content: dict[str, Any]) -> None:
         write_report(self.report, result.page)
 
@@ -168,7 +163,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
         show_diagnosis(result.diagnosis)
 
     def notes(self, loaded: tuple[Recording, Machine], result: Diagnosed) -> Iterator[str]:
-        return written_sentences(self.report, self.folder, result.page, result.improved)
+        return report_sentences(self.report, result.page)
 
     def finish(self, loaded: tuple[Recording, Machine], result: Diagnosed) -> None:
         result.attempt.raise_bugs()

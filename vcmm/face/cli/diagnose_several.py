@@ -14,9 +14,9 @@ from vcmm.face.cli.diagnose_written import (
     WRITTEN,
     diagnosis_texts,
     read_back,
+    report_sentences,
     show_diagnosis,
     write_report,
-    written_sentences,
 )
 from vcmm.face.job import Job, Progress, Record
 from vcmm.files.learned.improved_machine import improved_machine
@@ -61,7 +61,7 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
     effects: Sequence[type[Effect]]
     report: Path | None
     folder: Path | None
-    schema = "vcmm.diagnosis/1"
+    schema, names_files_last = "vcmm.diagnosis/1", True
 
     @property
     def place(self) -> tuple[Path, str]:
@@ -100,11 +100,6 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
     ) -> dict[str, str]:
         return diagnosis_texts(content, result.page, result.improved)
 
-    def written(
-        self, loaded: Recordings, result: DiagnosedTogether, folder: Path, names: Sequence[str]
-    ) -> str:
-        return ""  # said last
-
     def export(self, loaded: Recordings, result: DiagnosedTogether, content: dict[str, Any]) -> None:
         write_report(self.report, result.page)
 
@@ -113,7 +108,7 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
         _show_each(result.found)
 
     def notes(self, loaded: Recordings, result: DiagnosedTogether) -> Iterator[str]:
-        return written_sentences(self.report, self.folder, result.page, result.improved)
+        return report_sentences(self.report, result.page)
 
     def finish(self, loaded: Recordings, result: DiagnosedTogether) -> None:
         result.attempt.raise_bugs()

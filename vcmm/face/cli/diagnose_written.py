@@ -43,14 +43,10 @@ def write_report(report: Path | None, page: str) -> None:
         write_text(report, page)
 
 
-def written_sentences(
-    report: Path | None, folder: Path | None, page: str, improved: dict[str, str]
-) -> Iterator[str]:
-    """What was written, said after the answer."""
+def report_sentences(report: Path | None, page: str) -> Iterator[str]:
+    """What is said of the file of --report."""
     if report and page:
         yield f"wrote {report}"
-    if folder:
-        yield f"wrote {folder}/" + ", ".join(diagnosis_texts("", page, improved))
 
 
 def read_back(
