@@ -27,6 +27,7 @@ JOB_NAMES = (
     "simulate",
     "thermal",
     "nodes",
+    "face",
     "compare",
 )  # of vcmm.face.cli.calibrate_jobs
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from vcmm.core.effect import Effect
 from vcmm.face.cli.options import Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.show.console.terminal import show_table
 from vcmm.show.tables.table import listing
+
+if TYPE_CHECKING:
+    from vcmm.core.effect import Effect
 
 TopicName = Literal[
     "scenarios",
