@@ -104,7 +104,7 @@ class Job(ABC, Generic[Loaded, Result]):
         """Write what is no text, after the texts; returns the names."""
         return []
 
-    def written(self, loaded: Loaded, result: Result, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Loaded, result: Result, folder: Path, names: Sequence[str]) -> str:
         """The sentence about the files; an empty one is not said."""
         return f"wrote {folder}/{', '.join(names)}"
 
@@ -142,7 +142,7 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
         texts = job.texts(loaded, result, json_text(content), folder)
         write_files(folder, texts)
         names = [*texts, *job.write_binaries(loaded, result, folder)]
-        sentence = job.written(loaded, result, folder, names)
+        sentence = job.files_sentence(loaded, result, folder, names)
     if sentence and not job.names_files_last:
         say(sentence)
     job.export(loaded, result, content)

@@ -76,7 +76,9 @@ class ProgramJob(Job[TouchPlan, ProbingProgram]):
     def texts(self, loaded: TouchPlan, result: ProbingProgram, content: str, folder: Path) -> dict[str, str]:
         return result.texts
 
-    def written(self, loaded: TouchPlan, result: ProbingProgram, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: TouchPlan, result: ProbingProgram, folder: Path, names: Sequence[str]
+    ) -> str:
         return (
             f"wrote {', '.join(str(folder / name) for name in names)}\n"
             "collisions are not looked for: run it first above the table, with reduced rapids\n"

@@ -92,7 +92,7 @@ class TableJob(Job[Machine, Tables]):
     def texts(self, loaded: Machine, result: Tables, content: str, folder: Path) -> dict[str, str]:
         return result.files
 
-    def written(self, loaded: Machine, result: Tables, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Machine, result: Tables, folder: Path, names: Sequence[str]) -> str:
         return ""  # the answer names them
 
     def show(self, loaded: Machine, result: Tables) -> None:

@@ -74,7 +74,7 @@ class ConvertJob(Job[Path, tuple[ConvertedFiles, list[str]]]):
     def texts(self, loaded: Path, result: tuple[ConvertedFiles, list[str]], content: str, folder: Path) -> dict[str, str]:  # fmt: skip
         return result[0].texts
 
-    def written(self, loaded: Path, result: tuple[ConvertedFiles, list[str]], folder: Path, names: Sequence[str]) -> str:  # fmt: skip
+    def files_sentence(self, loaded: Path, result: tuple[ConvertedFiles, list[str]], folder: Path, names: Sequence[str]) -> str:  # fmt: skip
         return ""  # the answer names them
 
     def show(self, loaded: Path, result: tuple[ConvertedFiles, list[str]]) -> None:

@@ -98,7 +98,9 @@ class RingGaugeJob(Job[Scenario, UncertaintyResult]):
         page = uncertainty_page(loaded, result, [example("ring_gauge")])
         return {"demo.json": content, "report.html": page}
 
-    def written(self, loaded: Scenario, result: UncertaintyResult, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: Scenario, result: UncertaintyResult, folder: Path, names: Sequence[str]
+    ) -> str:
         return ""  # the answer names the report
 
     def show(self, loaded: Scenario, result: UncertaintyResult) -> None:
@@ -159,7 +161,9 @@ class GaskaJob(Job[GaskaTask, GaskaResult]):
             **loaded.twin.twin.tracer_files(),
         }
 
-    def written(self, loaded: GaskaTask, result: GaskaResult, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: GaskaTask, result: GaskaResult, folder: Path, names: Sequence[str]
+    ) -> str:
         return f"wrote {folder}/{', '.join(names)}"
 
     def show(self, loaded: GaskaTask, result: GaskaResult) -> None:

@@ -148,7 +148,7 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
             texts[_sheet_name(p.part, texts)] = sheet_page(loaded, p, self.files())
         return texts
 
-    def written(
+    def files_sentence(
         self, loaded: Scenario, result: tuple[EvaluatedPart, ...], folder: Path, names: Sequence[str]
     ) -> str:
         return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"

@@ -176,7 +176,7 @@ class LoopJob(Job[Points, Loop]):
     def texts(self, loaded: Points, result: Loop, content: str, folder: Path) -> dict[str, str]:
         return {"loop.json": content}
 
-    def written(self, loaded: Points, result: Loop, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Points, result: Loop, folder: Path, names: Sequence[str]) -> str:
         return f"wrote {folder}/" + ", ".join([*result.written, *names])
 
     def exit_code(self, loaded: Points, result: Loop) -> int:

@@ -52,7 +52,9 @@ class NcFolderJob(Job[list[Path], list[FolderRow]]):
         table = csv_text(tables.folder(name, result))
         return {"programs.csv": table, "programs.html": folder_page(name, result)}
 
-    def written(self, loaded: list[Path], result: list[FolderRow], folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: list[Path], result: list[FolderRow], folder: Path, names: Sequence[str]
+    ) -> str:
         return "" if self.quiet else f"wrote {', '.join(str(folder / name) for name in names)}"
 
     def show(self, loaded: list[Path], result: list[FolderRow]) -> None:

@@ -168,7 +168,9 @@ class PlaceJob(Job[Scenario, PlacementResult]):
         placed = placed_text(self.scenario, target, result.best.pose, convenient=near)
         return {"place.json": content, "report.html": place_page(result), "placed.toml": placed}
 
-    def written(self, loaded: Scenario, result: PlacementResult, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: Scenario, result: PlacementResult, folder: Path, names: Sequence[str]
+    ) -> str:
         return f"wrote {folder}/report.html, place.json, placed.toml"
 
     def show(self, loaded: Scenario, result: PlacementResult) -> None:
@@ -205,7 +207,7 @@ class PlaceTwinJob(Job[Scenario, Any]):
     def texts(self, loaded: Scenario, result: Any, content: str, folder: Path) -> dict[str, str]:
         return {"place.json": content, "report.html": result.html()}
 
-    def written(self, loaded: Scenario, result: Any, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Scenario, result: Any, folder: Path, names: Sequence[str]) -> str:
         return f"wrote {folder}/report.html, place.json"
 
     def show(self, loaded: Scenario, result: Any) -> None:

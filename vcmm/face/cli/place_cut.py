@@ -49,7 +49,9 @@ class PlaceCutJob(Job[CutScenario, PlacedCut]):
         moved = placed_texts(self.scenario, loaded, folder, result.best.pose, shift_of(result))
         return {"place.json": content, "report.html": place_cut_page(loaded, result), **moved}
 
-    def written(self, loaded: CutScenario, result: PlacedCut, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: CutScenario, result: PlacedCut, folder: Path, names: Sequence[str]
+    ) -> str:
         shift = ", ".join(f"{v:+.3f}" for v in shift_of(result))
         return (
             f"wrote {folder}/report.html, place.json, placed.toml, placed-setup.toml: part and work offsets moved by "

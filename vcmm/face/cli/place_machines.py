@@ -108,7 +108,7 @@ class PlaceMachinesJob(SharedJob[Machines, Ranked]):
         placed = placed_text(self.scenario, folder / "placed.toml", np.array(best["pose"]), machine, near)
         return {"place.json": content, "report.html": best["page"], "placed.toml": placed}
 
-    def written(self, loaded: Machines, result: Ranked, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Machines, result: Ranked, folder: Path, names: Sequence[str]) -> str:
         return f"wrote {folder}/report.html, place.json, placed.toml for {Path(result.order[0])}"
 
     def show(self, loaded: Machines, result: Ranked) -> None:

@@ -51,7 +51,7 @@ class PlanJob(Job[Scenario, PlanResult]):
         plan = plan_files(result.plan, loaded.qualifications)
         return {"plan.json": content, "report.html": plan_page(loaded, result), **plan}
 
-    def written(self, loaded: Scenario, result: PlanResult, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Scenario, result: PlanResult, folder: Path, names: Sequence[str]) -> str:
         points = len(names) - 3  # beside plan.json, report.html, plan.toml
         return f"wrote {folder}/report.html, plan.json, plan.toml and {points} files of points"
 

@@ -188,7 +188,7 @@ class TrackJob(Job[Path, Tracked]):
             "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
         }
 
-    def written(self, loaded: Path, result: Tracked, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Path, result: Tracked, folder: Path, names: Sequence[str]) -> str:
         found = result.track
         return (
             f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {folder}/"

@@ -50,7 +50,7 @@ class TwinJob(Job[ModuleType, Outcome]):
     def texts(self, loaded: ModuleType, result: Outcome, content: str, folder: Path) -> dict[str, str]:
         return {"demo.json": content, "report.html": result.html}
 
-    def written(self, loaded: ModuleType, result: Outcome, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: ModuleType, result: Outcome, folder: Path, names: Sequence[str]) -> str:
         return f"wrote {folder}/report.html, demo.json"
 
     def show(self, loaded: ModuleType, result: Outcome) -> None:
