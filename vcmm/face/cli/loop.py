@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from scipy.stats import chi2
-
 from vcmm.answer.evaluation.virtual_measurement import Measurement
 from vcmm.answer.inference.given import GivenPoints
 from vcmm.compensation.job import compensate
@@ -135,6 +133,8 @@ class Loop:
     @property
     def setting(self) -> str:
         """What of the measured part lies within what is uncertain of setting up, in words; "" where it is no more than the scatter of points."""
+        from scipy.stats import chi2
+
         n, scatter = len(self.rest), max(self.cut.scatter, LEAST_SCATTER)
         if float(self.rest @ self.rest) <= scatter**2 * float(chi2.ppf(1.0 - LEAST_SHARE, n)):
             return ""
