@@ -50,7 +50,7 @@ def check_command(file: Path, *, json: Json = False, out: Path | None = None) ->
 Row = list[str]  # what it is, and how it was understood
 
 
-class Understood(NamedTuple):
+class CheckedFile(NamedTuple):
     """How a file was understood; lost: remarks after which part or tool would be spoilt."""
 
     rows: list[Row]
@@ -58,7 +58,7 @@ class Understood(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CheckJob(Job[str, Understood]):
+class CheckJob(Job[str, CheckedFile]):
     """One file and everything that it names, read. Loaded: its kind."""
 
     file: Path
@@ -74,7 +74,7 @@ class CheckJob(Job[str, Understood]):
             f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", "machine/1", "setup/1" or "recording/1".{hint}'
         )
 
-    def run(self, loaded: str, report: Progress) -> Understood:
+    def run(self, loaded: str, report: Progress) -> CheckedFile:
         read = {
             "machine": _machine_rows,
             "scenario": _scenario_rows,
@@ -82,21 +82,21 @@ class CheckJob(Job[str, Understood]):
             "recording": _recording_rows,
         }
         rows = read[loaded](self.file)
-        return Understood(rows, [text for name, text in rows if name.startswith("remark ") and spoils(text)])
+        return CheckedFile(rows, [text for name, text in rows if name.startswith("remark ") and spoils(text)])
 
-    def record(self, loaded: str, result: Understood) -> Record:
+    def record(self, loaded: str, result: CheckedFile) -> Record:
         body = {
             "file": str(self.file), "kind": loaded, "understood": dict(result.rows), "spoilt": result.lost,
         }  # fmt: skip
         return Record(body, sources(self.file))
 
-    def texts(self, loaded: str, result: Understood, content: str, folder: Path) -> dict[str, str]:
+    def texts(self, loaded: str, result: CheckedFile, content: str, folder: Path) -> dict[str, str]:
         return {"check.json": content}
 
-    def exit_code(self, loaded: str, result: Understood) -> int:
+    def exit_code(self, loaded: str, result: CheckedFile) -> int:
         return int(bool(result.lost))
 
-    def show(self, loaded: str, result: Understood) -> None:
+    def show(self, loaded: str, result: CheckedFile) -> None:
         lost = [["spoilt", text] for text in result.lost]
         title = f"the file is right, the program is not: {len(lost)} remarks" if lost else "no problems found"
         rows = [*lost, *result.rows]

@@ -20,7 +20,7 @@ from vcmm.show.tables.table import csv_text
 from vcmm.show.tables.table import records as as_records
 
 
-class Folder(NamedTuple):
+class DiagnosedFolder(NamedTuple):
     """A record of every recording in the order of time, and what changed between them."""
 
     records: list[DiagnosedRecording]
@@ -28,7 +28,7 @@ class Folder(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DiagnoseFolderJob(SharedJob[list[Path], Folder]):
+class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
     """Every recording of a folder. Exit code 0: a recording that cannot be read is named in its row; 70 where one met a fault of ours."""
 
     scenario: Path  # the folder, under the key by which shards hold it
@@ -62,7 +62,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], Folder]):
     def load(self) -> list[Path]:
         return recordings_in(self.scenario)
 
-    def run(self, loaded: list[Path], report: Progress) -> Folder:
+    def run(self, loaded: list[Path], report: Progress) -> DiagnosedFolder:
         """Raises ShardDone where a share is wanted."""
         count = len(loaded)
         report(f"0 of {count} recordings", 0.0)
@@ -71,14 +71,16 @@ class DiagnoseFolderJob(SharedJob[list[Path], Folder]):
             key_of("diagnose", self.asked(), self.files_of(loaded)), self.sharing,
             lambda share: report(f"{round(share * count)} of {count} recordings", share),
         )  # fmt: skip
-        return Folder(in_time(records), changes(records))
+        return DiagnosedFolder(in_time(records), changes(records))
 
-    def record(self, loaded: list[Path], result: Folder) -> Record:
+    def record(self, loaded: list[Path], result: DiagnosedFolder) -> Record:
         rows = [{k: v for k, v in r.items() if k != "ours"} for r in result.records]
         body = {"recordings": rows, "changes": as_records(tables.CHANGES, result.changes)}
         return Record(body, self.files_of(loaded), self.seed)
 
-    def texts(self, loaded: list[Path], result: Folder, content: str, folder: Path) -> dict[str, str]:
+    def texts(
+        self, loaded: list[Path], result: DiagnosedFolder, content: str, folder: Path
+    ) -> dict[str, str]:
         from vcmm.show.pages.fleet import fleet_page
 
         return {
@@ -88,10 +90,10 @@ class DiagnoseFolderJob(SharedJob[list[Path], Folder]):
             "report.html": fleet_page(self.scenario.name, result.records, result.changes),
         }
 
-    def exit_code(self, loaded: list[Path], result: Folder) -> int:
+    def exit_code(self, loaded: list[Path], result: DiagnosedFolder) -> int:
         return 70 if any(r["ours"] for r in result.records) else 0
 
-    def show(self, loaded: list[Path], result: Folder) -> None:
+    def show(self, loaded: list[Path], result: DiagnosedFolder) -> None:
         show_answers(folder_answers(result.records, result.changes))
         show_table(tables.recordings(self.scenario.name, result.records))
         if result.changes:

@@ -39,7 +39,7 @@ class CutAndMeasured(NamedTuple):
     points: tuple[GivenPoints, float | None]
 
 
-class Beside(NamedTuple):
+class EvaluatedBesideCut(NamedTuple):
     """The evaluation, none where no measuring machine is stated; measured beside predicted; the exit code of the decisions."""
 
     parts: tuple[EvaluatedPart, ...]
@@ -48,7 +48,7 @@ class Beside(NamedTuple):
 
 
 @dataclass(frozen=True)
-class EvaluateCompareJob(Job[CutAndMeasured, Beside]):
+class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
     """A measured part evaluated, and compared with its cut. scenario: with [cut] and [inspection], or of the measurement, and cut: of the cut
     part. further: --export or --evidence, which a comparison does not write; folder: of --out, for the recording."""
 
@@ -80,7 +80,7 @@ class EvaluateCompareJob(Job[CutAndMeasured, Beside]):
         file, cut, measuring = _both(self.scenario, self.cut)
         return CutAndMeasured(file, cut, measuring, measured_points(self.given.file, ""))
 
-    def run(self, loaded: CutAndMeasured, report: Progress) -> Beside:
+    def run(self, loaded: CutAndMeasured, report: Progress) -> EvaluatedBesideCut:
         given = self.given
         parts: tuple[EvaluatedPart, ...] = ()
         if loaded.measuring is not None:
@@ -93,9 +93,9 @@ class EvaluateCompareJob(Job[CutAndMeasured, Beside]):
         back = came_back(loaded.file, loaded.cut, loaded.points, in_machine, self.seed, folder, report)
         code = decision_code((e.result for p in parts for e in p.characteristics), self.require)
         warnings = [*(w for p in parts for w in p.warnings), *_unsaid(loaded.measuring), *back.warnings]
-        return Beside(parts, replace(back, warnings=tuple(dict.fromkeys(warnings))), code)
+        return EvaluatedBesideCut(parts, replace(back, warnings=tuple(dict.fromkeys(warnings))), code)
 
-    def record(self, loaded: CutAndMeasured, result: Beside) -> Record:
+    def record(self, loaded: CutAndMeasured, result: EvaluatedBesideCut) -> Record:
         parts, back, _ = result
         body = evaluate_json(parts) if parts else {"characteristics": []}
         named = [*sources(self.scenario), *(sources(self.cut) if self.cut else ())]
@@ -103,13 +103,15 @@ class EvaluateCompareJob(Job[CutAndMeasured, Beside]):
         seed = parts[0].uncertainty.seed if parts else loaded.cut.settings.seed
         return Record(body | back.json, [*files], seed, back.warnings)
 
-    def texts(self, loaded: CutAndMeasured, result: Beside, content: str, folder: Path) -> dict[str, str]:
+    def texts(
+        self, loaded: CutAndMeasured, result: EvaluatedBesideCut, content: str, folder: Path
+    ) -> dict[str, str]:
         return {"evaluation.json": content}
 
-    def exit_code(self, loaded: CutAndMeasured, result: Beside) -> int:
+    def exit_code(self, loaded: CutAndMeasured, result: EvaluatedBesideCut) -> int:
         return result.code
 
-    def show(self, loaded: CutAndMeasured, result: Beside) -> None:
+    def show(self, loaded: CutAndMeasured, result: EvaluatedBesideCut) -> None:
         if result.parts:
             show_parts(result.parts, ())
         result.back.show()

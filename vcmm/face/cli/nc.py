@@ -76,7 +76,7 @@ def nc_command(
     return job.print_stream() if json else run_job(job, Flags())
 
 
-class Understood(NamedTuple):
+class UnderstoodProgram(NamedTuple):
     """The program, its motion in time where --time is given, and the files that were written."""
 
     read: Program
@@ -85,7 +85,7 @@ class Understood(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NcJob(Job["Setup | None", Understood]):
+class NcJob(Job["Setup | None", UnderstoodProgram]):
     """What one program means. Its document is written move by move (`print_stream`), so that a program of a million lines need not be held
     twice; all else is as with every job. write_setup: the file of --write-setup; folder: of --out, for the page."""
 
@@ -104,13 +104,13 @@ class NcJob(Job["Setup | None", Understood]):
     def load(self) -> Setup | None:
         return self.loaded
 
-    def run(self, loaded: Setup | None, report: Progress) -> Understood:
+    def run(self, loaded: Setup | None, report: Progress) -> UnderstoodProgram:
         read = understand_program(self.program, self.dialect, loaded, self.strict)
         path = _time_program(read, loaded) if self.time else None
         written = self._page(read, loaded, path) if self.plot else []
         if self.write_setup is not None:
             written.append(_write_setup(self.program, read, self.write_setup))
-        return Understood(read, path, written)
+        return UnderstoodProgram(read, path, written)
 
     def _page(self, read: Program, setup: Setup | None, path: Toolpath | None) -> list[Path]:
         """The page of --plot."""
@@ -123,7 +123,7 @@ class NcJob(Job["Setup | None", Understood]):
     def inputs(self) -> list[Path]:
         return [self.program, *([self.setup] if self.setup else [])]
 
-    def record(self, loaded: Setup | None, result: Understood) -> Record:
+    def record(self, loaded: Setup | None, result: UnderstoodProgram) -> Record:
         return Record({}, self.inputs())  # only of the words: the document is that of `print_stream`
 
     def print_stream(self) -> int:
@@ -137,7 +137,7 @@ class NcJob(Job["Setup | None", Understood]):
             print_read(result.read, moves, self.inputs(), further)
         return 0
 
-    def show(self, loaded: Setup | None, result: Understood) -> None:
+    def show(self, loaded: Setup | None, result: UnderstoodProgram) -> None:
         """What a person reads."""
         read = result.read
         if read.dialect_reason:

@@ -29,7 +29,7 @@ Options = dict[str, Any]  # of the search: None where it was not given
 Row = dict[str, Any]  # what became of one machine, plain values: blocks of a shard hold it as JSON
 
 
-class Machines(NamedTuple):
+class CandidateMachines(NamedTuple):
     """Files of the machines, and the task on each, or what is wrong with the file."""
 
     files: list[Path]
@@ -51,7 +51,7 @@ class Ranked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PlaceMachinesJob(SharedJob[Machines, Ranked]):
+class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
 
     scenario: Path
@@ -75,11 +75,11 @@ class PlaceMachinesJob(SharedJob[Machines, Ranked]):
         named = tuple(Path(m) for m in options["machines"])
         return cls(Path(options["scenario"]), named, search, sharing=sharing)
 
-    def load(self) -> Machines:
+    def load(self) -> CandidateMachines:
         machines = machines_in(self.named)
-        return Machines(machines, _load_tasks(self.scenario, machines))
+        return CandidateMachines(machines, _load_tasks(self.scenario, machines))
 
-    def run(self, loaded: Machines, report: Progress) -> Ranked:
+    def run(self, loaded: CandidateMachines, report: Progress) -> Ranked:
         """Raises UsageError where none can take the part, ShardDone."""
         key, count = key_of("place", self.search, _read(self.scenario, loaded.files)), len(loaded.files)
         report(f"0 of {count} machines", 0.0)
@@ -93,7 +93,7 @@ class PlaceMachinesJob(SharedJob[Machines, Ranked]):
         order = sorted((m for m in found if not found[m]["refused"]), key=lambda m: found[m]["value"])
         return Ranked(found, order)
 
-    def record(self, loaded: Machines, result: Ranked) -> Record:
+    def record(self, loaded: CandidateMachines, result: Ranked) -> Record:
         table, best = result.table(), result.best
         documented = [
             row | ({"why": result.found[row["machine"]]["refused"]} if row["machine"] not in result.order else {})
@@ -102,16 +102,18 @@ class PlaceMachinesJob(SharedJob[Machines, Ranked]):
         body = best["content"] | {"machine": result.order[0], "machines": documented}
         return Record(body, [*sources(self.scenario), *loaded.files], best["seed"], best["warnings"])
 
-    def texts(self, loaded: Machines, result: Ranked, content: str, folder: Path) -> dict[str, str]:
+    def texts(self, loaded: CandidateMachines, result: Ranked, content: str, folder: Path) -> dict[str, str]:
         best, machine = result.best, Path(result.order[0])
         near = None if best["convenient"] is None else np.array(best["convenient"])
         placed = placed_text(self.scenario, folder / "placed.toml", np.array(best["pose"]), machine, near)
         return {"place.json": content, "report.html": best["page"], "placed.toml": placed}
 
-    def files_sentence(self, loaded: Machines, result: Ranked, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: CandidateMachines, result: Ranked, folder: Path, names: Sequence[str]
+    ) -> str:
         return f"wrote {folder}/report.html, place.json, placed.toml for {Path(result.order[0])}"
 
-    def show(self, loaded: Machines, result: Ranked) -> None:
+    def show(self, loaded: CandidateMachines, result: Ranked) -> None:
         show_answers(machine_answers(result.order, result.found))
         show_table(result.table())
         for machine, row in result.found.items():

@@ -77,12 +77,12 @@ def track_command(
         Print one JSON document.
     """
     target = out or folder.parent / f"{folder.name}-track"
-    following = Following(at, replay, alpha, explain, seed)
+    following = FollowingOptions(at, replay, alpha, explain, seed)
     questions = Questions(task, tuple(limit or ()), checks, days, parts, learn_rest)
     return run_job(TrackJob(machine, folder, target, following, questions), Flags(json, target))
 
 
-class Following(NamedTuple):
+class FollowingOptions(NamedTuple):
     """How the recordings are followed: options of `vcmm.files.learned.track.track`."""
 
     at: str | None
@@ -103,7 +103,7 @@ class Questions(NamedTuple):
     rest: bool
 
 
-class Tracked(NamedTuple):
+class TrackAnswers(NamedTuple):
     """The machine followed; planned: which check next; rest: what has no name; doubtful: parts. None and empty where not asked."""
 
     track: Track
@@ -113,25 +113,25 @@ class Tracked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TrackJob(Job[Path, Tracked]):
+class TrackJob(Job[Path, TrackAnswers]):
     """A machine followed by the recordings of a folder; they are read one after another while it is followed. target: of --out."""
 
     machine: Path
     folder: Path
     target: Path
-    following: Following
+    following: FollowingOptions
     asked: Questions
     schema, names_files_last = "vcmm.track/1", True
 
     def load(self) -> Path:
         return self.folder
 
-    def run(self, loaded: Path, report: Progress) -> Tracked:
+    def run(self, loaded: Path, report: Progress) -> TrackAnswers:
         """The state lies in the folder --out after it, whatever else is asked."""
         found = track(self.machine, loaded, state=self.target, progress=report, **self.following._asdict())
         doubtful = self._doubtful(found)
         planned = self._planned(found)
-        return Tracked(found, planned, self._rest() if self.asked.rest else None, doubtful)
+        return TrackAnswers(found, planned, self._rest() if self.asked.rest else None, doubtful)
 
     def _planned(self, found: Track) -> tables.Planned | None:
         """Which check next; None where it was not asked."""
@@ -162,7 +162,7 @@ class TrackJob(Job[Path, Tracked]):
         known = load_machine(self.machine)
         return learn_rest(known, recordings_by_date(self.folder, known))
 
-    def record(self, loaded: Path, result: Tracked) -> Record:
+    def record(self, loaded: Path, result: TrackAnswers) -> Record:
         found, planned, rest, doubtful = result
         named = (self.machine, self.asked.task, self.asked.checks, self.asked.parts)
         given = [*(p for p in named if p is not None), *recordings_in(loaded)]
@@ -177,7 +177,7 @@ class TrackJob(Job[Path, Tracked]):
         files = list(dict.fromkeys(f for p in given for f in sources(p)))
         return Record(body, files, self.following.seed, found.warnings)
 
-    def texts(self, loaded: Path, result: Tracked, content: str, folder: Path) -> dict[str, str]:
+    def texts(self, loaded: Path, result: TrackAnswers, content: str, folder: Path) -> dict[str, str]:
         found, planned, rest, doubtful = result
         return {
             **found.files(folder / "machine.toml"),
@@ -188,24 +188,24 @@ class TrackJob(Job[Path, Tracked]):
             "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
         }
 
-    def files_sentence(self, loaded: Path, result: Tracked, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(self, loaded: Path, result: TrackAnswers, folder: Path, names: Sequence[str]) -> str:
         found = result.track
         return (
             f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {folder}/"
             + ", ".join(names)
         )
 
-    def notes(self, loaded: Path, result: Tracked) -> Iterator[str]:
+    def notes(self, loaded: Path, result: TrackAnswers) -> Iterator[str]:
         found, rest = result.track, result.rest
         if rest is not None:
             yield f"learned residual: {rest.sentence}"
         for warning in found.warnings:
             yield f"note: {warning}"
 
-    def exit_code(self, loaded: Path, result: Tracked) -> int:
+    def exit_code(self, loaded: Path, result: TrackAnswers) -> int:
         return 1 if result.track.checks[-1].alarm else 0
 
-    def show(self, loaded: Path, result: Tracked) -> None:
+    def show(self, loaded: Path, result: TrackAnswers) -> None:
         found, planned, _, doubtful = result
         show_answers(track_answers(found, planned))
         if found.alarms:
