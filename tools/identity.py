@@ -139,7 +139,7 @@ def _of_scenarios() -> Iterator[Case]:
             yield Case(f"audit {name}", ("audit", file, "--parts", "30", "--json"))
             yield Case(
                 f"place {name}",
-                ("place", file, "--evaluations", "60", "--scan", "32", "--trials", "500", "--json"),
+                ("place", file, "--evaluations", "60", "--scan", "32", "--trials", "1000", "--json"),
             )
 
 

@@ -43,9 +43,7 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return honest(tmp_path_factory.mktemp("honest"))
 
 
-def judge(
-    one: Pack, folder: Path, outside: Path, capfd: pytest.CaptureFixture[str]
-) -> tuple[int, str, str]:
+def judge(one: Pack, folder: Path, outside: Path, capfd: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
     """Exit code and words. Fails where something outside was opened, or something was painted."""
     file = folder / "pack.zip"
     file.write_bytes(one.archive)
@@ -101,4 +99,6 @@ if __name__ == "__main__":
 
     with tempfile.TemporaryDirectory() as place, contextlib.redirect_stdout(io.StringIO()):
         every = list(cases(honest(Path(place)), Path("/x")))
-    print(f"{len(every)} packs, {sum(p.outside for p in every)} of which name a file outside: each with it and without it")
+    print(
+        f"{len(every)} packs, {sum(p.outside for p in every)} of which name a file outside: each with it and without it"
+    )

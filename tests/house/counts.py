@@ -10,6 +10,7 @@ import ast
 import re
 import sys
 from collections import Counter
+from pathlib import Path
 
 from tests.house.test_layers import WHITEBOARD, arrows, inner_imports, sources, tree, within
 from vcmm.core.effect import Effect
@@ -72,6 +73,39 @@ def short_with_one_importer() -> list[str]:
     )  # fmt: skip
 
 
+def of_command_line() -> dict[str, Path]:
+    return {m: path for m, path in sources().items() if within(m, "face.cli")}
+
+
+def untyped() -> int:
+    """How often the command line says `Any`, its imports included."""
+    return sum(len(re.findall(r"\bAny\b", p.read_text(encoding="utf-8"))) for p in of_command_line().values())
+
+
+def late_imports() -> int:
+    """Import lines of the command line that stand inside a function."""
+    kinds = (ast.Import, ast.ImportFrom)
+    functions = (ast.FunctionDef, ast.AsyncFunctionDef)
+    late = {
+        (m, n.lineno)
+        for m in of_command_line()
+        for f in ast.walk(tree(m))
+        if isinstance(f, functions)
+        for n in ast.walk(f)
+        if isinstance(n, kinds)
+    }
+    return len(late)
+
+
+def jobs() -> int:
+    """Classes of the command line that are a `Job`."""
+    return sum(
+        isinstance(n, ast.ClassDef) and any("Job" in ast.unparse(b) for b in n.bases)
+        for m in of_command_line()
+        for n in tree(m).body
+    )
+
+
 def figures() -> dict[str, int]:
     """What the table holds."""
     modules = [m for m in sources() if m]
@@ -84,6 +118,9 @@ def figures() -> dict[str, int]:
         "public members of Effect": len([n for n in dir(Effect) if not n.startswith("_")]),
         "definitions that are bare participles": participles(),
         f"modules under {SHORT} lines with one importer": len(short_with_one_importer()),
+        "jobs of the command line": jobs(),
+        "Any in face/cli": untyped(),
+        "import lines inside functions of face/cli": late_imports(),
     }
 
 

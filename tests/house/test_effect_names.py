@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
 
 import pytest
 
-from tests.house.other_effects import PACKAGE, files, in_a_child, names_of, without
+from tests.house.other_effects import PACKAGE, classes_of, files, in_a_child, names_of, without
 from tests.house.test_layers import inner_imports, sources, tree, within
 from vcmm.core.declaration import OWNERS
 from vcmm.core.effect import Effect, parameter_fields, place_fields
@@ -67,6 +68,22 @@ def test_the_list_holds_every_file_of_both_folders():
     listed = {i.target for i in inner_imports() if i.module == "physics"}
     there = {m for m in sources() if m.startswith(("physics.structure.", "physics.catalogue."))}
     assert there <= listed, f"no line in vcmm/physics/__init__.py: {sorted(there - listed)}"
+
+
+def test_every_file_of_the_catalogue_has_a_test_file_of_its_name():
+    """The number by hand of an effect is found, and deleted, with it."""
+    there = PACKAGE.parent / "tests" / "physics"
+    without_one = [stem for stem in files() if not (there / f"test_{stem}.py").is_file()]
+    assert not without_one, f"no tests/physics/test_NAME.py for {without_one}"
+    strange = [
+        stem
+        for stem in files()
+        if not re.search(
+            rf"\b({'|'.join(classes_of(stem))})\b",
+            (there / f"test_{stem}.py").read_text(encoding="utf-8"),
+        )
+    ]
+    assert not strange, f"tests/physics/test_NAME.py does not use the classes of {strange}"
 
 
 @pytest.mark.thorough

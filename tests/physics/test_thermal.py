@@ -8,7 +8,7 @@ import pytest
 from tests.build import machine
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Run, Series
-from vcmm.physics.structure.thermal import ThermalDrift
+from vcmm.physics.structure.thermal import ThermalDrift, ThermalDriftTwoLags
 
 
 def _run(time: np.ndarray, log: Series | None = None, columns: dict | None = None) -> Run:
@@ -79,3 +79,16 @@ def test_words_are_checked():
         ThermalDrift("Z", "air")
     with pytest.raises(UsageError, match="is negative"):
         ThermalDrift("z", "air", 1.0, -1.0)
+
+
+def test_two_lags_are_two_drifts():
+    # step of 1 K at t = 0, seen at 300 s: 0.4 x 0.632121 + 1.0 x (1 - exp(-300 / 3600)) = 0.252848 + 0.079956 um
+    log = Series(np.array([-10.0, 0.0, 0.0, 9000.0]), np.array([20.0, 20.0, 21.0, 21.0]))
+    run = _run(np.array([300.0]), log=log)
+    both = ThermalDriftTwoLags("z", "air", 0.4e-3, 1e-3, 300.0, 3600.0).error_motion(run)
+    assert both[0, 2] == pytest.approx(0.332804e-3, abs=1e-9)
+    single = [
+        ThermalDrift("z", "air", k, tau).error_motion(run) for k, tau in ((0.4e-3, 300.0), (1e-3, 3600.0))
+    ]
+    assert both == pytest.approx(single[0] + single[1], abs=1e-18)
+    assert ThermalDriftTwoLags.diagnosis.family == "thermal_drift"

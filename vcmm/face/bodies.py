@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vcmm.compensation.result import CompensatedProgram
+    from vcmm.learn.calibration.result import Calibration
     from vcmm.shop.machining.placement import PlacedCut
+    from vcmm.shop.machining.proof import CutProof
 
 
-def calibration_json(found: Any, out: Path | None) -> dict[str, Any]:
+def calibration_json(found: Calibration, out: Path | None) -> dict[str, Any]:
     """The JSON document without its frame; its figures are those of the file that was written, read back."""
     from vcmm.files.own.machine import load_machine
     from vcmm.learn.calibration.acceptance import volume_figures
@@ -33,7 +36,7 @@ def calibration_json(found: Any, out: Path | None) -> dict[str, Any]:
     }
 
 
-def compensation_json(result: Any, target: Path | None, proof: Any) -> dict[str, Any]:
+def compensation_json(result: CompensatedProgram, target: Path | None, proof: CutProof) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them. met: of the cut, where one was made, else of the path."""
     from vcmm.show.tables.compensation import departure_json, pointing_json, shifts_json
     from vcmm.show.tables.proofs import proof_json

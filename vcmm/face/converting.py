@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vcmm.files.foreign.convert import ConvertedFiles
 
 
-def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[Any, list[str]]:
+def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[ConvertedFiles, list[str]]:
     """The files, and what `vcmm check` says against them. A characteristic that contradicts the drawing is left out."""
     from vcmm.files.foreign.convert import Beside, convert
 
@@ -30,7 +34,7 @@ class _ReadBack:
     problems: list[str]
 
 
-def _read_back(made: Any, target: Path) -> _ReadBack:
+def _read_back(made: ConvertedFiles, target: Path) -> _ReadBack:
     """The files read back from a folder beside the one that they are for."""
     import re
     import tempfile
@@ -72,16 +76,23 @@ def _machine_beside(machine: Path | None, folder: Path) -> tuple[str | None, lis
     return os.path.relpath(machine, folder), [sum(axes[a].travel) / 2 if a in axes else 0.0 for a in "XYZ"]
 
 
-def written_files(file: Path, machine: Path | None, out: Path | None) -> tuple[Any, list[str], list[Path]]:
-    """(what was made, what `vcmm check` says against it, the files that were written). UsageError where one of them is there already."""
+def refuse_taken(folder: Path, names: Iterable[str]) -> None:
+    """Raises UsageError where one of these files is there already."""
     from vcmm.core.errors import UsageError
+
+    taken = next((folder / name for name in names if (folder / name).exists()), None)
+    if taken is not None:
+        raise UsageError(f"{taken} exists already and is not overwritten; name another folder with --out")
+
+
+def written_files(
+    file: Path, machine: Path | None, out: Path | None
+) -> tuple[ConvertedFiles, list[str], list[Path]]:
+    """(what was made, what `vcmm check` says against it, the files that were written). UsageError where one of them is there already."""
     from vcmm.show.console.files import output_folder, write_files
 
-    target = out or Path(file.stem)
-    made, problems = convert_file(file, machine, target)
-    folder = output_folder(target)
-    taken = [folder / n for n in made.texts if (folder / n).exists()]
-    if taken:
-        raise UsageError(f"{taken[0]} exists already and is not overwritten; name another folder with --out")
+    folder = output_folder(out or Path(file.stem))
+    made, problems = convert_file(file, machine, folder)
+    refuse_taken(folder, made.texts)
     write_files(folder, made.texts)
-    return made, problems, [folder / n for n in made.texts]
+    return made, problems, [folder / name for name in made.texts]

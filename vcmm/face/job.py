@@ -70,6 +70,7 @@ class Job(ABC, Generic[Loaded, Result]):
     """
 
     schema: ClassVar[str]  # of the document, such as "vcmm.field/1"
+    names_files_last: ClassVar[bool] = False  # behind the answer and the notes, not before them
 
     @property
     def place(self) -> tuple[Path, str] | None:
@@ -103,8 +104,8 @@ class Job(ABC, Generic[Loaded, Result]):
         """Write what is no text, after the texts; returns the names."""
         return []
 
-    def written(self, loaded: Loaded, result: Result, folder: Path, names: Sequence[str]) -> str:
-        """The sentence about the files."""
+    def files_sentence(self, loaded: Loaded, result: Result, folder: Path, names: Sequence[str]) -> str:
+        """The sentence about the files; an empty one is not said."""
         return f"wrote {folder}/{', '.join(names)}"
 
     def export(self, loaded: Loaded, result: Result, content: dict[str, Any]) -> None:
@@ -117,6 +118,9 @@ class Job(ABC, Generic[Loaded, Result]):
     def notes(self, loaded: Loaded, result: Result) -> Iterable[str]:
         """Remarks on stderr, with --json too."""
         return ()
+
+    def finish(self, loaded: Loaded, result: Result) -> None:
+        """What comes last, after everything is written and said: raise a fault of ours that was put off."""
 
     def exit_code(self, loaded: Loaded, result: Result) -> int:
         """0, or 1 where what the verb asks is not met. Raises UsageError before anything is written."""
@@ -133,15 +137,21 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
     content = document(job.schema, said.body, seed=said.seed, files=said.files, warnings=said.warnings)
     if flags.evidence:
         keep_evidence(flags.evidence, job.pack(loaded), content)
+    sentence = ""
     if folder:
         texts = job.texts(loaded, result, json_text(content), folder)
         write_files(folder, texts)
         names = [*texts, *job.write_binaries(loaded, result, folder)]
-        say(job.written(loaded, result, folder, names))
+        sentence = job.files_sentence(loaded, result, folder, names)
+    if sentence and not job.names_files_last:
+        say(sentence)
     job.export(loaded, result, content)
     print_json(content) if flags.json else job.show(loaded, result)
     for note in job.notes(loaded, result):
         say(note)
+    if sentence and job.names_files_last:
+        say(sentence)
+    job.finish(loaded, result)
     return code
 
 

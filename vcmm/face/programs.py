@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.program.moves import Program
+    from vcmm.program.setup import Setup
 
 
-def machine_of(setup: Any) -> Any:
+def machine_of(setup: Setup | None) -> Machine | None:
     """The machine that a set-up names; None without one, and where its file is missing."""
     from vcmm.core.text import is_file
     from vcmm.files.own.machine import load_machine
 
-    there = setup is not None and setup.machine is not None and is_file(Path(setup.machine))
-    return load_machine(setup.machine) if there else None
+    named = None if setup is None else setup.machine
+    return load_machine(named) if named is not None and is_file(Path(named)) else None
 
 
-def understand_program(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
+def understand_program(program: Path, dialect: str | None, setup: Setup | None, strict: bool) -> Program:
     """The program, with remarks on whether it is sensible on the machine of the set-up."""
     from dataclasses import replace
 
@@ -38,7 +43,7 @@ def understand_program(program: Path, dialect: str | None, setup: Any, strict: b
     return replace(read, warnings=(*read.warnings, *said))
 
 
-def at_level(setup: Any, strict: bool) -> Any:
+def at_level(setup: Setup | None, strict: bool) -> Setup:
     from dataclasses import replace
 
     from vcmm.program.setup import Setup

@@ -155,7 +155,7 @@ def test_a_later_step_that_fails_is_named_and_the_answer_stays(tmp_path, capsys,
     def no_machine(*_: object) -> str:
         return 'vcmm = "machine/1"\nstructure = "nonsense"\n'
 
-    monkeypatch.setattr("vcmm.files.learned.improved_machine.improved_machine", no_machine)
+    monkeypatch.setattr("vcmm.face.cli.diagnose_written.improved_machine", no_machine)
     recording = written(tmp_path, HEATED, HEAT, HEAT_HEADER, heat_rows())
     found = document(capsys, recording, "--out", tmp_path / "out")
     assert [f["step"] for f in found["failed"]] == ["read the machine file back"]

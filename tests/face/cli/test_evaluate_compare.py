@@ -85,6 +85,21 @@ def test_the_measurement_and_the_cut_are_one_model(tmp_path, capsys):
     assert any("no measuring machine is stated" in w for w in plain["warning_texts"])
 
 
+def test_without_a_measuring_machine_it_is_said_and_written(tmp_path, capsys):
+    """[inspection] of the shop names no machine: nothing is said of true values, and the comparison is given all the same."""
+    cut, points = files(tmp_path, RADIUS)
+    out = tmp_path / "out"
+    assert command(["evaluate", str(cut), "--points", str(points), "--compare", "--out", str(out)]) == 0
+    told = capsys.readouterr()
+    assert "no measuring machine is stated ([inspection] machine and pose)" in told.err
+    assert "scatter of a measured point" in told.out
+    assert f"wrote {out}/evaluation.json" in told.err
+    written = json.loads((out / "evaluation.json").read_text())
+    assert written["characteristics"] == []
+    assert written["mismatch"]
+    assert (out / "boss-measured.toml").is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from vcmm.answer.placing.near_best import Region
 from vcmm.answer.placing.result import PlacementResult
 from vcmm.core.run import Array
 from vcmm.task.measuring.fixture import format_freedom
@@ -56,7 +57,14 @@ def changes(placed: PlacementResult) -> list[tuple[str, str, list[tuple[str, flo
     return out
 
 
-def region_text(placed: PlacementResult) -> str:
+class HasRegion(Protocol):
+    """A placement, of a part that is measured or cut."""
+
+    @property
+    def region(self) -> Region: ...
+
+
+def region_text(placed: HasRegion) -> str:
     """The region within 2 % in words."""
     flat = placed.region
     ranges = [f"{n} {format_freedom(n, a)} to {format_freedom(n, b)}" for n, (a, b) in flat.box.items()]

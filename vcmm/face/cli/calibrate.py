@@ -4,11 +4,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Seed
+from vcmm.core.errors import UsageError, VcmmError
+from vcmm.core.machine import Machine
+from vcmm.core.units import quantity
+from vcmm.face.bodies import calibration_json
+from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
+from vcmm.face.cli.options import Json, Seed
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
+from vcmm.files.own.machine import load_machine
+from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
+from vcmm.learn.calibration.interpolation import interpolation_of
+from vcmm.learn.calibration.job import calibrate
+from vcmm.learn.calibration.result import Calibration, rms
+from vcmm.learn.calibration.verification import IndependentTest
+from vcmm.show.console.files import output_folder, write_files, write_text
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.tables.answers_machine import calibration_answers
+from vcmm.show.tables.calibration import TESTS, errors, independent_tests
+from vcmm.show.tables.table import records
 
 
 def calibrate_command(
@@ -16,7 +35,7 @@ def calibrate_command(
     months: float = 1.0, design: Path | None = None, simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline",
     compare_interpolations: bool = False, thermal: bool = False, sensors: str = "", nodes: bool = False,
     test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
-    report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+    report: Path | None = None, json: Json = False, out: Path | None = None,
 ) -> int:  # fmt: skip
     """Find the errors of a machine, with their joint covariance, from recordings of any instruments in any mixture.
 
@@ -59,33 +78,31 @@ def calibrate_command(
     json
         Print one JSON document.
     out
-        Machine file to write; its error table and covariance stand beside it.
+        Machine file to write; its error table and covariance stand beside it. With --design: folder for design.json.
     """
-    from vcmm.face.cli.calibrate_given import CalibrationFiles
-
     wanted = CalibrationFiles(list(recordings), structure, machine, out, test or [])
-    if design is not None or simulate is not None:
-        return _plan(design, simulate, wanted, seed, json)
+    if design is not None:
+        from vcmm.face.cli.calibrate_design import design_job
+
+        return run_job(design_job(design), Flags(json, out))
+    if simulate is not None:
+        from vcmm.face.cli.calibrate_simulate import SimulateJob
+
+        return run_job(SimulateJob(simulate, machine, out, seed), Flags(json))
     given: dict[str, Any] = {
         "machine": machine, "errors": errors, "interpolation": interpolation, "thermal": thermal, "sensors": sensors,
         "test": test, "residual": residual, "report": report, "growth": growth, "nodes": nodes,
     }  # fmt: skip
-    return _run(wanted, given, months, compare_interpolations, json)
-
-
-def _run(wanted: Any, given: dict[str, Any], months: float, compare: bool, json: bool) -> int:
-    """The calibration, or the job besides one that is asked for. given: options of the command."""
     wanted.check_recordings()
-    kind = given["interpolation"]
-    special = _special(wanted, given | {"interpolation": kind != "spline"}, compare, json)
-    if special is None:
-        names = given["errors"].replace(",", " ").split()
-        asked = CalibrationOptions(names, kind, _growth(given["growth"], months, given["machine"]))
-        _answer(_calibrate(wanted, asked, given["residual"]), wanted, given["report"], json)
-    return special or 0
+    special = _special(wanted, given | {"interpolation": interpolation != "spline"}, compare_interpolations)
+    if special is not None:
+        return run_job(special, Flags(json))
+    names = errors.replace(",", " ").split()
+    asked = CalibrationOptions(names, interpolation, _growth(growth, months, machine))
+    return run_job(CalibrateJob(wanted, asked, residual, report), Flags(json))
 
 
-def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> int | None:
+def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> Job[Any, Any] | None:
     """The jobs besides a calibration: reversals, the comparison of interpolations, temperatures. given: options of the command."""
 
     def rest(names: str) -> dict[str, Any]:
@@ -94,63 +111,31 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
     errors, sensors = (given[key].replace(",", " ").split() for key in ("errors", "sensors"))
     turned = wanted.reversals()
     if turned and len(turned) == len(wanted.files) and given["machine"] is None:
-        from vcmm.face.cli.calibrate_reversal import reversal_command
+        from vcmm.face.cli.calibrate_reversal import ReversalJob
 
         wanted.without("a reversal", **rest("test residual thermal sensors interpolation growth nodes"))
-        others = [given[name] for name in ("errors", "report")]
-        return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
+        others = any(given[name] for name in ("errors", "report"))
+        return ReversalJob(wanted.files, wanted.structure, wanted.out, others)
     if turned:
         wanted.without("a reversal", **rest("thermal sensors nodes"), compare_interpolations=compare)
     wanted.check(given["thermal"], given["sensors"], compare)
     if given["nodes"]:
-        from vcmm.face.cli.calibrate_nodes import nodes_command
+        from vcmm.face.cli.calibrate_nodes import NodesJob
 
         idle = rest("test residual errors interpolation growth thermal report")
         wanted.without("--nodes", **idle, compare_interpolations=compare)
-        return nodes_command(wanted, json)
+        return NodesJob(wanted)
     if compare:
-        from vcmm.face.cli.calibrate_compare import interpolations_command
+        from vcmm.face.cli.calibrate_compare import InterpolationsJob
 
         wanted.without("--compare-interpolations", **rest("interpolation residual report growth"))
-        return interpolations_command(wanted, errors, json)
+        return InterpolationsJob(wanted, errors)
     if given["thermal"]:
-        from vcmm.face.cli.calibrate_thermal import thermal_command
+        from vcmm.face.cli.calibrate_thermal import ThermalJob
 
         wanted.without("--thermal", **rest("errors interpolation residual report growth"))
-        return thermal_command(wanted, sensors, json)
+        return ThermalJob(wanted, sensors)
     return None
-
-
-def _plan(design: Path | None, simulate: Path | None, wanted: Any, seed: int, json: bool) -> int:
-    """What planned set-ups identify, or what they would read."""
-    if design is not None:
-        from vcmm.face.cli.calibrate_design import design_command
-
-        return design_command(design, json)
-    from vcmm.face.cli.calibrate_simulate import simulate_command
-
-    assert simulate is not None
-    return simulate_command(simulate, wanted.machine, wanted.out, seed, json)
-
-
-def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
-    """The document or the tables, and the report."""
-    from vcmm.face.bodies import calibration_json
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.calibration import TESTS, independent_tests
-    from vcmm.show.tables.table import records
-
-    tests = wanted.tests()
-    if report is not None:
-        _report(found, report, wanted)
-    if json:
-        body = calibration_json(found, wanted.out) | {"tests": records(TESTS, tests)}
-        print_json(document("vcmm.calibration/1", body, files=wanted.read(), warnings=found.warnings))
-        return
-    _show(found)
-    if tests:
-        show_table(independent_tests(tests))
 
 
 @dataclass(frozen=True)
@@ -164,9 +149,6 @@ class CalibrationOptions:
 
 def _growth(text: str | None, months: float, machine: Path | None) -> float:
     """u in mm of what errors have changed by since the machine file was found. Raises UsageError."""
-    from vcmm.core.errors import UsageError
-    from vcmm.core.units import quantity
-
     if text is None:
         return 0.0
     rate = quantity(text, "length", "--growth", "0.5 um")
@@ -177,63 +159,82 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
     return float(rate * months**0.5)
 
 
-def _calibrate(wanted: Any, asked: CalibrationOptions, residual: Path | None) -> Any:
-    """The calibration; its machine files are written where they shall be."""
-    from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
-    from vcmm.learn.calibration.interpolation import interpolation_of
-    from vcmm.learn.calibration.job import calibrate
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say
+class Calibrated(NamedTuple):
+    """What was found, and what the machine file that was written predicts of the recordings of --test."""
 
-    kind, out, files = interpolation_of(asked.interpolation), wanted.out, [f.name for f in wanted.files]
-    for target in (out, residual):
-        if target is not None:
-            output_folder(target.parent)
-    given = wanted.load()
-    with progress() as show:
+    found: Calibration
+    tests: list[IndependentTest]
+
+
+@dataclass(frozen=True)
+class CalibrateJob(Job[CalibrationInput, Calibrated]):
+    """A calibration. The machine files are written in the course of it: what they predict is asked of them as they were written."""
+
+    wanted: CalibrationFiles
+    asked: CalibrationOptions
+    residual: Path | None
+    report: Path | None
+    schema = "vcmm.calibration/1"
+
+    def check(self) -> None:
+        """Raises UsageError where the interpolation is none, Environment where a file cannot be written."""
+        interpolation_of(self.asked.interpolation)
+        for target in (self.wanted.out, self.residual):
+            if target is not None:
+                output_folder(target.parent)
+
+    def load(self) -> CalibrationInput:
+        return self.wanted.load()
+
+    def run(self, loaded: CalibrationInput, report: Progress) -> Calibrated:
         found = calibrate(
-            given.recordings,
-            given.machine,
-            given.certificates,
-            asked.only,
-            show,
-            interpolation=kind,
-            growth=asked.growth,
-            correlated=given.correlated,
+            loaded.recordings,
+            loaded.machine,
+            loaded.certificates,
+            self.asked.only,
+            report,
+            interpolation=interpolation_of(self.asked.interpolation),
+            growth=self.asked.growth,
+            correlated=loaded.correlated,
         )
-    texts = {}
-    if out is not None:
-        texts[out] = machine_texts(found, out, files, wanted.machine)
-    if residual is not None:
-        switched_on = f"{out.stem}_errors.csv" if out is not None else "this calibration"
-        texts[residual] = residual_texts(found, residual, files, wanted.machine, switched_on)
-    for target, written in texts.items():
-        write_files(target.parent, written)
-        say(f"wrote {target}, {target.stem}_errors.csv, {target.stem}_covariance.csv")
-    return found
+        self._write(found)
+        return Calibrated(found, self.wanted.tests())
+
+    def _write(self, found: Calibration) -> None:
+        out, known, files = self.wanted.out, self.wanted.machine, [f.name for f in self.wanted.files]
+        texts = {}
+        if out is not None:
+            texts[out] = machine_texts(found, out, files, known)
+        if self.residual is not None:
+            switched_on = f"{out.stem}_errors.csv" if out is not None else "this calibration"
+            texts[self.residual] = residual_texts(found, self.residual, files, known, switched_on)
+        for target, written in texts.items():
+            write_files(target.parent, written)
+            say(f"wrote {target}, {target.stem}_errors.csv, {target.stem}_covariance.csv")
+
+    def record(self, loaded: CalibrationInput, result: Calibrated) -> Record:
+        body = calibration_json(result.found, self.wanted.out) | {"tests": records(TESTS, result.tests)}
+        return Record(body, self.wanted.read(), warnings=result.found.warnings)
+
+    def export(self, loaded: CalibrationInput, result: Calibrated, content: dict[str, Any]) -> None:
+        """The page of --report."""
+        if self.report is None:
+            return
+        from vcmm.show.pages.calibration import calibration_page
+
+        machine = _calibrated_machine(result.found, self.wanted)
+        figures = [] if machine is None else without_rounding(predict_figures(machine, "230-2"))[0]
+        write_text(self.report, calibration_page(result.found, figures, self.wanted.read()))
+        say(f"wrote {self.report}")
+
+    def show(self, loaded: CalibrationInput, result: Calibrated) -> None:
+        _show(result.found)
+        if result.tests:
+            show_table(independent_tests(result.tests))
 
 
-def _report(found: Any, path: Path, wanted: Any) -> None:
-    from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
-    from vcmm.show.console.files import write_text
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.calibration import calibration_page
-
-    machine = _calibrated_machine(found, wanted)
-    figures = [] if machine is None else without_rounding(predict_figures(machine, "230-2"))[0]
-    write_text(path, calibration_page(found, figures, wanted.read()))
-    say(f"wrote {path}")
-
-
-def _calibrated_machine(found: Any, wanted: Any) -> Any:
+def _calibrated_machine(found: Calibration, wanted: CalibrationFiles) -> Machine | None:
     """The machine with what was found, as it is written and read again; None where the file cannot stand by itself."""
-    from tempfile import TemporaryDirectory
-
-    from vcmm.core.errors import VcmmError
-    from vcmm.files.learned.calibrated_machine import machine_texts
-    from vcmm.files.own.machine import load_machine
-    from vcmm.show.console.files import write_files
-
     if wanted.out is not None:
         return load_machine(wanted.out)
     with TemporaryDirectory() as folder:
@@ -247,12 +248,7 @@ def _calibrated_machine(found: Any, wanted: Any) -> Any:
             return None
 
 
-def _show(found: Any) -> None:
-    from vcmm.learn.calibration.result import rms
-    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
-    from vcmm.show.tables.answers_machine import calibration_answers
-    from vcmm.show.tables.calibration import errors
-
+def _show(found: Calibration) -> None:
     show_answers(calibration_answers(found))
     show_table(errors(found))
     print(f"residuals: {rms(found.residual) * 1e3:.3f} µm rms; condition {found.identified.condition:.3g}")

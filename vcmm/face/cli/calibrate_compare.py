@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-if TYPE_CHECKING:
-    from vcmm.face.cli.calibrate_given import CalibrationFiles
+from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
+from vcmm.face.job import Job, Progress, Record
+from vcmm.learn.calibration.cross_validation import PredictedPositions, compare_interpolations
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables.calibration import HELD_OUT, interpolations
+from vcmm.show.tables.table import records
 
 
-def interpolations_command(wanted: CalibrationFiles, only: list[str], json: bool) -> int:
-    """Fit and score every interpolation; the document is vcmm.interpolations/1."""
-    from vcmm.learn.calibration.cross_validation import compare_interpolations
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import progress, show_table
-    from vcmm.show.tables.calibration import HELD_OUT, interpolations
-    from vcmm.show.tables.table import records
+@dataclass(frozen=True)
+class InterpolationsJob(Job[CalibrationInput, list[PredictedPositions]]):
+    """Every interpolation fitted and scored."""
 
-    given = wanted.load()
-    with progress() as show:
-        found = compare_interpolations(given.recordings, given.machine, given.certificates, only, show)
-    if json:
-        body = {"interpolations": records(HELD_OUT, found)}
-        print_json(document("vcmm.interpolations/1", body, seed=0, files=wanted.read()))
-    else:
-        show_table(interpolations(found))
-    return 0
+    wanted: CalibrationFiles
+    only: list[str]
+    schema = "vcmm.interpolations/1"
+
+    def load(self) -> CalibrationInput:
+        return self.wanted.load()
+
+    def run(self, loaded: CalibrationInput, report: Progress) -> list[PredictedPositions]:
+        return compare_interpolations(
+            loaded.recordings, loaded.machine, loaded.certificates, self.only, report
+        )
+
+    def record(self, loaded: CalibrationInput, result: list[PredictedPositions]) -> Record:
+        return Record({"interpolations": records(HELD_OUT, result)}, self.wanted.read(), 0)
+
+    def show(self, loaded: CalibrationInput, result: list[PredictedPositions]) -> None:
+        show_table(interpolations(result))

@@ -2,43 +2,96 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from vcmm.core.machine import Machine
+from vcmm.face.cli.calibrate_poses import PosesJob
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.own.design import load_design
+from vcmm.learn.calibration.design import (
+    PlannedSetup,
+    Proposal,
+    SetupPlan,
+    best_within,
+    cheapest_complete,
+    plan_of,
+    proposal,
+)
+from vcmm.learn.calibration.pose_design import is_pose_design
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import show_answers, show_table
+from vcmm.show.tables.answers_runs import design_answers
+from vcmm.show.tables.calibration import PROPOSALS, setups
+from vcmm.show.tables.table import records
 
 
-def design_command(path: Path, json: bool) -> int:
-    """What the set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
-    from vcmm.face.cli.calibrate_poses import poses_command
-    from vcmm.files.own.design import load_design
-    from vcmm.learn.calibration.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
-    from vcmm.learn.calibration.pose_design import is_pose_design
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import show_answers, show_table
-    from vcmm.show.tables.answers_runs import design_answers
-    from vcmm.show.tables.calibration import setups
-
+def design_job(path: Path) -> Job[Any, Any]:
+    """The job of a plan: of set-ups, or of the rotary positions of a touch probe."""
     made, machine, budget = load_design(path)
-    setups_made = [PlannedSetup(*one) for one in made]
-    if is_pose_design(setups_made):
-        return poses_command(path, setups_made, machine, budget, json)
-    with about(path, "setups"):
-        plan = plan_of(setups_made, machine)
-    everything = proposal(plan, range(len(plan.names)))
-    best = None if budget is None else proposal(plan, best_within(plan, budget))
-    complete = cheapest_complete(plan)
-    cheapest = None if complete is None else proposal(plan, complete)
-    body = {
-        "setups": len(plan.names),
-        "all": _only(everything),
-        "budget_minutes": budget,
-        "best_within_budget": None if best is None else _only(best),
-        "cheapest_complete": None if cheapest is None else _only(cheapest),
-    }
-    content = document("vcmm.design/1", body, seed=0, files=sources(path))
-    if json:
-        print_json(content)
-    else:
+    planned = [PlannedSetup(*one) for one in made]
+    if is_pose_design(planned):
+        return PosesJob(path, planned, machine, budget)
+    return DesignJob(path, planned, budget, plan_machine=machine)
+
+
+class Proposals(NamedTuple):
+    """What all set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
+
+    plan: SetupPlan
+    everything: Proposal
+    best: Proposal | None
+    cheapest: Proposal | None
+
+
+@dataclass(frozen=True)
+class DesignJob(Job[list[PlannedSetup], Proposals]):
+    """The set-ups of a plan. budget: minutes. Exit code 1 where even all of them leave something open."""
+
+    path: Path
+    planned: list[PlannedSetup]
+    budget: float | None
+    plan_machine: Machine
+    schema = "vcmm.design/1"
+
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.path, "setups"
+
+    def load(self) -> list[PlannedSetup]:
+        return self.planned
+
+    def run(self, loaded: list[PlannedSetup], report: Progress) -> Proposals:
+        plan, budget = plan_of(loaded, self.plan_machine), self.budget
+        complete = cheapest_complete(plan)
+        return Proposals(
+            plan,
+            proposal(plan, range(len(plan.names))),
+            None if budget is None else proposal(plan, best_within(plan, budget)),
+            None if complete is None else proposal(plan, complete),
+        )
+
+    def record(self, loaded: list[PlannedSetup], result: Proposals) -> Record:
+        body = {
+            "setups": len(result.plan.names),
+            "all": _only(result.everything),
+            "budget_minutes": self.budget,
+            "best_within_budget": None if result.best is None else _only(result.best),
+            "cheapest_complete": None if result.cheapest is None else _only(result.cheapest),
+        }
+        return Record(body, sources(self.path), 0)
+
+    def texts(
+        self, loaded: list[PlannedSetup], result: Proposals, content: str, folder: Path
+    ) -> dict[str, str]:
+        return {"design.json": content}
+
+    def exit_code(self, loaded: list[PlannedSetup], result: Proposals) -> int:
+        return int(bool(result.everything.identified.combinations))
+
+    def show(self, loaded: list[PlannedSetup], result: Proposals) -> None:
+        _, everything, best, cheapest = result
         chosen = (
             ("all", everything),
             ("best within the budget", best),
@@ -48,13 +101,9 @@ def design_command(path: Path, json: bool) -> int:
         show_table(setups([(what, one) for what, one in chosen if one is not None]))
         for c in everything.identified.combinations:
             print(f"not identified, even by all: {c.text}")
-    return int(bool(everything.identified.combinations))
 
 
-def _only(proposal: Any) -> dict[str, Any]:
+def _only(one: Proposal) -> dict[str, Any]:
     """The record of one proposal."""
-    from vcmm.show.tables.calibration import PROPOSALS
-    from vcmm.show.tables.table import records
-
-    (record,) = records(PROPOSALS, [proposal])
+    (record,) = records(PROPOSALS, [one])
     return record

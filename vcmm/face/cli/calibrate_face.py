@@ -4,9 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from vcmm.compensation.result import CompensatedProgram
+from vcmm.compensation.source import write_source
 from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.units import quantity
+from vcmm.face.job import Job, Progress, Record
+from vcmm.face.public.faces import FaceMap, FaceScan, correct_face, load_face_scan, map_face
+from vcmm.files.own.machine import load_machine
+from vcmm.files.toml import read_toml
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say_warnings, show_table
+from vcmm.show.pages.faces import face_page
+from vcmm.show.tables import faces as tables
+from vcmm.show.tables.compensation import departure_json
 
 
 @dataclass(frozen=True)
@@ -20,63 +33,98 @@ class FaceProgram:
     decimals: int | None
 
 
-def face_command(scan: Path, machine: Path | None, program: FaceProgram, out: Path | None, json: bool) -> int:
-    """Map the face, write what was asked for, show the figures."""
-    from vcmm.face.public.faces import load_face_scan, map_face
-    from vcmm.files.own.machine import load_machine
-    from vcmm.show.console.documents import document, json_text, print_json, sources
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, say_warnings, show_table
-    from vcmm.show.pages.faces import face_page
-    from vcmm.show.tables import faces as tables
+class ScannedFace(NamedTuple):
+    """A scan, and the machine that scanned; None where its errors are not taken off."""
 
-    found = map_face(load_face_scan(scan), None if machine is None else load_machine(machine))
-    better = _correction(found, program)
-    body, notes = tables.face_json(found), [*found.warnings]
-    if better is not None:
-        body |= {"program": _program(better)}
-        notes += better.warnings
-    read = [p for p in (scan, _data(scan), machine, program.path, program.setup) if p is not None]
-    files = list(dict.fromkeys(f for p in read for f in ([p] if p.suffix != ".toml" else sources(p))))
-    content = document("vcmm.face/1", body, files=files, warnings=notes)
-    if out is not None:
-        texts = {
-            "face.json": json_text(content),
-            "face.html": face_page(found),
-            "map.csv": tables.map_csv(found),
-        }
-        if found.r is not None:
-            texts["profile.csv"] = tables.profile_csv(found)
-        write_files(output_folder(out), texts)
+    scan: FaceScan
+    machine: Machine | None
+
+
+class MappedFace(NamedTuple):
+    """The map, and the program corrected for it; None where none was named."""
+
+    face: FaceMap
+    better: CompensatedProgram | None
+
+    @property
+    def notes(self) -> list[str]:
+        return [*self.face.warnings, *(self.better.warnings if self.better else ())]
+
+
+@dataclass(frozen=True)
+class FaceJob(Job[ScannedFace, MappedFace]):
+    """A face mapped, and the program that cut it written again. folder: of --out."""
+
+    scan: Path
+    machine: Path | None
+    program: FaceProgram
+    folder: Path | None
+    schema = "vcmm.face/1"
+
+    def load(self) -> ScannedFace:
+        machine = None if self.machine is None else load_machine(self.machine)
+        return ScannedFace(load_face_scan(self.scan), machine)
+
+    def run(self, loaded: ScannedFace, report: Progress) -> MappedFace:
+        """Raises UsageError where the corrected program has no place to go, or would lie over the program."""
+        found = map_face(loaded.scan, loaded.machine)
+        better = _correction(found, self.program)
         if better is not None:
-            texts[_write_program(better, program.path, out)] = ""
-        say(f"wrote {out}/" + ", ".join(texts))
-    elif better is not None:
-        raise UsageError("--program writes a corrected program: name a folder for it with --out")
-    if json:
-        print_json(content)
-        return 0
-    show_table(tables.figures(found))
-    if better is not None:
-        before, after = (d.largest * 1e3 for d in (better.before, better.after))
-        print(
-            f"program: up to {before:.3g} µm beside its path before, {after:.3g} µm after; {better.blocks.changed} blocks changed, {better.blocks.added} added"
-        )
-    say_warnings(notes)
-    return 0
+            if self.folder is None:
+                raise UsageError("--program writes a corrected program: name a folder for it with --out")
+            self.refuse_taken(self.folder)
+        return MappedFace(found, better)
+
+    def target(self, folder: Path) -> Path:
+        """Of the corrected program."""
+        program = self.program.path
+        assert program is not None  # a correction is of a program
+        return folder / f"{program.stem}-compensated{program.suffix}"
+
+    def refuse_taken(self, folder: Path) -> None:
+        target = self.target(folder)
+        if target.exists() and self.program.path is not None and target.samefile(self.program.path):
+            raise UsageError(f"{target} is the program itself; choose another folder with --out")
+
+    def record(self, loaded: ScannedFace, result: MappedFace) -> Record:
+        body = tables.face_json(result.face)
+        if result.better is not None:
+            body |= {"program": _program(result.better)}
+        named = (self.scan, _data(self.scan), self.machine, self.program.path, self.program.setup)
+        read = [p for p in named if p is not None]
+        files = list(dict.fromkeys(f for p in read for f in ([p] if p.suffix != ".toml" else sources(p))))
+        return Record(body, files, warnings=result.notes)
+
+    def texts(self, loaded: ScannedFace, result: MappedFace, content: str, folder: Path) -> dict[str, str]:
+        found = result.face
+        texts = {"face.json": content, "face.html": face_page(found), "map.csv": tables.map_csv(found)}
+        return texts | ({"profile.csv": tables.profile_csv(found)} if found.r is not None else {})
+
+    def write_binaries(self, loaded: ScannedFace, result: MappedFace, folder: Path) -> list[str]:
+        """The corrected program, byte by byte as it was but for what is corrected."""
+        if result.better is None:
+            return []
+        target = self.target(folder)
+        write_source(target, result.better.data)
+        return [target.name]
+
+    def show(self, loaded: ScannedFace, result: MappedFace) -> None:
+        show_table(tables.figures(result.face))
+        better = result.better
+        if better is not None:
+            before, after = (d.largest * 1e3 for d in (better.before, better.after))
+            print(
+                f"program: up to {before:.3g} µm beside its path before, {after:.3g} µm after; {better.blocks.changed} blocks changed, {better.blocks.added} added"
+            )
+        say_warnings(result.notes)
 
 
 def _data(scan: Path) -> Path:
-    from vcmm.files.toml import read_toml
-
     return scan.parent / str(read_toml(scan).data["data"])
 
 
-def _correction(found: Any, program: FaceProgram) -> Any:
+def _correction(found: FaceMap, program: FaceProgram) -> CompensatedProgram | None:
     """The corrected program; None where none was named."""
-    from vcmm.core.units import quantity
-    from vcmm.face.public.faces import correct_face
-
     if program.path is None:
         if program.setup is not None or program.lines:
             raise UsageError("--setup and --lines belong to --program; name the program that cut the face")
@@ -105,9 +153,7 @@ def _lines(text: str) -> tuple[int, int] | None:
     return int(first), int(last or first)
 
 
-def _program(better: Any) -> dict[str, Any]:
-    from vcmm.show.tables.compensation import departure_json
-
+def _program(better: CompensatedProgram) -> dict[str, Any]:
     made = {"before": departure_json(better.before), "after": departure_json(better.after)}
     return {
         "name": better.name,
@@ -115,14 +161,3 @@ def _program(better: Any) -> dict[str, Any]:
         "deviation": made,
         "changed": better.blocks.changed,
     }
-
-
-def _write_program(better: Any, program: Path | None, out: Path) -> str:
-    from vcmm.compensation.source import write_source
-
-    assert program is not None
-    target = out / f"{program.stem}-compensated{program.suffix}"
-    if target.exists() and target.samefile(program):
-        raise UsageError(f"{target} is the program itself; choose another folder with --out")
-    write_source(target, better.data)
-    return target.name

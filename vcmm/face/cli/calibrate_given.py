@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from vcmm.core.errors import UsageError, choose_from, did_you_mean
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.files.own.instruments import load_certificate
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording import load_recording
+from vcmm.files.own.reversal import is_reversal, load_reversal
+from vcmm.learn.calibration.job import bare_machine
+from vcmm.learn.calibration.reversal_readings import reversed_recordings
+from vcmm.learn.calibration.verification import IndependentTest, check_independent, put_to_test
+from vcmm.show.console.documents import sources
+from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.response.recording import Recording
 
 JOB_NAMES = (
     "fit",
@@ -13,6 +27,7 @@ JOB_NAMES = (
     "simulate",
     "thermal",
     "nodes",
+    "face",
     "compare",
 )  # of vcmm.face.cli.calibrate_jobs
 
@@ -21,10 +36,10 @@ JOB_NAMES = (
 class CalibrationInput:
     """Recordings, the machine as far as known, the certificates of the instruments, and joint covariances of readings."""
 
-    recordings: Any
-    machine: Any
-    certificates: Any
-    correlated: Any
+    recordings: Sequence[Recording]
+    machine: Machine
+    certificates: dict[str, InstrumentCertificate]
+    correlated: dict[str, Array]
 
 
 @dataclass(frozen=True)
@@ -39,30 +54,21 @@ class CalibrationFiles:
 
     def check_recordings(self) -> None:
         """Raises UsageError where no recording is named."""
-        from vcmm.core.errors import UsageError
-
         if not self.files:
             raise UsageError(
                 'calibrate needs recordings, for example vcmm calibrate fit laser.toml plate.toml --structure "w b Y X Z t" --out machine.toml, '
                 "or a plan: vcmm calibrate design plan.toml"
             )
         first = self.files[0]
-        if not first.suffix and not first.exists():
-            from vcmm.core.errors import choose_from, did_you_mean
-
-            if did_you_mean(str(first), JOB_NAMES):
-                raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOB_NAMES)}')
+        if not first.suffix and not first.exists() and did_you_mean(str(first), JOB_NAMES):
+            raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOB_NAMES)}')
 
     def reversals(self) -> list[Path]:
         """Files that are reversals."""
-        from vcmm.files.own.reversal import is_reversal
-
         return [path for path in self.files if path.is_file() and is_reversal(path)]
 
     def check(self, thermal: bool, sensors: str, compare: bool) -> None:
         """Raises UsageError for words that are missing or do not go together."""
-        from vcmm.core.errors import UsageError
-
         if (self.structure is None) == (self.machine is None):
             raise UsageError(
                 'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
@@ -82,8 +88,6 @@ class CalibrationFiles:
 
     def without(self, job: str, **others: object) -> None:
         """Raises UsageError for options that a job does not take."""
-        from vcmm.core.errors import UsageError
-
         given = [f"--{name.replace('_', '-')}" for name, value in others.items() if value]
         if given:
             raise UsageError(
@@ -92,14 +96,6 @@ class CalibrationFiles:
 
     def load(self) -> CalibrationInput:
         """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""
-        from vcmm.files.own.instruments import load_certificate
-        from vcmm.files.own.machine import load_machine
-        from vcmm.files.own.recording import load_recording
-        from vcmm.files.own.reversal import load_reversal
-        from vcmm.learn.calibration.job import bare_machine
-        from vcmm.learn.calibration.reversal_readings import reversed_recordings
-        from vcmm.learn.calibration.verification import check_independent
-
         known = load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
         turned = self.reversals()
         others = [path for path in self.files if path not in turned]
@@ -113,17 +109,11 @@ class CalibrationFiles:
 
     def read(self) -> list[Path]:
         """All files that were read."""
-        from vcmm.show.console.documents import sources
-
         named = [*self.files, *([self.machine] if self.machine else []), *self.test]
         return [f for path in named for f in sources(path)]
 
-    def tests(self) -> list[Any]:
+    def tests(self) -> list[IndependentTest]:
         """What the machine file that was written predicts of the recordings of --test, read back."""
-        from vcmm.files.own.machine import load_machine
-        from vcmm.files.own.recording import load_recording
-        from vcmm.learn.calibration.verification import put_to_test
-
         if not self.test or self.out is None:
             return []
         before, after = self.load().machine, load_machine(self.out)

@@ -12,9 +12,9 @@ from typing import Annotated, Literal
 from cyclopts import App, Parameter
 
 from vcmm.face.cli.calibrate import calibrate_command
-from vcmm.face.cli.options import Decimals, Seed
+from vcmm.face.cli.options import Decimals, Json, Seed
+from vcmm.face.job import Flags, run_job
 
-Json = Annotated[bool, Parameter(name="--json")]
 Tests = Annotated[list[Path] | None, Parameter(name="--test", negative=())]
 
 
@@ -67,7 +67,7 @@ def fit_command(
     )  # fmt: skip
 
 
-def design_command(plan: Path, *, json: Json = False) -> int:
+def design_command(plan: Path, *, json: Json = False, out: Path | None = None) -> int:
     """Say beforehand what planned set-ups identify and how well, and the cheapest ones that do.
 
     Parameters
@@ -76,8 +76,10 @@ def design_command(plan: Path, *, json: Json = False) -> int:
         Plan of set-ups (design/1).
     json
         Print one JSON document.
+    out
+        Folder for design.json.
     """
-    return calibrate_command(design=plan, json=json)
+    return calibrate_command(design=plan, json=json, out=out)
 
 
 def program_command(
@@ -103,9 +105,9 @@ def program_command(
     out
         Folder for the program, touch.toml and setup.toml.
     """
-    from vcmm.face.cli.calibrate_program import program_command as write_program
+    from vcmm.face.cli.calibrate_program import ProgramJob
 
-    return write_program(plan, control, out, tool, json)
+    return run_job(ProgramJob(plan, control, out, tool), Flags(json, out))
 
 
 def simulate_command(
@@ -221,10 +223,10 @@ def face_command(
     out
         Folder for face.html, face.json, map.csv, profile.csv and the corrected program.
     """
-    from vcmm.face.cli.calibrate_face import FaceProgram
-    from vcmm.face.cli.calibrate_face import face_command as map_and_correct
+    from vcmm.face.cli.calibrate_face import FaceJob, FaceProgram
 
-    return map_and_correct(scan, machine, FaceProgram(program, setup, lines, tolerance, decimals), out, json)
+    cut_by = FaceProgram(program, setup, lines, tolerance, decimals)
+    return run_job(FaceJob(scan, machine, cut_by, out), Flags(json, out))
 
 
 def compare_command(

@@ -2,51 +2,74 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from vcmm.face.cli.calibrate_given import CalibrationFiles
+from vcmm.core.errors import UsageError
+from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.learned.node_field import check_nodes, node_text
+from vcmm.learn.calibration.field_process import ProcessFit, fit_process
+from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
+from vcmm.show.console.files import output_folder, write_text
+from vcmm.show.console.terminal import say, show_table
+from vcmm.show.tables.nodes import NODE_COLUMNS, nodes_table, process_json, process_sentences, sentences
+from vcmm.show.tables.table import records
 
 
-def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
-    """Multilaterate, tell the nodes, write the machine file; the document is vcmm.nodes/1."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.learned.node_field import check_nodes, node_text
-    from vcmm.learn.calibration.field_process import fit_process
-    from vcmm.learn.calibration.nodes import node_scatter
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.nodes import nodes_table, process_sentences, sentences
+class Nodes(NamedTuple):
+    """The scatter at every node, and the process that it is taken for between them."""
 
-    if len(wanted.files) != 1:
-        raise UsageError(
-            f"--nodes takes one recording with all stations, not {len(wanted.files)}; put their rows into one file, told apart by setup"
-        )
-    given, out = wanted.load(), wanted.out
-    found = node_scatter(given.recordings[0], given.machine)
-    if out is not None:
-        check_nodes(found, given.machine)
-    fit = fit_process(found)
-    if out is not None:
+    scatter: NodeScatter
+    fit: ProcessFit
+
+
+@dataclass(frozen=True)
+class NodesJob(Job[CalibrationInput, Nodes]):
+    """The nodes of one recording multilaterated; the machine file is written where --out names one."""
+
+    wanted: CalibrationFiles
+    schema = "vcmm.nodes/1"
+
+    def check(self) -> None:
+        if len(self.wanted.files) != 1:
+            raise UsageError(
+                f"--nodes takes one recording with all stations, not {len(self.wanted.files)}; put their rows into one file, told apart by setup"
+            )
+
+    def load(self) -> CalibrationInput:
+        return self.wanted.load()
+
+    def run(self, loaded: CalibrationInput, report: Progress) -> Nodes:
+        found = node_scatter(loaded.recordings[0], loaded.machine)
+        if self.wanted.out is not None:
+            check_nodes(found, loaded.machine)
+        return Nodes(found, fit_process(found))
+
+    def record(self, loaded: CalibrationInput, result: Nodes) -> Record:
+        return Record(node_body(result.scatter, result.fit, self.wanted.out), self.wanted.read())
+
+    def export(self, loaded: CalibrationInput, result: Nodes, content: dict[str, Any]) -> None:
+        """The machine file."""
+        out = self.wanted.out
+        if out is None:
+            return
         output_folder(out.parent)
-        names = [f.name for f in wanted.files]
-        write_text(out, node_text(found, given.machine, wanted.machine, out, names, fit))
+        names = [f.name for f in self.wanted.files]
+        write_text(
+            out, node_text(result.scatter, loaded.machine, self.wanted.machine, out, names, result.fit)
+        )
         say(f"wrote {out}")
-    if json:
-        print_json(document("vcmm.nodes/1", node_body(found, fit, out), files=wanted.read()))
-        return 0
-    show_table(nodes_table(found))
-    for sentence in (*sentences(found), *process_sentences(fit)):
-        print(sentence)
-    return 0
+
+    def show(self, loaded: CalibrationInput, result: Nodes) -> None:
+        show_table(nodes_table(result.scatter))
+        for sentence in (*sentences(result.scatter), *process_sentences(result.fit)):
+            print(sentence)
 
 
-def node_body(found: Any, fit: Any, out: Any) -> dict[str, Any]:
+def node_body(found: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, Any]:
     """The JSON document without its frame."""
-    from vcmm.show.tables.nodes import NODE_COLUMNS, nodes_table, process_json
-    from vcmm.show.tables.table import records
-
     one = found.located
     return {
         "machine": None if out is None else str(out),

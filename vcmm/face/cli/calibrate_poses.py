@@ -2,43 +2,86 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import degrees
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from vcmm.core.machine import Machine
+from vcmm.face.job import Job, Progress, Record
+from vcmm.learn.calibration.design import PlannedSetup
+from vcmm.learn.calibration.pose_design import PoseCandidate, PosePlan, best_poses, pose_plan, unit_of
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables.table import listing
 
 
-def poses_command(path: Path, setups: Any, machine: Any, budget: float | None, json: bool) -> int:
-    """The rotary positions to touch at, with the standard uncertainty expected of every error; 1 where even all leave one open."""
-    from vcmm.learn.calibration.pose_design import best_poses, pose_plan
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, print_json, sources
+class ChosenPoses(NamedTuple):
+    """Rotary positions of a plan, by their number in it: chosen, and all."""
 
-    with about(path, "setups"):
-        plan = pose_plan(setups, machine)
-        chosen = best_poses(plan, budget)
-    everything = list(range(len(plan.candidates)))
-    body = {
-        "setups": len(setups),
-        "all": _record(plan, everything),
-        "budget_minutes": budget,
-        "best_within_budget": None if budget is None else _record(plan, chosen),
-        "cheapest_complete": _record(plan, chosen) if budget is None else None,
-        "poses": [_pose(plan.candidates[i]) for i in in_order_of_angles(plan, chosen)],
-        "expected": _expected_uncertainties(plan, chosen, everything),
-        "correlated": [{"errors": [a, b], "correlation": r} for a, b, r in plan.correlated(chosen)],
-    }
-    if json:
-        print_json(document("vcmm.design/1", body, seed=0, files=sources(path)))
-    else:
-        _show(plan, chosen, everything, body)
-    return int(bool(plan.identified(everything).combinations))
+    plan: PosePlan
+    chosen: list[int]
+
+    @property
+    def everything(self) -> list[int]:
+        return list(range(len(self.plan.candidates)))
 
 
-def in_order_of_angles(plan: Any, chosen: list[int]) -> list[int]:
+@dataclass(frozen=True)
+class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
+    """The rotary positions to touch at, with the standard uncertainty expected of every error. Exit code 1 where even all leave one open."""
+
+    path: Path
+    planned: list[PlannedSetup]
+    machine: Machine
+    budget: float | None
+    schema = "vcmm.design/1"
+
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.path, "setups"
+
+    def load(self) -> list[PlannedSetup]:
+        return self.planned
+
+    def run(self, loaded: list[PlannedSetup], report: Progress) -> ChosenPoses:
+        plan = pose_plan(loaded, self.machine)
+        return ChosenPoses(plan, best_poses(plan, self.budget))
+
+    def body(self, result: ChosenPoses) -> dict[str, Any]:
+        (plan, chosen), everything, budget = result, result.everything, self.budget
+        return {
+            "setups": len(self.planned),
+            "all": _record(plan, everything),
+            "budget_minutes": budget,
+            "best_within_budget": None if budget is None else _record(plan, chosen),
+            "cheapest_complete": _record(plan, chosen) if budget is None else None,
+            "poses": [_pose(plan.candidates[i]) for i in in_order_of_angles(plan, chosen)],
+            "expected": _expected_uncertainties(plan, chosen, everything),
+            "correlated": [{"errors": [a, b], "correlation": r} for a, b, r in plan.correlated(chosen)],
+        }
+
+    def record(self, loaded: list[PlannedSetup], result: ChosenPoses) -> Record:
+        return Record(self.body(result), sources(self.path), 0)
+
+    def texts(
+        self, loaded: list[PlannedSetup], result: ChosenPoses, content: str, folder: Path
+    ) -> dict[str, str]:
+        return {"design.json": content}
+
+    def exit_code(self, loaded: list[PlannedSetup], result: ChosenPoses) -> int:
+        return int(bool(result.plan.identified(result.everything).combinations))
+
+    def show(self, loaded: list[PlannedSetup], result: ChosenPoses) -> None:
+        _show(result.plan, result.chosen, result.everything, self.body(result))
+
+
+def in_order_of_angles(plan: PosePlan, chosen: list[int]) -> list[int]:
     """The poses by their angles, the first rotary axis of the chain first, so that it moves least."""
     return sorted(chosen, key=lambda i: (plan.candidates[i].setup, tuple(plan.candidates[i].angles.values())))
 
 
-def _record(plan: Any, chosen: list[int]) -> dict[str, Any]:
+def _record(plan: PosePlan, chosen: list[int]) -> dict[str, Any]:
     found = plan.identified(chosen)
     return {
         "setups": list(dict.fromkeys(plan.candidates[i].setup for i in chosen)),
@@ -52,17 +95,13 @@ def _record(plan: Any, chosen: list[int]) -> dict[str, Any]:
     }
 
 
-def _pose(candidate: Any) -> dict[str, Any]:
-    from math import degrees
-
+def _pose(candidate: PoseCandidate) -> dict[str, Any]:
     angles = {f"{a}_deg": round(degrees(q), 6) for a, q in candidate.angles.items()}
     return {"setup": candidate.setup, **angles, "touches": candidate.touches, "minutes": candidate.minutes}
 
 
-def _expected_uncertainties(plan: Any, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
+def _expected_uncertainties(plan: PosePlan, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
     """Per error its u by the chosen poses, and by all."""
-    from vcmm.learn.calibration.pose_design import unit_of
-
     here, best = plan.expected(chosen), plan.expected(everything)
     return [
         {"error": n, "unit": unit_of(n)[0], "u": u * unit_of(n)[1], "u_all_poses": best[n] * unit_of(n)[1]}
@@ -70,10 +109,7 @@ def _expected_uncertainties(plan: Any, chosen: list[int], everything: list[int])
     ]
 
 
-def _show(plan: Any, chosen: list[int], everything: list[int], body: dict[str, Any]) -> None:
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.table import listing
-
+def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[str, Any]) -> None:
     rows = [
         (
             what,

@@ -2,65 +2,99 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
+
+import numpy as np
+
+from vcmm.core.errors import VcmmError
+from vcmm.face.cli.calibrate_poses import in_order_of_angles
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.own.touch_plan import TouchPlan, load_touch_plan, probing_job, recording_text, setup_text
+from vcmm.learn.calibration.design import PlannedSetup
+from vcmm.learn.calibration.pose_design import best_poses, pose_plan
+from vcmm.program.interpret import interpret
+from vcmm.program.probing_program import LOG, ProbingJob, probing_texts
+from vcmm.program.setup import Setup, Tool
+from vcmm.show.console.documents import sources
 
 SAME = 1e-3  # mm: touches read back lie this near to those of the plan; programs state 0.1 um
 ABOVE = 30.0  # mm: from the highest that a turning sphere reaches to where rotary axes may turn
 STANDOFF = 10.0  # mm
 
 
-def program_command(plan: Path, control: str, out: Path, tool: int, json: bool) -> int:
-    """Write the program, read it back by what `vcmm nc` understands, and write the recording file for its log."""
-    from vcmm.core.errors import VcmmError
-    from vcmm.files.own.touch_plan import load_touch_plan, probing_job, recording_text, setup_text
-    from vcmm.program.probing_program import LOG, probing_texts
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say
+class ProbingProgram(NamedTuple):
+    """Files by name, how many rotary positions, how long (minutes), and how far (mm) the program reads back beside the plan."""
 
-    given = load_touch_plan(plan)
-    chosen, minutes = _poses(given)
-    job = probing_job(given, chosen, STANDOFF, ABOVE, tool)
-    texts = probing_texts(job, control)
-    texts["touch.toml"] = recording_text(given, LOG)
-    texts["setup.toml"] = setup_text(given, job, control)
-    farthest = _read_back(job, texts, control)
-    if farthest > SAME:
-        raise VcmmError(f"the program reads back {farthest:.4f} mm beside its plan; nothing is written")
-    output_folder(out)
-    for name, text in texts.items():
-        write_text(out / name, text)
-    body = {
-        "control": control,
-        "files": [str(out / name) for name in texts],
-        "poses": len(chosen),
-        "touches": len(job.touches),
-        "minutes": minutes,
-        "clear_mm": job.clear,
-        "read_back": {"touches": len(job.touches), "farthest_mm": farthest},
-    }
-    if json:
-        print_json(document("vcmm.probing_program/1", body, seed=None, files=sources(plan)))
-    else:
+    job: ProbingJob
+    texts: dict[str, str]
+    poses: int
+    minutes: float
+    farthest: float
+
+
+@dataclass(frozen=True)
+class ProgramJob(Job[TouchPlan, ProbingProgram]):
+    """The program written and read back by what `vcmm nc` understands, and the recording file for its log. folder: of --out."""
+
+    plan: Path
+    control: str
+    folder: Path
+    tool: int
+    schema, names_files_last = "vcmm.probing_program/1", True
+
+    def load(self) -> TouchPlan:
+        return load_touch_plan(self.plan)
+
+    def run(self, loaded: TouchPlan, report: Progress) -> ProbingProgram:
+        """Raises VcmmError where the program reads back beside its plan."""
+        chosen, minutes = _poses(loaded)
+        job = probing_job(loaded, chosen, STANDOFF, ABOVE, self.tool)
+        texts = probing_texts(job, self.control)
+        texts["touch.toml"] = recording_text(loaded, LOG)
+        texts["setup.toml"] = setup_text(loaded, job, self.control)
+        farthest = _read_back(job, texts, self.control)
+        if farthest > SAME:
+            raise VcmmError(f"the program reads back {farthest:.4f} mm beside its plan; nothing is written")
+        return ProbingProgram(job, texts, len(chosen), minutes, farthest)
+
+    def record(self, loaded: TouchPlan, result: ProbingProgram) -> Record:
+        job = result.job
+        body = {
+            "control": self.control,
+            "files": [str(self.folder / name) for name in result.texts],
+            "poses": result.poses,
+            "touches": len(job.touches),
+            "minutes": result.minutes,
+            "clear_mm": job.clear,
+            "read_back": {"touches": len(job.touches), "farthest_mm": result.farthest},
+        }
+        return Record(body, sources(self.plan))
+
+    def texts(self, loaded: TouchPlan, result: ProbingProgram, content: str, folder: Path) -> dict[str, str]:
+        return result.texts
+
+    def files_sentence(
+        self, loaded: TouchPlan, result: ProbingProgram, folder: Path, names: Sequence[str]
+    ) -> str:
+        return (
+            f"wrote {', '.join(str(folder / name) for name in names)}\n"
+            "collisions are not looked for: run it first above the table, with reduced rapids\n"
+            f"next: copy {LOG} of the control beside touch.toml, then vcmm calibrate fit {folder / 'touch.toml'} --machine machine.toml --out found.toml"
+        )
+
+    def show(self, loaded: TouchPlan, result: ProbingProgram) -> None:
+        job = result.job
         print(
-            f"{len(job.touches)} touches at {len(chosen)} rotary positions, about {minutes:.3g} min; rotary axes turn at Z {job.clear:g} mm"
+            f"{len(job.touches)} touches at {result.poses} rotary positions, about {result.minutes:.3g} min; rotary axes turn at Z {job.clear:g} mm"
         )
-        print(f"read back: {len(job.touches)} touches, farthest {farthest * 1e3:.2f} um from the plan")
-        say(f"wrote {', '.join(str(out / name) for name in texts)}")
-        say("collisions are not looked for: run it first above the table, with reduced rapids")
-        say(
-            f"next: copy {LOG} of the control beside touch.toml, then vcmm calibrate fit {out / 'touch.toml'} --machine machine.toml --out found.toml"
-        )
-    return 0
+        print(f"read back: {len(job.touches)} touches, farthest {result.farthest * 1e3:.2f} um from the plan")
 
 
-def _poses(given: Any) -> tuple[list[dict[str, float]], float]:
+def _poses(given: TouchPlan) -> tuple[list[dict[str, float]], float]:
     """Rotary positions (rad): within the budget of the plan, else all."""
-    from vcmm.face.cli.calibrate_poses import in_order_of_angles
-    from vcmm.learn.calibration.design import PlannedSetup
-    from vcmm.learn.calibration.pose_design import best_poses, pose_plan
-
     if given.budget is None or not any(len(q) > 1 for q in given.table.rotary.values()):
         return given.poses, given.table.minutes
     plan = pose_plan([PlannedSetup(*given.setup)], given.machine)
@@ -68,14 +102,8 @@ def _poses(given: Any) -> tuple[list[dict[str, float]], float]:
     return [plan.candidates[i].angles for i in in_order_of_angles(plan, chosen)], plan.minutes(chosen)
 
 
-def _read_back(job: Any, texts: dict[str, str], control: str) -> float:
+def _read_back(job: ProbingJob, texts: dict[str, str], control: str) -> float:
     """mm by which a touch of the program, read as `vcmm nc` reads it, lies farthest beside the plan. Raises VcmmError where one is missing."""
-    import numpy as np
-
-    from vcmm.core.errors import VcmmError
-    from vcmm.program.interpret import interpret
-    from vcmm.program.setup import Setup, Tool
-
     probe = Tool(job.tool, length=100.0, diameter=2 * job.ball, shape="probe")
     setup = Setup(tools={job.tool: probe}, offsets={job.offset: (0.0, 0.0, 0.0)}, strict=False)
     read = interpret(next(iter(texts.values())), control, setup, job.name)

@@ -2,54 +2,75 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-
-def reversal_command(
-    files: list[Path], structure: str | None, out: Path | None, json: bool, others: list[Any]
-) -> int:
-    """Separate every file; others: options that a reversal does not take, given or not."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.own.reversal import load_reversal
-    from vcmm.learn.calibration.reversal import separate_all
-    from vcmm.show.console.documents import document, print_json, sources
-
-    if any(others):
-        raise UsageError(
-            "reversals alone take --structure, --out and --json; leave out --errors and --report"
-        )
-    found = separate_all([load_reversal(path) for path in files])
-    _write(found, structure, out, [f.name for f in files])
-    if json:
-        read = [one for path in files for one in sources(path)]
-        print_json(document("vcmm.calibration/1", _body(found, out), files=read))
-    else:
-        _show(found)
-    return 0
+from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import parse_structure
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.learned.reversed_machine import reversed_texts
+from vcmm.files.own.reversal import load_reversal
+from vcmm.learn.calibration.reversal import ReversalFile, ReversalResult, separate_all
+from vcmm.show.console.documents import sources
+from vcmm.show.console.files import output_folder, write_files
+from vcmm.show.console.terminal import say, show_table
+from vcmm.show.tables.reversal import reversals
 
 
-def _write(found: Any, structure: str | None, out: Path | None, names: list[str]) -> None:
-    from vcmm.core.errors import UsageError
-    from vcmm.core.kinematics import parse_structure
-    from vcmm.files.learned.reversed_machine import reversed_texts
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say
+@dataclass(frozen=True)
+class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
+    """Every file separated. others: whether options were given that a reversal does not take."""
 
-    chain = None if structure is None else parse_structure(structure)
-    if out is None:
-        return
-    if chain is None:
-        raise UsageError(
-            "a machine file needs the structure of the machine; write for example --structure \"w C' X' b Z t\""
-        )
-    output_folder(out.parent)
-    texts = reversed_texts(found, chain, out, names)
-    write_files(out.parent, texts)
-    say(f"wrote {', '.join(str(out.parent / name) for name in texts)}")
+    files: list[Path]
+    structure: str | None
+    out: Path | None
+    others: bool
+    schema = "vcmm.calibration/1"
+
+    def check(self) -> None:
+        if self.others:
+            raise UsageError(
+                "reversals alone take --structure, --out and --json; leave out --errors and --report"
+            )
+
+    def load(self) -> list[ReversalFile]:
+        return [load_reversal(path) for path in self.files]
+
+    def run(self, loaded: list[ReversalFile], report: Progress) -> list[ReversalResult]:
+        """Raises UsageError where the machine file that is asked for cannot be written."""
+        found = separate_all(loaded)
+        chain = None if self.structure is None else parse_structure(self.structure)
+        if self.out is not None and chain is None:
+            raise UsageError(
+                "a machine file needs the structure of the machine; write for example --structure \"w C' X' b Z t\""
+            )
+        return found
+
+    def record(self, loaded: list[ReversalFile], result: list[ReversalResult]) -> Record:
+        return Record(_body(result, self.out), [one for path in self.files for one in sources(path)])
+
+    def export(
+        self, loaded: list[ReversalFile], result: list[ReversalResult], content: dict[str, Any]
+    ) -> None:
+        """The machine file and its tables."""
+        if self.out is None or self.structure is None:
+            return
+        output_folder(self.out.parent)
+        names = [f.name for f in self.files]
+        texts = reversed_texts(result, parse_structure(self.structure), self.out, names)
+        write_files(self.out.parent, texts)
+        say(f"wrote {', '.join(str(self.out.parent / name) for name in texts)}")
+
+    def show(self, loaded: list[ReversalFile], result: list[ReversalResult]) -> None:
+        show_table(reversals(result))
+        for one in result:
+            for c in one.combinations:
+                print(f"not identified: {c.text}")
 
 
-def _body(found: Any, out: Path | None) -> dict[str, Any]:
+def _body(found: Sequence[ReversalResult], out: Path | None) -> dict[str, Any]:
     """The keys of a calibration; `reversals` holds every curve. residual_um, condition: of the worst file."""
     return {
         "machine": None if out is None else str(out),
@@ -63,13 +84,3 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
         else None,
         "reversals": [one.document() for one in found],
     }
-
-
-def _show(found: Any) -> None:
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.reversal import reversals
-
-    show_table(reversals(found))
-    for one in found:
-        for c in one.combinations:
-            print(f"not identified: {c.text}")

@@ -3,45 +3,90 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
+import numpy as np
 
-def simulate_command(plan: Path, machine: Path | None, out: Path | None, seed: int, json: bool) -> int:
-    """Write one recording per set-up into a folder: errors of the machine, set-up, instrument, noise, all drawn."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.own.design import load_design
-    from vcmm.files.own.machine import load_machine
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import say
-
-    if machine is None or out is None:
-        raise UsageError(
-            "--simulate needs the machine on which is measured and a folder: "
-            "vcmm calibrate --simulate plan.toml --machine truth.toml --out readings"
-        )
-    setups, planned, _ = load_design(plan)
-    truth = load_machine(machine)
-    _check_same(planned, truth, plan, machine)
-    output_folder(out)
-    rows = _all_or_nothing(setups, planned, truth, out, seed)
-    body = {"machine": str(out / BARE), "recordings": rows}
-    if json:
-        print_json(document("vcmm.simulated/1", body, seed=seed, files=[*sources(plan), *sources(machine)]))
-    else:
-        for row in rows:
-            print(f"{row['file']}: {row['instrument']}, {row['observations']} readings")
-        say(f"next: vcmm calibrate {out}/*.toml --machine {out / BARE} --out machine.toml")
-    return 0
-
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.learned.calibrated_machine import bare_text, stated_repeatability
+from vcmm.files.own.design import load_design
+from vcmm.files.own.instruments import instrument_text
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording import load_recording
+from vcmm.files.own.recording_writer import save_recording
+from vcmm.show.console.documents import sources
+from vcmm.show.console.files import output_folder, write_text
+from vcmm.show.console.terminal import say
+from vcmm.task.instruments.instrument import InstrumentCertificate
+from vcmm.task.instruments.laying import simulate_reading
+from vcmm.task.response.recording import Recording
 
 BARE = "machine/bare.toml"
+Setups = Sequence[tuple[str, tuple[Recording, ...], float, InstrumentCertificate]]
+Row = dict[str, Any]  # of one recording, as the document has it
 
 
-def _check_same(planned: Any, truth: Any, plan: Path, machine: Path) -> None:
-    from vcmm.core.errors import UsageError
+class Survey(NamedTuple):
+    """The set-ups of a plan, the machine that they are planned for, and the one that is measured."""
 
+    setups: Setups
+    planned: Machine
+    truth: Machine
+
+
+@dataclass(frozen=True)
+class SimulateJob(Job[Survey, list[Row]]):
+    """One recording per set-up in the folder --out: errors of the machine, set-up, instrument, noise, all drawn. Each is written before it
+    is read, since what an instrument reads follows from the file."""
+
+    plan: Path
+    machine: Path | None
+    out: Path | None
+    seed: int
+    schema = "vcmm.simulated/1"
+
+    def named(self) -> tuple[Path, Path]:
+        """Machine file and folder. Raises UsageError where one of them is missing."""
+        if self.machine is None or self.out is None:
+            raise UsageError(
+                "--simulate needs the machine on which is measured and a folder: "
+                "vcmm calibrate --simulate plan.toml --machine truth.toml --out readings"
+            )
+        return self.machine, self.out
+
+    def check(self) -> None:
+        self.named()
+
+    def load(self) -> Survey:
+        machine, out = self.named()
+        setups, planned, _ = load_design(self.plan)
+        truth = load_machine(machine)
+        _check_same(planned, truth, self.plan, machine)
+        output_folder(out)
+        return Survey(setups, planned, truth)
+
+    def run(self, loaded: Survey, report: Progress) -> list[Row]:
+        return _all_or_nothing(loaded, self.named()[1], self.seed)
+
+    def record(self, loaded: Survey, result: list[Row]) -> Record:
+        machine, out = self.named()
+        body = {"machine": str(out / BARE), "recordings": result}
+        return Record(body, [*sources(self.plan), *sources(machine)], self.seed)
+
+    def show(self, loaded: Survey, result: list[Row]) -> None:
+        _, out = self.named()
+        for row in result:
+            print(f"{row['file']}: {row['instrument']}, {row['observations']} readings")
+        say(f"next: vcmm calibrate {out}/*.toml --machine {out / BARE} --out machine.toml")
+
+
+def _check_same(planned: Machine, truth: Machine, plan: Path, machine: Path) -> None:
     if planned.chain.structure != truth.chain.structure:
         raise UsageError(
             f'{plan} plans for "{planned.chain.structure}", {machine} is "{truth.chain.structure}"; plan for that machine: machine = "..."'
@@ -54,22 +99,18 @@ def _check_same(planned: Any, truth: Any, plan: Path, machine: Path) -> None:
             )
 
 
-def _with_dynamics(planned: Any, truth: Any) -> Any:
+def _with_dynamics(planned: Machine, truth: Machine) -> Machine:
     """The planned machine; an axis whose dynamics it does not state has those of the machine that is measured."""
-    from dataclasses import replace
-
     axes = {a: replace(x, dynamics=x.dynamics or truth.axes[a].dynamics) for a, x in planned.axes.items()}
     return replace(planned, axes=axes)
 
 
-def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
+def _all_or_nothing(survey: Survey, out: Path, seed: int) -> list[Row]:
     """As `_write_recordings`, in a folder beside, whose files are moved once all of them stand."""
-    from tempfile import TemporaryDirectory
-
     above = next(p for p in out.absolute().parents if p.is_dir())
     with TemporaryDirectory(prefix=".vcmm-", dir=above) as made:
         folder = Path(made)
-        rows = _write_recordings(setups, planned, truth, folder, seed)
+        rows = _write_recordings(survey, folder, seed)
         for path in sorted(p for p in folder.rglob("*") if p.is_file()):
             target = out / path.relative_to(folder)
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -77,18 +118,9 @@ def _all_or_nothing(setups: Any, planned: Any, truth: Any, out: Path, seed: int)
     return [row | {"file": str(out / row["file"])} for row in rows]
 
 
-def _write_recordings(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> list[dict[str, Any]]:
+def _write_recordings(survey: Survey, out: Path, seed: int) -> list[Row]:
     """One row per recording. What the instruments read follows from the file as it was written: order of the rows and all."""
-    import numpy as np
-
-    from vcmm.core.errors import UsageError
-    from vcmm.files.learned.calibrated_machine import bare_text, stated_repeatability
-    from vcmm.files.own.instruments import instrument_text
-    from vcmm.files.own.recording import load_recording
-    from vcmm.files.own.recording_writer import save_recording
-    from vcmm.show.console.files import write_text
-    from vcmm.task.instruments.laying import simulate_reading
-
+    setups, planned, truth = survey
     rng, rows, seen = np.random.default_rng(seed), [], set()
     drawn: dict[str, Any] = {}
     output = out / BARE

@@ -2,67 +2,101 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from vcmm.face.cli.calibrate_given import CalibrationFiles
+from vcmm.core.errors import UsageError
+from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.learned.thermal_terms import thermal_text, written_terms
+from vcmm.files.own.recording import load_recording
+from vcmm.learn.calibration.thermal import ThermalModel, thermal_model
+from vcmm.learn.calibration.thermal_net import net_left
+from vcmm.learn.calibration.thermal_terms import warm_readings
+from vcmm.learn.calibration.verification import IndependentTest
+from vcmm.show.console.files import output_folder, write_text
+from vcmm.show.console.terminal import say, show_answers, show_table
+from vcmm.show.tables.answers_runs import thermal_answers
+from vcmm.show.tables.calibration import TESTS, independent_tests
+from vcmm.show.tables.table import records
+from vcmm.show.tables.thermal import TERMS, term_rows, terms
+from vcmm.task.response.recording import Recording
 
 
-def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) -> int:
-    """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
-    from vcmm.files.learned.thermal_terms import thermal_text, written_terms
-    from vcmm.files.own.recording import load_recording
-    from vcmm.learn.calibration.thermal import thermal_model
-    from vcmm.learn.calibration.thermal_terms import warm_readings
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say, show_answers, show_table
-    from vcmm.show.tables.answers_runs import thermal_answers
-    from vcmm.show.tables.calibration import TESTS, independent_tests
-    from vcmm.show.tables.table import records
-    from vcmm.show.tables.thermal import TERMS, term_rows, terms
+class ThermalInput(NamedTuple):
+    """Recordings and machine as of a calibration, and the recordings of --test."""
 
-    given, out = wanted.load(), wanted.out
-    assert wanted.machine is not None
-    if out is not None:
-        output_folder(out.parent)
-    asked = [load_recording(path, given.machine)[0] for path in wanted.test]
-    for one in asked:
-        warm_readings(one, given.machine)  # refused before anything is written
-    found = thermal_model(given.recordings, given.machine, sensors)
-    rows = term_rows(found, written_terms(found))
-    if out is not None:
-        files = [f.name for f in wanted.files]
-        write_text(out, thermal_text(found, given.machine, wanted.machine, out, files))
-        say(f"wrote {out}")
-    tests, nets = wanted.tests(), _nets(asked, given, list(found.trained))
-    if json:
+    given: CalibrationInput
+    asked: list[Recording]
+
+
+class ThermalTerms(NamedTuple):
+    """The terms, and what the file that was written predicts of --test; nets: um that a net from the same sensors leaves of each."""
+
+    model: ThermalModel
+    tests: list[IndependentTest]
+    nets: list[float]
+
+
+@dataclass(frozen=True)
+class ThermalJob(Job[ThermalInput, ThermalTerms]):
+    """The terms fitted and written: what the file predicts is asked of it as it was written."""
+
+    wanted: CalibrationFiles
+    sensors: list[str]
+    schema = "vcmm.thermal/1"
+
+    def load(self) -> ThermalInput:
+        given = self.wanted.load()
+        if self.wanted.out is not None:
+            output_folder(self.wanted.out.parent)
+        asked = [load_recording(path, given.machine)[0] for path in self.wanted.test]
+        for one in asked:
+            warm_readings(one, given.machine)  # refused before anything is written
+        return ThermalInput(given, asked)
+
+    def run(self, loaded: ThermalInput, report: Progress) -> ThermalTerms:
+        given, wanted = loaded.given, self.wanted
+        if wanted.machine is None:
+            raise UsageError("--thermal adds to a machine file; name it with --machine machine.toml")
+        found = thermal_model(given.recordings, given.machine, self.sensors)
+        written_terms(found)  # refused before anything is written
+        if wanted.out is not None:
+            files = [f.name for f in wanted.files]
+            write_text(wanted.out, thermal_text(found, given.machine, wanted.machine, wanted.out, files))
+            say(f"wrote {wanted.out}")
+        return ThermalTerms(found, wanted.tests(), _nets(loaded.asked, given, list(found.trained)))
+
+    def record(self, loaded: ThermalInput, result: ThermalTerms) -> Record:
+        found, tests, nets = result
+        rows, out = term_rows(found, written_terms(found)), self.wanted.out
         body = {
             "machine": None if out is None else str(out),
             "terms": records(TERMS, rows),
             **_figures(found),
         }
         body |= {"tests": [t | {"net_rms": n} for t, n in zip(records(TESTS, tests), nets)]}
-        print_json(document("vcmm.thermal/1", body, files=wanted.read()))
-        return 0
-    show_answers(thermal_answers(found, len(rows)))
-    show_table(terms(rows))
-    _show(found)
-    if tests:
-        show_table(independent_tests(tests))
-    for test, left in zip(tests, nets):
-        print(f"a net from the same sensors leaves {left:.3f} µm of {test.name} (compared, not written)")
-    return 0
+        return Record(body, self.wanted.read())
+
+    def show(self, loaded: ThermalInput, result: ThermalTerms) -> None:
+        found, tests, nets = result
+        rows = term_rows(found, written_terms(found))
+        show_answers(thermal_answers(found, len(rows)))
+        show_table(terms(rows))
+        _show(found)
+        if tests:
+            show_table(independent_tests(tests))
+        for test, left in zip(tests, nets):
+            print(f"a net from the same sensors leaves {left:.3f} µm of {test.name} (compared, not written)")
 
 
-def _nets(asked: list[Any], given: Any, sensors: list[str]) -> list[float]:
+def _nets(asked: Sequence[Recording], given: CalibrationInput, sensors: list[str]) -> list[float]:
     """um that a net from the same sensors leaves of every test."""
-    from vcmm.learn.calibration.thermal_net import net_left
-
     return [net_left(given.recordings, one, given.machine, sensors) * 1e3 for one in asked]
 
 
-def _figures(found: Any) -> dict[str, Any]:
+def _figures(found: ThermalModel) -> dict[str, Any]:
     before, after = found.held_out
     return {
         "rms_before_um": found.before * 1e3,
@@ -74,7 +108,7 @@ def _figures(found: Any) -> dict[str, Any]:
     }
 
 
-def _show(found: Any) -> None:
+def _show(found: ThermalModel) -> None:
     before, after = found.held_out
     print(f"all readings: {found.before * 1e3:.2f} -> {found.after * 1e3:.2f} µm rms")
     print(f"blocks of time predicted from the others: {before * 1e3:.2f} -> {after * 1e3:.2f} µm rms")

@@ -2,13 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, NamedTuple
 
-from cyclopts import Parameter
+import numpy as np
+
+from vcmm.core.errors import DataError, did_you_mean
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.own.certificate import stated_certificate
+from vcmm.files.own.library import cuts
+from vcmm.files.own.machine import load_machine, load_machine_of
+from vcmm.files.problems import Problems, misspelt
+from vcmm.files.toml import read_toml
+from vcmm.program.setup import Setup
+from vcmm.show.console.complaints import about
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables.table import listing
+
+if TYPE_CHECKING:
+    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.scenario import Scenario
+    from vcmm.task.measuring.task import Task
+
+KINDS = ("scenario", "machine", "setup", "recording")
 
 
-def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+def check_command(file: Path, *, json: Json = False, out: Path | None = None) -> int:
     """Check a machine, scenario, set-up or recording file: all problems at once, each with file, line and fix.
 
     Parameters
@@ -17,43 +41,66 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
         Machine (machine/1), scenario (scenario/1), set-up (setup/1) or recording (recording/1) file.
     json
         Print one JSON document.
+    out
+        Folder for check.json.
     """
-    from vcmm.core.errors import DataError, did_you_mean
-    from vcmm.files.problems import misspelt
-    from vcmm.files.toml import read_toml
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.table import listing
+    return run_job(CheckJob(file), Flags(json, out))
 
-    head = read_toml(file)
-    kind = str(head.data.get("vcmm", "")).split("/")[0]
-    if kind == "machine":
-        rows = _machine_rows(file)
-    elif kind == "scenario":
-        rows = _scenario_rows(file)
-    elif kind == "setup":
-        rows = _setup_rows(file)
-    elif kind == "recording":
-        rows = _recording_rows(file)
-    else:
-        known = ("scenario", "machine", "setup", "recording")
-        hint = did_you_mean(kind, known) if kind else misspelt("vcmm", head.data)
+
+Row = list[str]  # what it is, and how it was understood
+
+
+class CheckedFile(NamedTuple):
+    """How a file was understood; lost: remarks after which part or tool would be spoilt."""
+
+    rows: list[Row]
+    lost: list[str]
+
+
+@dataclass(frozen=True)
+class CheckJob(Job[str, CheckedFile]):
+    """One file and everything that it names, read. Loaded: its kind."""
+
+    file: Path
+    schema = "vcmm.check/1"
+
+    def load(self) -> str:
+        head = read_toml(self.file)
+        kind = str(head.data.get("vcmm", "")).split("/")[0]
+        if kind in KINDS:
+            return kind
+        hint = did_you_mean(kind, KINDS) if kind else misspelt("vcmm", head.data)
         raise DataError(
             f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", "machine/1", "setup/1" or "recording/1".{hint}'
         )
-    lost = [["spoilt", text] for name, text in rows if name.startswith("remark ") and spoils(text)]
-    if json:
-        body = {
-            "file": str(file),
-            "kind": kind,
-            "understood": dict(rows),
-            "spoilt": [text for _, text in lost],
+
+    def run(self, loaded: str, report: Progress) -> CheckedFile:
+        read = {
+            "machine": _machine_rows,
+            "scenario": _scenario_rows,
+            "setup": _setup_rows,
+            "recording": _recording_rows,
         }
-        print_json(document("vcmm.check/1", body, files=sources(file)))
-    else:
+        rows = read[loaded](self.file)
+        return CheckedFile(rows, [text for name, text in rows if name.startswith("remark ") and spoils(text)])
+
+    def record(self, loaded: str, result: CheckedFile) -> Record:
+        body = {
+            "file": str(self.file), "kind": loaded, "understood": dict(result.rows), "spoilt": result.lost,
+        }  # fmt: skip
+        return Record(body, sources(self.file))
+
+    def texts(self, loaded: str, result: CheckedFile, content: str, folder: Path) -> dict[str, str]:
+        return {"check.json": content}
+
+    def exit_code(self, loaded: str, result: CheckedFile) -> int:
+        return int(bool(result.lost))
+
+    def show(self, loaded: str, result: CheckedFile) -> None:
+        lost = [["spoilt", text] for text in result.lost]
         title = f"the file is right, the program is not: {len(lost)} remarks" if lost else "no problems found"
-        show_table(listing(f"{file}: {title}", ["", "understood as"], [*lost, *rows], words=(0, 1)))
-    return 1 if lost else 0
+        rows = [*lost, *result.rows]
+        show_table(listing(f"{self.file}: {title}", ["", "understood as"], rows, words=(0, 1)))
 
 
 SPOILS = ("itself gouges", "would break", "the shank of tool")  # in a remark: part or tool are lost
@@ -64,18 +111,14 @@ def spoils(remark: str) -> bool:
     return any(words in remark for words in SPOILS)
 
 
-def _machine_rows(file: Path) -> list[list[str]]:
-    from vcmm.files.own.machine import load_machine
-
+def _machine_rows(file: Path) -> list[Row]:
     machine = load_machine(file)
     said = [[f"remark {i}", text] for i, text in enumerate(machine.remarks, 1)]
     return _describe_machine(machine) + _certificate_rows(file, machine) + said
 
 
-def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
+def _certificate_rows(file: Path, machine: Machine) -> list[Row]:
     """How often a machine as this file describes it passes the test of the certificate that it states."""
-    from vcmm.files.own.certificate import stated_certificate
-
     certificate = stated_certificate(file)
     if certificate is None:
         return []
@@ -95,14 +138,7 @@ def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
     return rows
 
 
-def _machine_alone(file: Path) -> Any:
-    """The machine of a scenario without what part and room add to it: as its own test finds it."""
-    from vcmm.files.own.machine import load_machine_of
-
-    return load_machine_of(file)
-
-
-def _describe_machine(machine: Any) -> list[list[str]]:
+def _describe_machine(machine: Machine) -> list[Row]:
     rows = [["machine", f"{machine.name} ({machine.kind}), structure {machine.chain.structure}"]]
     for letter, axis in machine.axes.items():
         scale, unit = (57.29577951308232, "deg") if axis.rotary else (1.0, "mm")
@@ -119,20 +155,15 @@ def _describe_machine(machine: Any) -> list[list[str]]:
     return rows
 
 
-def _law(one: Any) -> str:
-    import numpy as np
-
+def _law(one: Input) -> str:
     name = str(getattr(one.law, "name", type(one.law).__name__))
     if not np.isfinite(one.law.u).all():
         name += " (u is infinite for nu <= 2; the coverage interval is given)"
     return name
 
 
-def _setup_rows(file: Path) -> list[list[str]]:
-    from vcmm.files.own.machine import load_machine
+def _setup_rows(file: Path) -> list[Row]:
     from vcmm.files.own.setup import load_setup
-    from vcmm.files.problems import Problems
-    from vcmm.files.toml import read_toml
 
     setup = load_setup(file)
     problems = Problems(read_toml(file))
@@ -144,7 +175,7 @@ def _setup_rows(file: Path) -> list[list[str]]:
     return rows + _tool_rows(setup)
 
 
-def _tool_rows(setup: Any) -> list[list[str]]:
+def _tool_rows(setup: Setup) -> list[Row]:
     """Work offsets and tools of a set-up."""
     rows = []
     for name, point in setup.offsets.items():
@@ -162,7 +193,7 @@ def _tool_rows(setup: Any) -> list[list[str]]:
     return rows
 
 
-def _reversal_rows(file: Path) -> list[list[str]]:
+def _reversal_rows(file: Path) -> list[Row]:
     from vcmm.files.own.reversal import load_reversal
 
     found = load_reversal(file)
@@ -177,7 +208,7 @@ def _reversal_rows(file: Path) -> list[list[str]]:
     ]
 
 
-def _recording_rows(file: Path) -> list[list[str]]:
+def _recording_rows(file: Path) -> list[Row]:
     """What was observed on what, and what a diagnosis cannot ask of it."""
     from vcmm.files.own.instruments import load_certificate
     from vcmm.files.own.recording import load_recording
@@ -215,18 +246,15 @@ def _per(word: str, label: str, counted: dict[str, int]) -> str:
     return f"{word} for all rows (no column {label})" if absent else f"{word} per {label or 'recording'}"
 
 
-def _scenario_rows(file: Path) -> list[list[str]]:
-    from vcmm.files.own.library import cuts
-
+def _scenario_rows(file: Path) -> list[Row]:
     return _cutting_rows(file) if cuts(file) else _measuring_rows(file)
 
 
-def _cutting_rows(file: Path) -> list[list[str]]:
+def _cutting_rows(file: Path) -> list[Row]:
     """Everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
     from vcmm.files.own.cut_scenario import load_cut
     from vcmm.shop.machining.job import finished_part
     from vcmm.shop.machining.preparation import remarks, set_up
-    from vcmm.show.console.complaints import about
 
     scenario = load_cut(file)
     with about(file):
@@ -255,7 +283,7 @@ def _cutting_rows(file: Path) -> list[list[str]]:
     )
 
 
-def _known_rows(scenario: Any, task: Any) -> list[list[str]]:
+def _known_rows(scenario: Scenario | CutScenario, task: Task) -> list[Row]:
     """Features, characteristics, and the inputs that are not the machine's."""
     rows = [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
     rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
@@ -263,17 +291,16 @@ def _known_rows(scenario: Any, task: Any) -> list[list[str]]:
     return rows + [[f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"] for i in task.inputs if i not in own]
 
 
-def _measuring_rows(file: Path) -> list[list[str]]:
+def _measuring_rows(file: Path) -> list[Row]:
     from vcmm.answer.evaluation.checks import remarks
     from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
 
     scenario = load_scenario(file)
     with about(file):
         task = scenario.task()
         refused = _evaluate(task)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
-    rows += _certificate_rows(file, _machine_alone(file))
+    rows += _certificate_rows(file, load_machine_of(file))
     touches = f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"
     rows += [["plan", touches], *_known_rows(scenario, task)]
     said = (*remarks(scenario), *refused)
@@ -281,7 +308,7 @@ def _measuring_rows(file: Path) -> list[list[str]]:
     return rows
 
 
-def _evaluate(task: Any) -> list[str]:
+def _evaluate(task: Task) -> list[str]:
     """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
     from vcmm.answer.evaluation.linear import prepare_model
     from vcmm.task.measuring.task import evaluate_all, fit_features, measured_points

@@ -2,20 +2,47 @@
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Decimals
+from vcmm.compensation.job import compensate
+from vcmm.compensation.offsets import OffsetOnly, best_offsets
+from vcmm.compensation.result import CompensatedProgram
+from vcmm.compensation.source import read_source, write_source
+from vcmm.compensation.surface import SurfaceErrors, surface_errors
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.machine import Machine
+from vcmm.core.units import quantity
+from vcmm.face.bodies import compensation_json
+from vcmm.face.cli.options import Decimals, Json
+from vcmm.face.cli.proof import in_rounds, refuse_worse
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.own.cut_scenario import load_cut
+from vcmm.program.setup import Setup
+from vcmm.shop.machining.proof import CutProof
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.tables.answers_machine import compensation_answers
+from vcmm.show.tables.compensation import (
+    before_and_after,
+    departure_json,
+    departures,
+    pointings,
+    shifts,
+    shifts_json,
+)
+from vcmm.show.tables.proofs import proof_text
 
 
 def compensate_command(
     program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: Decimals = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
     inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
-    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Annotated[bool, Parameter(name="--json")] = False,
+    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Json = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
@@ -64,19 +91,15 @@ def compensate_command(
     _only_a_program(asked, {"--offset-only": offset_only, "--points": points, "--table": table})
     if points is not None or table is not None:
         return _machine_form(program, points, table, out, json)
-    given = _load_program(program, setup, dialect, set_on)
+    made_for = _MadeFor(setup, dialect, set_on)
     if offset_only:
-        return _offsets(given, json)
-    options = {"tolerance": _length(tolerance), "decimals": decimals, "carry": carry, "growth": growth, "inline": inline,
-        "orientation": orientation, "surface": _surface(given) if surface else None,
-    }  # fmt: skip
-    return _rewritten(given, out, options, (diff, plot), json)
+        return run_job(OffsetJob(program, made_for), Flags(json))
+    options = _Options(tolerance, decimals, carry, growth, inline, orientation, surface)
+    return run_job(CompensateJob(program, made_for, options, out, diff, plot), Flags(json))
 
 
 def _only_a_program(options: dict[str, bool], forms: dict[str, object]) -> None:
     """Raises UsageError for options that only a rewritten program has, with a form that writes none."""
-    from vcmm.core.errors import UsageError
-
     form = next((name for name, given in forms.items() if given), None)
     asked = ", ".join(name for name, on in options.items() if on)
     if form is not None and asked:
@@ -85,29 +108,60 @@ def _only_a_program(options: dict[str, bool], forms: dict[str, object]) -> None:
         )
 
 
+def _machine_form(machine: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
+    """One of the two forms that take a machine. Raises UsageError where both are asked for."""
+    from vcmm.face.cli.compensate_machine import PointsJob, TableJob
+
+    if points is not None and table is not None:
+        raise UsageError("--points and --table exclude each other; give one of them")
+    if points is not None:
+        return run_job(PointsJob(machine, points, out or Path(f"{points.stem}-corrected.csv")), Flags(json))
+    folder = out or Path(f"{machine.stem}-{table}")
+    return run_job(TableJob(machine, str(table), folder), Flags(json, folder))
+
+
+class _MadeFor(NamedTuple):
+    """What the command line says of where a program runs: set-up file, dialect, where the work offset was set."""
+
+    setup: Path | None
+    dialect: str | None
+    set_on: str
+
+
+class _Options(NamedTuple):
+    """How a program is rewritten, as the command line says it."""
+
+    tolerance: str
+    decimals: int | None
+    carry: bool
+    growth: float
+    inline: float
+    orientation: bool
+    surface: bool
+
+
 @dataclass(frozen=True)
-class _GivenProgram:
+class GivenProgram:
     """A program, the set-up it was made for, and what a cutting scenario says of both. read: the files so far."""
 
     program: Path
-    setup: Any
+    setup: Setup | Path
     read: list[Path]
     dialect: str | None
     set_here: bool
-    machine: Any = None
+    machine: Machine | None = None
     constants: Any = None
-    scenario: Any = None
+    scenario: CutScenario | None = None
 
 
-def _load_program(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _GivenProgram:
+def _load_program(program: Path, made_for: _MadeFor) -> GivenProgram:
     """Raises UsageError: no set-up is known, or --set-on is none of its two words."""
-    from vcmm.core.errors import UsageError, choose_from
-
+    setup, dialect, set_on = made_for
     if set_on not in ("this machine", "elsewhere"):
         raise UsageError(f'--set-on "{set_on}".{choose_from(set_on, ["this machine", "elsewhere"])}')
     here = set_on == "this machine"
     if setup is not None:
-        return _GivenProgram(program, setup, [program, setup], dialect, here)
+        return GivenProgram(program, setup, [program, setup], dialect, here)
     if program.suffix != ".toml":
         raise UsageError(
             "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
@@ -115,12 +169,10 @@ def _load_program(program: Path, setup: Path | None, dialect: str | None, set_on
     return rewritable(program, dialect, here)
 
 
-def rewritable(path: Path, dialect: str | None = None, here: bool = True) -> _GivenProgram:
+def rewritable(path: Path, dialect: str | None = None, here: bool = True) -> GivenProgram:
     """The program of a cutting scenario; here: its work offset was set on its machine, where the scenario says nothing else."""
-    from vcmm.files.own.cut_scenario import load_cut
-
     scenario = load_cut(path)
-    return _GivenProgram(
+    return GivenProgram(
         scenario.program,
         replace(scenario.setup, set_at=scenario.set_at, set_as_cut=scenario.set_as_cut),
         [path, scenario.program],
@@ -132,23 +184,82 @@ def rewritable(path: Path, dialect: str | None = None, here: bool = True) -> _Gi
     )
 
 
-def _machine_form(program: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
-    from vcmm.face.cli.compensate_machine import machine_form
+class Rewritten(NamedTuple):
+    """The new program, and what its part is when it is cut."""
 
-    return machine_form(program, points, table, out, json)
-
-
-def _length(tolerance: str) -> float:
-    from vcmm.core.units import quantity
-
-    return quantity(tolerance, "length", "--tolerance", "1 um")
+    program: CompensatedProgram
+    proof: CutProof
 
 
-def _surface(given: _GivenProgram) -> Any:
+@dataclass(frozen=True)
+class CompensateJob(Job[GivenProgram, Rewritten]):
+    """A program rewritten. out: its file; None: named after the program. diff, plot: what is shown and written besides."""
+
+    program: Path
+    made_for: _MadeFor
+    options: _Options
+    out: Path | None
+    diff: bool
+    plot: bool
+    schema = "vcmm.compensation/1"
+
+    def load(self) -> GivenProgram:
+        return _load_program(self.program, self.made_for)
+
+    def target(self, given: GivenProgram) -> Path:
+        return self.out or Path(f"{given.program.stem}-compensated{given.program.suffix}")
+
+    def run(self, loaded: GivenProgram, report: Progress) -> Rewritten:
+        """Raises UsageError where the result would lie over the program, ModelLimit where its part is worse."""
+        given, o = loaded, self.options
+        tolerance = quantity(o.tolerance, "length", "--tolerance", "1 um")
+        surface = _surface(given) if o.surface else None
+        target = self.target(given)
+        if target.exists() and given.program.exists() and target.samefile(given.program):
+            raise UsageError(f"{target} is the program itself; choose another file with --out")
+
+        def make(of_surface: SurfaceErrors | None) -> CompensatedProgram:
+            made = compensate(
+                given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
+                constants=given.constants, progress=report, follow=self.plot, surface=of_surface, tolerance=tolerance,
+                decimals=o.decimals, carry=o.carry, growth=o.growth, inline=o.inline, orientation=o.orientation,
+            )  # fmt: skip
+            report("cutting the new program, and inspecting it", 0.9)
+            return made
+
+        made, proof = in_rounds(given.scenario, surface, given.program.suffix, tolerance, make)
+        refuse_worse(given.program, proof)
+        return Rewritten(made, proof)
+
+    def record(self, loaded: GivenProgram, result: Rewritten) -> Record:
+        body = compensation_json(result.program, self.target(loaded), result.proof)
+        return Record(body, loaded.read, warnings=result.program.warnings)
+
+    def export(self, loaded: GivenProgram, result: Rewritten, content: dict[str, Any]) -> None:
+        """The program, and the page of --plot beside it."""
+        target = self.target(loaded)
+        write_source(target, result.program.data)
+        say(f"wrote {target}")
+        if self.plot:
+            from vcmm.show.pages.path import compensation_page
+            from vcmm.show.report import write
+
+            page = target.with_suffix(".html")
+            write(page, compensation_page(result.program, loaded.program, result.proof))
+            say(f"wrote {page}")
+
+    def exit_code(self, loaded: GivenProgram, result: Rewritten) -> int:
+        met = result.program.met if result.proof.after is None else result.proof.met
+        return 0 if met else 1
+
+    def show(self, loaded: GivenProgram, result: Rewritten) -> None:
+        _show(result.program, result.proof)
+        if self.diff:
+            _show_diff(loaded.program, self.target(loaded), result.program)
+
+
+def _surface(given: GivenProgram) -> SurfaceErrors | None:
     """What the finished surface departs by beside its path; None where it does not."""
-    from vcmm.compensation.surface import surface_errors
-    from vcmm.core.errors import UsageError
-
     if given.scenario is None:
         raise UsageError(
             "--surface needs to know part, stock and tools: name a cutting scenario (vcmm compensate block.toml --surface), not program and set-up"
@@ -156,91 +267,38 @@ def _surface(given: _GivenProgram) -> Any:
     return surface_errors(given.scenario)
 
 
-def _rewritten(
-    given: _GivenProgram, out: Path | None, options: dict[str, Any], shown: tuple[bool, bool], json: bool
-) -> int:
-    """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline. shown: differences, page."""
-    from vcmm.compensation.job import compensate
-    from vcmm.compensation.source import write_source
-    from vcmm.core.errors import UsageError
-    from vcmm.face.cli.proof import in_rounds, refuse_worse
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import progress, say
-
-    program = given.program
-    target = out or Path(f"{program.stem}-compensated{program.suffix}")
-    if target.exists() and program.exists() and target.samefile(program):
-        raise UsageError(f"{target} is the program itself; choose another file with --out")
-    surface, others = options["surface"], {k: v for k, v in options.items() if k != "surface"}
-    with progress() as report:
-
-        def make(of_surface: Any) -> Any:
-            made = compensate(
-                program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
-                constants=given.constants, progress=report, follow=shown[1], surface=of_surface, **others,
-            )  # fmt: skip
-            report("cutting the new program, and inspecting it", 0.9)
-            return made
-
-        result, proof = in_rounds(given.scenario, surface, program.suffix, options["tolerance"], make)
-    refuse_worse(given.scenario, proof)
-    write_source(target, result.data)
-    say(f"wrote {target}")
-    if shown[1]:
-        _write_page(target.with_suffix(".html"), result, program, proof)
-    if json:
-        from vcmm.face.bodies import compensation_json
-
-        body = compensation_json(result, target, proof)
-        print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
-    else:
-        _show(result, proof)
-        if shown[0]:
-            _show_diff(program, target, result)
-    return 0 if (result.met if proof.after is None else proof.met) else 1
-
-
-def _write_page(target: Path, result: Any, program: Path, proof: Any) -> None:
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.path import compensation_page
-    from vcmm.show.report import write
-
-    write(target, compensation_page(result, program, proof))
-    say(f"wrote {target}")
-
-
-def _offsets(given: _GivenProgram, json: bool) -> int:
+@dataclass(frozen=True)
+class OffsetJob(Job[GivenProgram, OffsetOnly]):
     """--offset-only: nothing is written."""
-    from vcmm.compensation.offsets import best_offsets
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import say_warnings, show_table
-    from vcmm.show.tables.compensation import departure_json, departures, shifts, shifts_json
 
-    result = best_offsets(
-        given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
-    )  # fmt: skip
-    if json:
+    program: Path
+    made_for: _MadeFor
+    schema = "vcmm.compensation/1"
+
+    def load(self) -> GivenProgram:
+        return _load_program(self.program, self.made_for)
+
+    def run(self, loaded: GivenProgram, report: Progress) -> OffsetOnly:
+        return best_offsets(
+            loaded.program, loaded.setup, loaded.machine, dialect=loaded.dialect, set_here=loaded.set_here, constants=loaded.constants,
+        )  # fmt: skip
+
+    def record(self, loaded: GivenProgram, result: OffsetOnly) -> Record:
         body = {
             "program": result.name, "dialect": result.dialect, "machine": result.machine, "file": None,
             "deviation": {"before": departure_json(result.before), "offset_only": departure_json(result.offset_only)},
             "offset_shift_mm": shifts_json(result),
         }  # fmt: skip
-        print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
-        return 0
-    show_table(
-        departures(result, [("as programmed", result.before), ("work offsets shifted", result.offset_only)])
-    )
-    show_table(shifts(result))
-    say_warnings(result.warnings)
-    return 0
+        return Record(body, loaded.read, warnings=result.warnings)
+
+    def show(self, loaded: GivenProgram, result: OffsetOnly) -> None:
+        rows = [("as programmed", result.before), ("work offsets shifted", result.offset_only)]
+        show_table(departures(result, rows))
+        show_table(shifts(result))
+        say_warnings(result.warnings)
 
 
-def _show(result: Any, proof: Any) -> None:
-    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
-    from vcmm.show.tables.answers_machine import compensation_answers
-    from vcmm.show.tables.compensation import before_and_after, departures, pointings, shifts
-    from vcmm.show.tables.proofs import proof_text
-
+def _show(result: CompensatedProgram, proof: CutProof) -> None:
     show_answers(compensation_answers(result, proof))
     if proof.after is not None:
         print(proof_text(proof))
@@ -260,11 +318,7 @@ def _show(result: Any, proof: Any) -> None:
     say_warnings(result.warnings)
 
 
-def _show_diff(program: Path, target: Path, result: Any) -> None:
-    import difflib
-
-    from vcmm.compensation.source import read_source
-
+def _show_diff(program: Path, target: Path, result: CompensatedProgram) -> None:
     old = [line for line, _ in read_source(program).lines]
     new = result.text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
     for line in difflib.unified_diff(old, new, str(program), str(target), lineterm="", n=1):

@@ -2,72 +2,101 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
+
+from vcmm.compensation.points import CorrectedPoints, corrected_points
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
+from vcmm.face.cli.field import rows_of
+from vcmm.face.job import Job, Progress, Record
+from vcmm.files.columns import read_positions
+from vcmm.files.foreign.compensation_tables import Tables, control_tables, without_scatter
+from vcmm.files.own.machine import load_machine
+from vcmm.show.console.documents import sources
+from vcmm.show.console.files import write_text
+from vcmm.show.console.terminal import say
+from vcmm.show.tables.compensation import points_csv
+from vcmm.task.response.logs import with_logs
 
 
-def machine_form(machine: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
-    """One of the two. Raises UsageError where both are asked for."""
-    from vcmm.core.errors import UsageError
+class Indicated(NamedTuple):
+    """A machine without its scatter, and where it says that its tip is."""
 
-    if points is not None and table is not None:
-        raise UsageError("--points and --table exclude each other; give one of them")
-    return points_form(machine, points, out, json) if points else table_form(machine, str(table), out, json)
+    machine: Machine
+    run: Run
 
 
-def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> int:
-    """MACHINE --points measured.csv: indicated to corrected points."""
-    from vcmm.compensation.points import corrected_points
-    from vcmm.face.cli.field import rows_of
-    from vcmm.files.columns import read_positions
-    from vcmm.files.foreign.compensation_tables import without_scatter
-    from vcmm.files.own.machine import load_machine
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import write_text
-    from vcmm.show.console.terminal import say
-    from vcmm.show.tables.compensation import points_csv
-    from vcmm.task.response.logs import with_logs
+@dataclass(frozen=True)
+class PointsJob(Job[Indicated, CorrectedPoints]):
+    """MACHINE --points measured.csv: indicated to corrected points. target: the file of the result."""
 
-    loaded = without_scatter(load_machine(machine))
-    run = with_logs(read_positions(points, loaded.chain.letters))
-    with rows_of(machine, points):
-        found = corrected_points(loaded, run)
-    target = out or Path(f"{points.stem}-corrected.csv")
-    write_text(target, points_csv(found))
-    say(f"wrote {target}")
-    largest = max((float((e**2).sum() ** 0.5) for e in found.error), default=0.0)
-    if json:
+    machine: Path
+    points: Path
+    target: Path
+    schema = "vcmm.compensated-points/1"
+
+    def load(self) -> Indicated:
+        machine = without_scatter(load_machine(self.machine))
+        return Indicated(machine, with_logs(read_positions(self.points, machine.chain.letters)))
+
+    def run(self, loaded: Indicated, report: Progress) -> CorrectedPoints:
+        with rows_of(self.machine, self.points):
+            return corrected_points(loaded.machine, loaded.run)
+
+    def record(self, loaded: Indicated, result: CorrectedPoints) -> Record:
         body = {
-            "machine": loaded.name, "points": len(found.error), "file": str(target), "max_um": largest * 1e3,
-            "corrected_mm": found.corrected.tolist(), "error_mm": found.error.tolist(),
+            "machine": loaded.machine.name, "points": len(result.error), "file": str(self.target), "max_um": largest(result) * 1e3,
+            "corrected_mm": result.corrected.tolist(), "error_mm": result.error.tolist(),
         }  # fmt: skip
-        print_json(document("vcmm.compensated-points/1", body, files=[*sources(machine), points]))
-    else:
-        print(f"{len(found.error)} points of {loaded.name}: errors up to {largest * 1e3:.2f} µm taken off")
-    return 0
+        return Record(body, [*sources(self.machine), self.points])
+
+    def export(self, loaded: Indicated, result: CorrectedPoints, content: dict[str, Any]) -> None:
+        write_text(self.target, points_csv(result))
+        say(f"wrote {self.target}")
+
+    def show(self, loaded: Indicated, result: CorrectedPoints) -> None:
+        count, name = len(result.error), loaded.machine.name
+        print(f"{count} points of {name}: errors up to {largest(result) * 1e3:.2f} µm taken off")
 
 
-def table_form(machine: Path, form: str, out: Path | None, json: bool) -> int:
-    """MACHINE --table FORMAT: tables for a control, in the folder --out (default: the current one)."""
-    from vcmm.files.foreign.compensation_tables import control_tables
-    from vcmm.files.own.machine import load_machine
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
+def largest(found: CorrectedPoints) -> float:
+    """mm: of the errors of all points; 0 without points."""
+    return max((float((e**2).sum() ** 0.5) for e in found.error), default=0.0)
 
-    loaded = load_machine(machine)
-    found = control_tables(loaded, form)
-    written = write_files(out or Path(f"{machine.stem}-{form}"), found.files)
-    if json:
+
+@dataclass(frozen=True)
+class TableJob(Job[Machine, Tables]):
+    """MACHINE --table FORMAT: tables for a control. folder: where they are to lie."""
+
+    machine: Path
+    form: str
+    folder: Path
+    schema = "vcmm.compensation-table/1"
+
+    def load(self) -> Machine:
+        return load_machine(self.machine)
+
+    def run(self, loaded: Machine, report: Progress) -> Tables:
+        return control_tables(loaded, self.form)
+
+    def record(self, loaded: Machine, result: Tables) -> Record:
         body = {
-            "machine": loaded.name,
-            "format": form,
-            "files": [str(p) for p in written],
-            "left_out": list(found.left_out),
-        }
-        print_json(document("vcmm.compensation-table/1", body, files=sources(machine)))
-        return 0
-    for path in written:
-        print(path)
-    for text in found.left_out:
-        say(f"note: {text}")
-    return 0
+            "machine": loaded.name, "format": self.form,
+            "files": [str(self.folder / name) for name in result.files], "left_out": list(result.left_out),
+        }  # fmt: skip
+        return Record(body, sources(self.machine))
+
+    def texts(self, loaded: Machine, result: Tables, content: str, folder: Path) -> dict[str, str]:
+        return result.files
+
+    def files_sentence(self, loaded: Machine, result: Tables, folder: Path, names: Sequence[str]) -> str:
+        return ""  # the answer names them
+
+    def show(self, loaded: Machine, result: Tables) -> None:
+        for name in result.files:
+            print(self.folder / name)
+        for text in result.left_out:
+            say(f"note: {text}")

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
+from vcmm.face.cli.options import Json
+from vcmm.face.converting import convert_file, refuse_taken
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.foreign.convert import ConvertedFiles
+from vcmm.show.console.terminal import say
 
 
 def convert_command(
@@ -13,7 +18,7 @@ def convert_command(
     *,
     machine: Path | None = None,
     out: Path | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
 ) -> int:
     """Make vcmm files of a file of another system: a part with plan, a machine with errors, quantities of a certificate.
 
@@ -31,27 +36,52 @@ def convert_command(
     json
         Print one JSON document.
     """
-    from vcmm.face.converting import written_files
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import say
+    folder = out or Path(file.stem)
+    return run_job(ConvertJob(file, machine, folder), Flags(json, folder))
 
-    made, read, written = written_files(file, machine, out)
-    files = [str(path) for path in written]
-    if json:
+
+@dataclass(frozen=True)
+class ConvertJob(Job[Path, tuple[ConvertedFiles, list[str]]]):
+    """One file converted; the result: its files, and what `vcmm check` says against them. folder: where they are to lie."""
+
+    file: Path
+    machine: Path | None
+    folder: Path
+    schema = "vcmm.convert/1"
+
+    def load(self) -> Path:
+        return self.file
+
+    def run(self, loaded: Path, report: Progress) -> tuple[ConvertedFiles, list[str]]:
+        made, problems = convert_file(loaded, self.machine, self.folder)
+        refuse_taken(self.folder, made.texts)
+        return made, problems
+
+    def record(self, loaded: Path, result: tuple[ConvertedFiles, list[str]]) -> Record:
+        made, problems = result
         body = {
             "kind": made.kind,
             "counts": made.counts,
-            "written": files,
+            "written": [str(path) for path in self.written_paths(made)],
             "notes": list(made.notes),
-            "problems": read,
+            "problems": problems,
         }
-        print_json(document("vcmm.convert/1", body, files=[file], warnings=[*made.notes, *read]))
-        return 0
-    for note in (*made.notes, *read):
-        say(f"note: {note}")
-    print(f"{made.kind}: " + ", ".join(f"{n} {what}" for what, n in made.counts.items()))
-    print(
-        f"wrote {', '.join(files)}"
-        + (f"\nnext: vcmm check {written[0].parent / made.check}" if made.check else "")
-    )
-    return 0
+        return Record(body, [loaded], warnings=[*made.notes, *problems])
+
+    def written_paths(self, made: ConvertedFiles) -> list[Path]:
+        return [self.folder / name for name in made.texts]
+
+    def texts(self, loaded: Path, result: tuple[ConvertedFiles, list[str]], content: str, folder: Path) -> dict[str, str]:  # fmt: skip
+        return result[0].texts
+
+    def files_sentence(self, loaded: Path, result: tuple[ConvertedFiles, list[str]], folder: Path, names: Sequence[str]) -> str:  # fmt: skip
+        return ""  # the answer names them
+
+    def show(self, loaded: Path, result: tuple[ConvertedFiles, list[str]]) -> None:
+        made, problems = result
+        for note in (*made.notes, *problems):
+            say(f"note: {note}")
+        print(f"{made.kind}: " + ", ".join(f"{n} {what}" for what, n in made.counts.items()))
+        print(f"wrote {', '.join(map(str, self.written_paths(made)))}")
+        if made.check:
+            print(f"next: vcmm check {self.folder / made.check}")

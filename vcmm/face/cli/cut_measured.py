@@ -4,35 +4,39 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from vcmm.answer.inference.given import GivenPoints
-    from vcmm.face.job import Progress
-    from vcmm.shop.machining.scenario import CutScenario
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.face.job import Progress
+from vcmm.files.columns import run_columns
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording_writer import save_recording
+from vcmm.files.own.setup import load_setup
+from vcmm.files.toml import read_toml
+from vcmm.shop.machining.measured_part import MeasuredCut, measured_cut
+from vcmm.shop.machining.part_recording import part_recording
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show.console.complaints import about
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.tables import measured_cut as tables
+from vcmm.show.tables.answers_parts import cut_answers
 
 
 @dataclass(frozen=True, eq=False)
 class CameBack:
     """What there is to print, and what the document says."""
 
-    cut: Any
+    cut: MeasuredCut
     recording: Path | None
     warnings: tuple[str, ...]
 
     @property
     def json(self) -> dict[str, Any]:
-        from vcmm.show.tables.measured_cut import measured_json
-
-        return measured_json(self.cut) | {
+        return tables.measured_json(self.cut) | {
             "recording": None if self.recording is None else str(self.recording)
         }
 
     def show(self) -> None:
-        from vcmm.show.console.terminal import say_warnings, show_answers, show_table
-        from vcmm.show.tables import measured_cut as tables
-        from vcmm.show.tables.answers_parts import cut_answers
-
         show_answers(cut_answers(self.cut))
         show_table(tables.prediction_table(self.cut))
         if self.cut.mismatch:
@@ -53,10 +57,6 @@ def came_back(
     report: Progress,
 ) -> CameBack:
     """Compare, and write the recording into a folder."""
-    from vcmm.shop.machining.measured_part import measured_cut
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.terminal import say
-
     points, u = given
     with about(scenario, "cut"):
         report("comparing the measured part", 0.0)
@@ -72,9 +72,6 @@ def came_back(
 
 def machine_file(scenario: Path) -> tuple[Path | None, str]:
     """The machine file that a scenario names, itself or in its set-up; else why there is none."""
-    from vcmm.files.own.setup import load_setup
-    from vcmm.files.toml import read_toml
-
     data = read_toml(scenario).data
     named = data.get("machine")
     if isinstance(named, str):
@@ -85,11 +82,6 @@ def machine_file(scenario: Path) -> tuple[Path | None, str]:
     return None, "the machine stands inside the scenario: no recording is written; give it a file of its own"
 
 
-def _write(path: Path, cut: Any, machine: Path) -> None:
-    from vcmm.files.columns import run_columns
-    from vcmm.files.own.machine import load_machine
-    from vcmm.files.own.recording_writer import save_recording
-    from vcmm.shop.machining.part_recording import part_recording
-
+def _write(path: Path, cut: MeasuredCut, machine: Path) -> None:
     recording = part_recording(path.stem, cut, load_machine(machine), frozenset(run_columns()))
     save_recording(recording, path, str(machine), apart=True)

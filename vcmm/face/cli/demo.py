@@ -2,11 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from types import ModuleType
+from typing import Annotated, Any, Literal, NamedTuple
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
+
+from vcmm.answer.evaluation.result import UncertaintyResult
+from vcmm.core.errors import UsageError
+from vcmm.face import api
+from vcmm.face.cli.options import Json
+from vcmm.face.cli.twins import TwinJob
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.face.twins import twin as load_twin
+from vcmm.files.own.library import example
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.terminal import show_answers, show_table
+from vcmm.show.pages.first import first_blocks, first_lines
+from vcmm.show.pages.uncertainty import uncertainty_page
+from vcmm.show.tables.table import csv_text
+from vcmm.show.tables.uncertainty import characteristic_json
+from vcmm.task.measuring.scenario import Scenario
+
+COMMAND = "vcmm"
 
 
 def demo_command(
@@ -18,7 +39,7 @@ def demo_command(
     | None = None,
     draws: Annotated[int | None, Parameter(validator=Number(gte=1, lte=10**6))] = None,
     trials: Annotated[int | None, Parameter(validator=Number(gte=1000, lte=10**9))] = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
 ) -> int:
     """Virtually measure a ring gauge: value, U, decision, main contributor, a report. Start here.
 
@@ -40,97 +61,116 @@ def demo_command(
     """
     if twin is None:
         _refuse_idle({"--draws": draws, "--trials": trials})
-        return _ring_gauge(out, json)
+        return run_job(RingGaugeJob(out), Flags(json, out))
     if twin != "gaska2014":
-        from vcmm.face.cli.twins import twin_command
-
-        return twin_command(twin, out, draws, json, COMMAND)
-    return _gaska(out, 200 if draws is None else draws, 20_000 if trials is None else trials, json)
-
-
-COMMAND = "vcmm"
+        return run_job(TwinJob(twin, draws, out, COMMAND), Flags(json, out))
+    return run_job(
+        GaskaJob(200 if draws is None else draws, 20_000 if trials is None else trials, out), Flags(json, out)
+    )
 
 
 def _refuse_idle(given: dict[str, int | None]) -> None:
-    from vcmm.core.errors import UsageError
-
     idle = [name for name, value in given.items() if value is not None]
     if idle:
         raise UsageError(f"{', '.join(idle)}: of a published job; add --twin gaska2014, or leave it out")
 
 
-def _ring_gauge(out: Path, json: bool) -> int:
-    """One part on one machine: ten lines, a report, three next commands."""
-    from vcmm.face import api
-    from vcmm.files.own.library import example
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress
-    from vcmm.show.pages.first import first_lines
-    from vcmm.show.pages.uncertainty import uncertainty_page
-    from vcmm.show.tables.uncertainty import characteristic_json
+@dataclass(frozen=True)
+class RingGaugeJob(Job[Scenario, UncertaintyResult]):
+    """One part on one machine: ten lines, a report, three next commands. folder: of the report."""
 
-    folder, source = output_folder(out), example("ring_gauge")
-    scenario = load_scenario(source)
-    with progress() as report:
-        result = api.uncertainty(scenario, progress=report)
-    body = {"first": characteristic_json(result.characteristics[0])}
-    content = document(
-        "vcmm.demo/1", body, seed=scenario.settings.seed, files=[source], warnings=result.warnings
-    )
-    page = uncertainty_page(scenario, result, [source])
-    write_files(folder, {"demo.json": json_text(content), "report.html": page})
-    if json:
-        print_json(content)
-        return 0
-    print("\n".join(first_lines(scenario, result.characteristics[0])))
-    print(f"\nReport: {folder}/report.html\nNext:")
-    for words in (
-        "new ring_gauge",
-        "uncertainty ring_gauge.toml --out ring_gauge-report",
-        "demo --twin gaska2014",
-    ):
-        print(f"  {COMMAND} {words}")
-    return 0
+    folder: Path
+    schema = "vcmm.demo/1"
+
+    def load(self) -> Scenario:
+        return load_scenario(example("ring_gauge"))
+
+    def run(self, loaded: Scenario, report: Progress) -> UncertaintyResult:
+        return api.uncertainty(loaded, progress=report)
+
+    def record(self, loaded: Scenario, result: UncertaintyResult) -> Record:
+        body = {"first": characteristic_json(result.characteristics[0])}
+        return Record(body, [example("ring_gauge")], loaded.settings.seed, result.warnings)
+
+    def texts(
+        self, loaded: Scenario, result: UncertaintyResult, content: str, folder: Path
+    ) -> dict[str, str]:
+        page = uncertainty_page(loaded, result, [example("ring_gauge")])
+        return {"demo.json": content, "report.html": page}
+
+    def files_sentence(
+        self, loaded: Scenario, result: UncertaintyResult, folder: Path, names: Sequence[str]
+    ) -> str:
+        return ""  # the answer names the report
+
+    def show(self, loaded: Scenario, result: UncertaintyResult) -> None:
+        print("\n".join(first_lines(loaded, result.characteristics[0])))
+        print(f"\nReport: {self.folder}/report.html\nNext:")
+        for words in (
+            "new ring_gauge",
+            "uncertainty ring_gauge.toml --out ring_gauge-report",
+            "demo --twin gaska2014",
+        ):
+            print(f"  {COMMAND} {words}")
 
 
-def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
-    from vcmm.face import api
-    from vcmm.face.twins import twin as load_twin
-    from vcmm.files.own.library import example
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say, show_answers, show_table
-    from vcmm.show.pages.first import first_blocks
-    from vcmm.show.tables.table import csv_text
-    from vcmm.show.tables.uncertainty import characteristic_json
+class GaskaTask(NamedTuple):
+    """The twin, its scenario, and the ring gauge that comes first."""
 
-    folder = output_folder(out)
-    source, ring = example("gaska2014"), example("ring_gauge")
-    gaska = load_twin("gaska2014")
-    scenario, plain = load_scenario(source), load_scenario(ring)
-    with progress() as report:
-        first = api.uncertainty(plain, progress=report)
-        result = gaska.twin.run(scenario, draws, trials, report)
-    body = {"first": characteristic_json(first.characteristics[0]), **gaska.twin.figures(result)}
-    content = document("vcmm.demo/1", body, seed=scenario.settings.seed, files=[ring, source])
-    texts = {
-        "demo.json": json_text(content),
-        "demo.csv": csv_text(gaska.page.places_table(result)),
-        "report.html": gaska.page.twin_page(scenario, result, first_blocks(plain, first)),
-        **gaska.twin.tracer_files(),
-    }
-    write_files(folder, texts)
-    if json:
-        print_json(content)
-        return 0
-    show_answers(gaska.page.answers(result))
-    for table in gaska.page.tables(result):
-        show_table(table)
-    say(f"wrote {folder}/{', '.join(texts)}")
-    print(
-        f"Next:\n  {COMMAND} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {COMMAND} place gaska2014"
-    )
-    return 0
+    twin: ModuleType
+    scenario: Scenario
+    ring: Scenario
+
+
+class GaskaResult(NamedTuple):
+    """The ring gauge, and what the twin came to, of its own kind."""
+
+    first: UncertaintyResult
+    twin: Any
+
+
+@dataclass(frozen=True)
+class GaskaJob(Job[GaskaTask, GaskaResult]):
+    """A compressor body at five places of a CMM. folder: of the report and of the lengths of the LaserTracer."""
+
+    draws: int
+    trials: int
+    folder: Path
+    schema = "vcmm.demo/1"
+
+    def load(self) -> GaskaTask:
+        twin = load_twin("gaska2014")
+        return GaskaTask(twin, load_scenario(example("gaska2014")), load_scenario(example("ring_gauge")))
+
+    def run(self, loaded: GaskaTask, report: Progress) -> GaskaResult:
+        first = api.uncertainty(loaded.ring, progress=report)
+        return GaskaResult(first, loaded.twin.twin.run(loaded.scenario, self.draws, self.trials, report))
+
+    def record(self, loaded: GaskaTask, result: GaskaResult) -> Record:
+        first = characteristic_json(result.first.characteristics[0])
+        body = {"first": first, **loaded.twin.twin.figures(result.twin)}
+        return Record(body, [example("ring_gauge"), example("gaska2014")], loaded.scenario.settings.seed)
+
+    def texts(self, loaded: GaskaTask, result: GaskaResult, content: str, folder: Path) -> dict[str, str]:
+        page = loaded.twin.page
+        first = first_blocks(loaded.ring, result.first)
+        return {
+            "demo.json": content,
+            "demo.csv": csv_text(page.places_table(result.twin)),
+            "report.html": page.twin_page(loaded.scenario, result.twin, first),
+            **loaded.twin.twin.tracer_files(),
+        }
+
+    def files_sentence(
+        self, loaded: GaskaTask, result: GaskaResult, folder: Path, names: Sequence[str]
+    ) -> str:
+        return f"wrote {folder}/{', '.join(names)}"
+
+    def show(self, loaded: GaskaTask, result: GaskaResult) -> None:
+        page, folder = loaded.twin.page, self.folder
+        show_answers(page.answers(result.twin))
+        for table in page.tables(result.twin):
+            show_table(table)
+        print(
+            f"Next:\n  {COMMAND} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {COMMAND} place gaska2014"
+        )

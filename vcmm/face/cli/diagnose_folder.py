@@ -2,116 +2,104 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from vcmm.core.blocks import Sharing, key_of
+from vcmm.face.job import Progress, Record, SharedJob
+from vcmm.files.learned.fleet import Change, FolderJob, changes, diagnosed_folder, in_time
+from vcmm.files.learned.fleet import Record as DiagnosedRecording
+from vcmm.files.own.recording_files import recordings_in
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say, show_answers, show_table
+from vcmm.show.tables import fleet as tables
+from vcmm.show.tables.answers_runs import folder_answers
+from vcmm.show.tables.table import csv_text
+from vcmm.show.tables.table import records as as_records
 
 
-def folder_job(folder: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
-    """Tables, document, CSV, page. options: seed, machine. Exit code 0: a recording that cannot be read is told in its row; 70
-    where one met a fault of ours.
-    """
-    from vcmm.show.console.documents import print_json
-    from vcmm.show.console.files import output_folder
+class DiagnosedFolder(NamedTuple):
+    """A record of every recording in the order of time, and what changed between them."""
 
-    target = output_folder(out) if out else None
-    records, files = diagnose_folder(folder, options, sharing, json)
-    from vcmm.files.learned.fleet import changes, in_time
-
-    records = in_time(records)
-    found = changes(records)
-    content = _document(records, found, files, options["seed"])
-    if target:
-        _write(target, folder.name, records, found, content)
-    if json:
-        print_json(content)
-    else:
-        _show(folder.name, records, found)
-    return 70 if any(r["ours"] for r in records) else 0
+    records: list[DiagnosedRecording]
+    changes: list[Change]
 
 
-def diagnose_folder(
-    folder: Path, options: dict[str, Any], sharing: Any, quiet: bool
-) -> tuple[list[dict[str, Any]], list[Path]]:
-    """A record of every recording, and all files that were read. Raises ShardDone where a share is wanted."""
-    from vcmm.core.blocks import key_of
-    from vcmm.files.learned.fleet import FolderJob, diagnosed_folder
-    from vcmm.files.own.recording_files import recordings_in
-    from vcmm.show.console.terminal import progress
+@dataclass(frozen=True)
+class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
+    """Every recording of a folder. Exit code 0: a recording that cannot be read is named in its row; 70 where one met a fault of ours."""
 
-    machine = Path(options["machine"]) if options["machine"] else None
-    asked, found = FolderJob(folder, options["seed"], machine), recordings_in(folder)
-    files = read_files(found, machine)
-    with progress(not quiet) as bar:
-        count = len(found)
-        bar(f"0 of {count} recordings", 0.0)
+    scenario: Path  # the folder, under the key by which shards hold it
+    seed: int
+    machine: Path | None
+    verb, schema = "diagnose", "vcmm.learn.diagnosis-folder/1"
+
+    @property
+    def stem(self) -> str:
+        return self.scenario.name
+
+    def asked(self) -> dict[str, Any]:
+        return {"seed": self.seed, "machine": str(self.machine) if self.machine else None}
+
+    def options(self) -> dict[str, Any]:
+        return {"scenario": str(self.scenario), **self.asked()}
+
+    def inputs(self) -> list[Path]:
+        return self.files_of(recordings_in(self.scenario))
+
+    def files_of(self, found: Sequence[Path]) -> list[Path]:
+        """Every file once."""
+        named = [*found, *([self.machine] if self.machine else [])]
+        return list(dict.fromkeys(f for p in named for f in sources(p)))
+
+    @classmethod
+    def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> DiagnoseFolderJob:
+        machine = Path(options["machine"]) if options["machine"] else None
+        return cls(Path(options["scenario"]), options["seed"], machine, sharing=sharing)
+
+    def load(self) -> list[Path]:
+        return recordings_in(self.scenario)
+
+    def run(self, loaded: list[Path], report: Progress) -> DiagnosedFolder:
+        """Raises ShardDone where a share is wanted."""
+        count = len(loaded)
+        report(f"0 of {count} recordings", 0.0)
         records = diagnosed_folder(
-            asked, found, key_of("diagnose", options, files), sharing,
-            lambda share: bar(f"{round(share * count)} of {count} recordings", share),
+            FolderJob(self.scenario, self.seed, self.machine), loaded,
+            key_of("diagnose", self.asked(), self.files_of(loaded)), self.sharing,
+            lambda share: report(f"{round(share * count)} of {count} recordings", share),
         )  # fmt: skip
-    return records, files
+        return DiagnosedFolder(in_time(records), changes(records))
 
+    def record(self, loaded: list[Path], result: DiagnosedFolder) -> Record:
+        rows = [{k: v for k, v in r.items() if k != "ours"} for r in result.records]
+        body = {"recordings": rows, "changes": as_records(tables.CHANGES, result.changes)}
+        return Record(body, self.files_of(loaded), self.seed)
 
-def read_files(found: list[Path], machine: Path | None) -> list[Path]:
-    """Every file once."""
-    from vcmm.show.console.documents import sources
+    def texts(
+        self, loaded: list[Path], result: DiagnosedFolder, content: str, folder: Path
+    ) -> dict[str, str]:
+        from vcmm.show.pages.fleet import fleet_page
 
-    return list(dict.fromkeys(f for p in [*found, *([machine] if machine else [])] for f in sources(p)))
+        return {
+            "diagnosis.json": content,
+            "recordings.csv": csv_text(tables.numbers(result.records)),
+            "changes.csv": csv_text(tables.changes(result.changes)),
+            "report.html": fleet_page(self.scenario.name, result.records, result.changes),
+        }
 
+    def exit_code(self, loaded: list[Path], result: DiagnosedFolder) -> int:
+        return 70 if any(r["ours"] for r in result.records) else 0
 
-def shard_of_folder(folder: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
-    """Every n-th recording, for `vcmm merge`."""
-    from vcmm.face.job import put_shard, write_shard
-    from vcmm.files.own.recording_files import recordings_in
-
-    files = read_files(recordings_in(folder), Path(options["machine"]) if options["machine"] else None)
-    shared = write_shard(
-        "diagnose", {"scenario": str(folder), **options}, files, sharing.share,
-        lambda: diagnose_folder(folder, options, sharing, json),
-    )  # fmt: skip
-    return put_shard(shared, folder.name or "diagnose", json, out)
-
-
-def _document(
-    records: list[dict[str, Any]], found: list[Any], files: list[Path], seed: int
-) -> dict[str, Any]:
-    from vcmm.show.console.documents import document
-    from vcmm.show.tables import fleet as tables
-    from vcmm.show.tables.table import records as as_records
-
-    told = [{k: v for k, v in r.items() if k != "ours"} for r in records]
-    body = {"recordings": told, "changes": as_records(tables.CHANGES, found)}
-    return document("vcmm.learn.diagnosis-folder/1", body, seed=seed, files=files)
-
-
-def _write(
-    target: Path, name: str, records: list[dict[str, Any]], found: list[Any], content: dict[str, Any]
-) -> None:
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.fleet import fleet_page
-    from vcmm.show.tables import fleet as tables
-    from vcmm.show.tables.table import csv_text
-
-    texts = {
-        "diagnosis.json": json_text(content),
-        "recordings.csv": csv_text(tables.numbers(records)),
-        "changes.csv": csv_text(tables.changes(found)),
-        "report.html": fleet_page(name, records, found),
-    }
-    write_files(target, texts)
-    say(f"wrote {target}/" + ", ".join(texts))
-
-
-def _show(name: str, records: list[dict[str, Any]], found: list[Any]) -> None:
-    from vcmm.show.console.terminal import say, show_answers, show_table
-    from vcmm.show.tables import fleet as tables
-    from vcmm.show.tables.answers_runs import folder_answers
-
-    show_answers(folder_answers(records, found))
-    show_table(tables.recordings(name, records))
-    if found:
-        show_table(tables.changes(found))
-    bad = [r for r in records if r["problem"]]
-    if bad:
-        say(f"note: {len(bad)} of {len(records)} recordings were not diagnosed; the table says why")
+    def show(self, loaded: list[Path], result: DiagnosedFolder) -> None:
+        show_answers(folder_answers(result.records, result.changes))
+        show_table(tables.recordings(self.scenario.name, result.records))
+        if result.changes:
+            show_table(tables.changes(result.changes))
+        bad = [r for r in result.records if r["problem"]]
+        if bad:
+            say(
+                f"note: {len(bad)} of {len(result.records)} recordings were not diagnosed; the table says why"
+            )

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import subprocess
 import sys
-from typing import Annotated
+from dataclasses import dataclass
+from pathlib import Path
 
-from cyclopts import Parameter
+from vcmm import __version__
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables.table import listing
 
 WARMING = (
     "test_piece",
@@ -32,7 +38,7 @@ EXTRA_PACKAGES = (
 )
 
 
-def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+def doctor_command(*, warm: bool = False, json: Json = False, out: Path | None = None) -> int:
     """Check the installation: Python, packages, off-screen rendering, cores. Exit code 3 when something is missing.
 
     Parameters
@@ -41,30 +47,48 @@ def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="
         Compile all kernels now (about two minutes), so that no job has to wait for it.
     json
         Print one JSON document.
+    out
+        Folder for doctor.json, to send with a question.
     """
-    import os
+    return run_job(DoctorJob(warm), Flags(json, out))
 
-    from vcmm import __version__
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.table import listing
 
-    rows = [
-        ["vcmm", __version__, "ok"],
-        ["Python", platform.python_version(), "ok" if sys.version_info >= (3, 11) else "needs 3.11"],
-    ]
-    rows += [_package(name) for name in REQUIRED_PACKAGES]
-    rows += [_extra(name, extra, what) for name, extra, what in EXTRA_PACKAGES]
-    if warm:
-        rows.append(_warm_up())
-    rows += [_rendering(), _cache(), ["cores", str(os.cpu_count()), "ok"]]
-    missing = [row for row in rows if row[2].startswith("missing")]
-    if json:
-        body = {"checks": [dict(zip(("what", "found", "state"), row)) for row in rows], "ok": not missing}
-        print_json(document("vcmm.doctor/1", body))
-    else:
-        show_table(listing("installation", ["", "found", "state"], rows, words=(0, 1, 2)))
-    return 3 if missing else 0
+Check = list[str]  # what was looked at, what was found, "ok" or what is wrong with it
+
+
+@dataclass(frozen=True)
+class DoctorJob(Job[list[Check], list[Check]]):
+    """The installation looked at. Loaded: what is installed; the result has what had to be tried, too."""
+
+    warm: bool
+    schema = "vcmm.doctor/1"
+
+    def load(self) -> list[Check]:
+        python = "ok" if sys.version_info >= (3, 11) else "needs 3.11"
+        rows = [["vcmm", __version__, "ok"], ["Python", platform.python_version(), python]]
+        rows += [_package(name) for name in REQUIRED_PACKAGES]
+        return rows + [_extra(name, extra, what) for name, extra, what in EXTRA_PACKAGES]
+
+    def run(self, loaded: list[Check], report: Progress) -> list[Check]:
+        warmed = [_warm_up(report)] if self.warm else []
+        return [*loaded, *warmed, _rendering(), _cache(), ["cores", str(os.cpu_count()), "ok"]]
+
+    def record(self, loaded: list[Check], result: list[Check]) -> Record:
+        checks = [dict(zip(("what", "found", "state"), row)) for row in result]
+        return Record({"checks": checks, "ok": not _missing(result)}, ())
+
+    def texts(self, loaded: list[Check], result: list[Check], content: str, folder: Path) -> dict[str, str]:
+        return {"doctor.json": content}
+
+    def exit_code(self, loaded: list[Check], result: list[Check]) -> int:
+        return 3 if _missing(result) else 0
+
+    def show(self, loaded: list[Check], result: list[Check]) -> None:
+        show_table(listing("installation", ["", "found", "state"], result, words=(0, 1, 2)))
+
+
+def _missing(rows: list[Check]) -> list[Check]:
+    return [row for row in rows if row[2].startswith("missing")]
 
 
 def _extra(name: str, extra: str, what: str) -> list[str]:
@@ -103,18 +127,16 @@ def _rendering() -> list[str]:
     return ["off-screen OpenGL", "no", hint]
 
 
-def _warm_up() -> list[str]:
+def _warm_up(report: Progress) -> Check:
     """Compile the kernels by small jobs that use them: sampling, fits by extremes, milling, turning, a rotary table."""
     import contextlib
     import io
     import tempfile
     import time
-    from pathlib import Path
 
     from vcmm.core._compile_kernels import FOLDER, KEPT
     from vcmm.face.cli import run
     from vcmm.files.own.library import example
-    from vcmm.show.console.terminal import progress
 
     if not KEPT:
         return [
@@ -123,7 +145,7 @@ def _warm_up() -> list[str]:
             "nothing can be kept: let NUMBA_CACHE_DIR name a folder that can be written",
         ]
     began = time.perf_counter()
-    with tempfile.TemporaryDirectory() as folder, progress() as report:
+    with tempfile.TemporaryDirectory() as folder:
         extreme = Path(folder) / "plate.toml"
         extreme.write_text(
             example("plate").read_text("utf-8").replace('type = "size"', 'type = "size"\ncriterion = "GX"')

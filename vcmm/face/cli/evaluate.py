@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from vcmm.answer.inference.job import EvaluatedPart
 from vcmm.face.api import check_inputs, evaluate
 from vcmm.face.cli.evaluated_parts import show_parts
+from vcmm.face.cli.given_measurement import GivenMeasurement
 from vcmm.face.cli.options import Evidence, Json, Require
 from vcmm.face.job import Flags, Job, Pack, Progress, Record, decision_code, run_job
 from vcmm.files.own.scenario import load_scenario
@@ -76,36 +77,12 @@ def evaluate_command(
     given = GivenMeasurement(points, values, None if values and frame == "part" else frame, tip_centres)
     flags = Flags(json, out, evidence)
     if compare or cut:
-        from vcmm.face.cli.evaluate_compare import compare_with_cut
+        from vcmm.face.cli.evaluate_compare import EvaluateCompareJob
 
-        options = {**given.options(), "trials": trials, "seed": seed}
-        return compare_with_cut(scenario, cut, options, flags, export, require)
+        further = export or evidence
+        job = EvaluateCompareJob(scenario, cut, given, trials, seed, further, require, out)
+        return run_job(job, Flags(json, out))
     return run_job(EvaluateJob(scenario, given, trials, seed, export, require), flags)
-
-
-@dataclass(frozen=True)
-class GivenMeasurement:
-    """What was measured: a file of points or of values. frame: of the points; None for the usual one, that of the part."""
-
-    points: Path | None
-    values: Path | None
-    frame: str | None
-    tip_centres: bool
-
-    @property
-    def file(self) -> Path:
-        found = self.points or self.values
-        assert found is not None  # check_inputs refuses it
-        return found
-
-    def options(self) -> dict[str, Any]:
-        """By the names of the options."""
-        return {
-            "points": self.points,
-            "values": self.values,
-            "frame": self.frame,
-            "tip_centres": self.tip_centres,
-        }
 
 
 @dataclass(frozen=True)
@@ -171,7 +148,7 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
             texts[_sheet_name(p.part, texts)] = sheet_page(loaded, p, self.files())
         return texts
 
-    def written(
+    def files_sentence(
         self, loaded: Scenario, result: tuple[EvaluatedPart, ...], folder: Path, names: Sequence[str]
     ) -> str:
         return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"

@@ -6,91 +6,119 @@ measuring machine, so the difference is judged with the covariance of both.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from vcmm.face.job import Flags, decision_code
-
-OPTIONS = {"values": "--values", "tip_centres": "--tip-centres"}
-
-
-def compare_with_cut(
-    scenario: Path,
-    cut: Path | None,
-    options: dict[str, Any],
-    flags: Flags,
-    export: Path | None,
-    require: str | None,
-) -> int:
-    """The whole job. scenario: with [cut] and [inspection], or of the measurement, and cut: of the cut part."""
-    from vcmm.face.cli.cut import measured_points
-    from vcmm.face.cli.cut_measured import came_back
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import progress
-    from vcmm.show.tables.evaluation import evaluate_json
-
-    _check(options, export or flags.evidence)
-    folder = output_folder(flags.out) if flags.out else None
-    file, loaded, measuring = _both(scenario, cut)
-    points = options["points"]
-    given = measured_points(points, "")
-    parts: Any = ()
-    if measuring is not None:
-        from vcmm.face.api import evaluate
-
-        with progress() as report, about(scenario):
-            parts = evaluate(measuring, **(options | {"frame": options["frame"] or "part"}), progress=report)
-    with progress() as report:
-        back = came_back(
-            file,
-            loaded,
-            given,
-            in_machine=options["frame"] == "machine",
-            seed=options["seed"],
-            folder=folder or points.parent,
-            report=report,
-        )
-    code = decision_code((e.result for p in parts for e in p.characteristics), require)
-    body = evaluate_json(parts) if parts else {"characteristics": []}
-    files = dict.fromkeys([*sources(scenario), *(sources(cut) if cut else ()), loaded.program, points])
-    warnings = dict.fromkeys([*(w for p in parts for w in p.warnings), *_unsaid(measuring), *back.warnings])
-    seed = parts[0].uncertainty.seed if parts else loaded.settings.seed
-    content = document(
-        "vcmm.uncertainty/1", body | back.json, seed=seed, files=[*files], warnings=[*warnings]
-    )
-    if folder:
-        _write(folder, content)
-    print_json(content) if flags.json else _show(parts, replace(back, warnings=tuple(warnings)))
-    return code
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.job import EvaluatedPart
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.knowledge import add_knowledge
+from vcmm.face.api import evaluate
+from vcmm.face.cli.cut import measured_points
+from vcmm.face.cli.cut_measured import CameBack, came_back
+from vcmm.face.cli.evaluated_parts import show_parts
+from vcmm.face.cli.given_measurement import GivenMeasurement
+from vcmm.face.job import Job, Progress, Record, decision_code
+from vcmm.files.own.cut_scenario import load_cut
+from vcmm.files.own.scenario import load_scenario
+from vcmm.files.toml import read_toml
+from vcmm.shop.machining.scenario import OTHER, CutScenario, Inspection
+from vcmm.show.console.complaints import about
+from vcmm.show.console.documents import sources
+from vcmm.show.tables.evaluation import evaluate_json
+from vcmm.task.measuring.scenario import Scenario
 
 
-def _check(options: dict[str, Any], further: Path | None) -> None:
-    """UsageError for what a comparison has no use for."""
-    from vcmm.core.errors import UsageError
+class CutAndMeasured(NamedTuple):
+    """The file of the cut, the cut scenario that is inspected as measured, the measuring scenario or None, the points and u of one."""
 
-    for key, flag in OPTIONS.items():
-        if options[key]:
+    file: Path
+    cut: CutScenario
+    measuring: Scenario | None
+    points: tuple[GivenPoints, float | None]
+
+
+class EvaluatedBesideCut(NamedTuple):
+    """The evaluation, none where no measuring machine is stated; measured beside predicted; the exit code of the decisions."""
+
+    parts: tuple[EvaluatedPart, ...]
+    back: CameBack
+    code: int
+
+
+@dataclass(frozen=True)
+class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
+    """A measured part evaluated, and compared with its cut. scenario: with [cut] and [inspection], or of the measurement, and cut: of the cut
+    part. further: --export or --evidence, which a comparison does not write; folder: of --out, for the recording."""
+
+    scenario: Path
+    cut: Path | None
+    given: GivenMeasurement
+    trials: int | None
+    seed: int | None
+    further: Path | None
+    require: str | None
+    folder: Path | None
+    schema = "vcmm.uncertainty/1"
+
+    def check(self) -> None:
+        """UsageError for what a comparison has no use for."""
+        for flag, given in (("--values", self.given.values), ("--tip-centres", self.given.tip_centres)):
+            if given:
+                raise UsageError(
+                    f"--compare takes measured points on the surface, --points points.csv; leave {flag} out"
+                )
+        if self.given.points is None:
+            raise UsageError("--compare needs the measured points; add --points points.csv")
+        if self.further:
             raise UsageError(
-                f"--compare takes measured points on the surface, --points points.csv; leave {flag} out"
+                "--export and --evidence are of an evaluation by itself; leave --compare out for them"
             )
-    if options["points"] is None:
-        raise UsageError("--compare needs the measured points; add --points points.csv")
-    if further:
-        raise UsageError(
-            "--export and --evidence are of an evaluation by itself; leave --compare out for them"
-        )
+
+    def load(self) -> CutAndMeasured:
+        file, cut, measuring = _both(self.scenario, self.cut)
+        return CutAndMeasured(file, cut, measuring, measured_points(self.given.file, ""))
+
+    def run(self, loaded: CutAndMeasured, report: Progress) -> EvaluatedBesideCut:
+        given = self.given
+        parts: tuple[EvaluatedPart, ...] = ()
+        if loaded.measuring is not None:
+            with about(self.scenario):
+                parts = tuple(evaluate(
+                    loaded.measuring, points=given.points, frame=given.frame or "part", trials=self.trials, seed=self.seed, progress=report,
+                ))  # fmt: skip
+        folder = self.folder or given.file.parent
+        in_machine = given.frame == "machine"
+        back = came_back(loaded.file, loaded.cut, loaded.points, in_machine, self.seed, folder, report)
+        code = decision_code((e.result for p in parts for e in p.characteristics), self.require)
+        warnings = [*(w for p in parts for w in p.warnings), *_unsaid(loaded.measuring), *back.warnings]
+        return EvaluatedBesideCut(parts, replace(back, warnings=tuple(dict.fromkeys(warnings))), code)
+
+    def record(self, loaded: CutAndMeasured, result: EvaluatedBesideCut) -> Record:
+        parts, back, _ = result
+        body = evaluate_json(parts) if parts else {"characteristics": []}
+        named = [*sources(self.scenario), *(sources(self.cut) if self.cut else ())]
+        files = dict.fromkeys([*named, loaded.cut.program, self.given.file])
+        seed = parts[0].uncertainty.seed if parts else loaded.cut.settings.seed
+        return Record(body | back.json, [*files], seed, back.warnings)
+
+    def texts(
+        self, loaded: CutAndMeasured, result: EvaluatedBesideCut, content: str, folder: Path
+    ) -> dict[str, str]:
+        return {"evaluation.json": content}
+
+    def exit_code(self, loaded: CutAndMeasured, result: EvaluatedBesideCut) -> int:
+        return result.code
+
+    def show(self, loaded: CutAndMeasured, result: EvaluatedBesideCut) -> None:
+        if result.parts:
+            show_parts(result.parts, ())
+        result.back.show()
 
 
-def _both(scenario: Path, cut: Path | None) -> tuple[Path, Any, Any]:
+def _both(scenario: Path, cut: Path | None) -> tuple[Path, CutScenario, Scenario | None]:
     """(file of the cut, cut scenario that is inspected as measured, measuring scenario or None)."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.files.toml import read_toml
-
     if "cut" in read_toml(scenario).data:
         if cut is not None:
             raise UsageError(f"{scenario} holds a [cut] itself; leave --cut out")
@@ -104,12 +132,8 @@ def _both(scenario: Path, cut: Path | None) -> tuple[Path, Any, Any]:
     return cut, inspect_cut(load_cut(cut), measuring), measuring
 
 
-def inspect_cut(cut: Any, measuring: Any) -> Any:
+def inspect_cut(cut: CutScenario, measuring: Scenario) -> CutScenario:
     """The cut scenario, its part measured as a measuring scenario says. UsageError: features that are not of the cut part."""
-    from vcmm.core.errors import UsageError, choose_from
-    from vcmm.core.knowledge import add_knowledge
-    from vcmm.shop.machining.scenario import OTHER, Inspection
-
     for name in measuring.part.features:
         if name not in cut.part.features:
             raise UsageError(
@@ -122,13 +146,10 @@ def inspect_cut(cut: Any, measuring: Any) -> Any:
     )
 
 
-def inspecting(cut: Any) -> Any:
+def inspecting(cut: CutScenario) -> Scenario | None:
     """The measuring scenario of [inspection]; None where no measuring machine is stated."""
-    from vcmm.shop.machining.scenario import OTHER
-    from vcmm.task.measuring.scenario import Scenario
-
     how = cut.inspection
-    if how.kind != OTHER or cut.plan is None:
+    if how.kind != OTHER or how.machine is None or how.pose is None or cut.plan is None:
         return None
     return Scenario(
         cut.name, how.machine, cut.part, cut.plan, how.pose, how.constants, qualifications=cut.qualifications,
@@ -136,26 +157,9 @@ def inspecting(cut: Any) -> Any:
     )  # fmt: skip
 
 
-def _unsaid(measuring: Any) -> tuple[str, ...]:
+def _unsaid(measuring: Scenario | None) -> tuple[str, ...]:
     if measuring is not None:
         return ()
     return (
         "no measuring machine is stated ([inspection] machine and pose), so nothing is said of true values: only measured beside predicted",
     )
-
-
-def _show(parts: Any, back: Any) -> None:
-    from vcmm.face.cli.evaluated_parts import show_parts
-
-    if parts:  # none where no measuring machine is stated
-        show_parts(parts, ())
-    back.show()
-
-
-def _write(folder: Path, content: dict[str, Any]) -> None:
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-
-    write_files(folder, {"evaluation.json": json_text(content)})
-    say(f"wrote {folder}/evaluation.json")

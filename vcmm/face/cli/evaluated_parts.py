@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Any
+from collections.abc import Collection, Sequence
+
+from vcmm.answer.inference.job import EvaluatedPart
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.tables.answers_parts import parts_answers
+from vcmm.show.tables.ends_known import how_well_known
+from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
+from vcmm.show.tables.uncertainty import (
+    largest,
+    not_added_up,
+    not_covered,
+    stated_with,
+    undecided_because,
+)
 
 
-def show_parts(parts: Any, warnings: Collection[str]) -> None:
+def show_parts(parts: Sequence[EvaluatedPart], warnings: Collection[str]) -> None:
     """Values, true values and decisions; of one part contributions too, of several one table."""
-    from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-    from vcmm.show.tables.answers_parts import parts_answers
-    from vcmm.show.tables.ends_known import how_well_known
-    from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
-    from vcmm.show.tables.uncertainty import (
-        largest,
-        not_added_up,
-        not_covered,
-        stated_with,
-        undecided_because,
-    )
-
     several = len(parts) > 1
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
     show_answers(parts_answers(parts))

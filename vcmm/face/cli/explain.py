@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass
+from inspect import cleandoc
+from typing import Any, Protocol
 
-from cyclopts import Parameter
+from vcmm.core.axes import is_location
+from vcmm.core.effect import Effect, key_fields, parameter_fields, place_fields, unit_at
+from vcmm.core.error_names import DescribedError, canonical, describe_error, is_known
+from vcmm.core.errors import UsageError
+from vcmm.core.figures import StandardFigure, standard_figures
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.physics import BY_NAME, find
+from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.squareness import RotaryLocation, Squareness
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables.table import listing
 
-if TYPE_CHECKING:
-    from vcmm.core.figures import StandardFigure
 
-
-def explain_command(word: str, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+def explain_command(word: str, *, json: Json = False) -> int:
     """Explain an effect (backlash), a geometric error (EXX, xty, C0Y) or a figure (E0_MPE, A): sign, unit, source, how to write it.
 
     Parameters
@@ -20,117 +30,161 @@ def explain_command(word: str, *, json: Annotated[bool, Parameter(name="--json")
     json
         Print one JSON document.
     """
-    from vcmm.core.error_names import is_known
-    from vcmm.core.errors import UsageError
-    from vcmm.core.figures import standard_figures
-    from vcmm.physics import BY_NAME, find
+    return run_job(ExplainJob(word), Flags(json))
 
-    figures = standard_figures(word)
+
+class Explanation(Protocol):
+    """What a word means: as a document without its frame, and in words."""
+
+    def body(self) -> dict[str, Any]: ...
+    def show(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class ExplainJob(Job[Explanation, Explanation]):
+    """One word explained. Nothing is computed: what is loaded is the answer."""
+
+    word: str
+    schema = "vcmm.explain/1"
+
+    def load(self) -> Explanation:
+        return explanation_of(self.word)
+
+    def run(self, loaded: Explanation, report: Progress) -> Explanation:
+        return loaded
+
+    def record(self, loaded: Explanation, result: Explanation) -> Record:
+        return Record(result.body(), ())
+
+    def show(self, loaded: Explanation, result: Explanation) -> None:
+        result.show()
+
+
+def explanation_of(word: str) -> Explanation:
+    """An effect before a figure, a figure before an error. Raises UsageError, with names that are near."""
     if word in BY_NAME:
-        return _effect(word, json)
-    if figures:
-        return _figures(word, figures, json)
+        return EffectWords(find(word))
+    if figures := standard_figures(word):
+        return FigureWords(word, figures)
     if is_known(word):
-        return _error(word, json)
+        return ErrorWords(describe_error(canonical(word)))
     try:
-        find(word)
+        return EffectWords(find(word))
     except UsageError as error:
         raise UsageError(
             f"{error} Errors such as EYX or C0Y and figures such as E0_MPE are explained too"
         ) from None
-    return 2
 
 
-def _figures(word: str, figures: tuple[StandardFigure, ...], json: bool) -> int:
-    from vcmm.show.console.documents import document, print_json
+@dataclass(frozen=True)
+class FigureWords:
+    """A figure of one standard or several."""
 
-    if json:
-        print_json(document("vcmm.explain/1", {"figure": word, "meanings": [f._asdict() for f in figures]}))
-        return 0
-    for one in figures:
-        former = ", ".join(one.former)
+    word: str
+    figures: tuple[StandardFigure, ...]
+
+    def body(self) -> dict[str, Any]:
+        return {"figure": self.word, "meanings": [f._asdict() for f in self.figures]}
+
+    def show(self) -> None:
+        for one in self.figures:
+            former = ", ".join(one.former)
+            print(
+                f"{one.symbol}\n\n{one.words}\n\nsource    {one.source}"
+                + (f"\nalso      {former}" if former else "")
+                + "\n"
+            )
+
+
+@dataclass(frozen=True)
+class ErrorWords:
+    """A geometric error of ISO 230-1."""
+
+    row: DescribedError
+
+    @property
+    def kind(self) -> type[Effect]:
+        """The effect that states it in a machine file."""
+        if self.row.name.startswith("E"):
+            return ComponentTable
+        return RotaryLocation if is_location(self.row.name) else Squareness
+
+    @property
+    def key(self) -> str:
+        return next(f.name for f in place_fields(self.kind))
+
+    def body(self) -> dict[str, Any]:
+        row = self.row
+        return {
+            "error": row.name, "text": row.words, "also": row.also, "sign": row.sign, "unit": row.unit,
+            "effect": self.kind.name, "key": self.key,
+        }  # fmt: skip
+
+    def show(self) -> None:
+        row, kind = self.row, self.kind
         print(
-            f"{one.symbol}\n\n{one.words}\n\nsource    {one.source}"
-            + (f"\nalso      {former}" if former else "")
-            + "\n"
+            f"{row.name}\n\n{row.words}\n\n"
+            f"sign      {row.sign} (machine axes; the tip error that follows: vcmm field)\n"
+            f"unit      {row.unit}\nsource    ISO 230-1\nalso      {row.also}\n\n"
+            f'in a machine file: effect = "{kind.name}" with {self.key} = "{row.name}"; see vcmm explain {kind.name}'
         )
-    return 0
 
 
-def _error(word: str, json: bool) -> int:
-    from vcmm.core.axes import is_location
-    from vcmm.core.effect import place_fields
-    from vcmm.core.error_names import canonical, describe_error
-    from vcmm.physics.structure.component import ComponentTable
-    from vcmm.physics.structure.squareness import RotaryLocation, Squareness
-    from vcmm.show.console.documents import document, print_json
+@dataclass(frozen=True)
+class EffectWords:
+    """An effect as it declares itself."""
 
-    row = describe_error(canonical(word))
-    of_axis = RotaryLocation if is_location(row.name) else Squareness
-    kind = ComponentTable if row.name.startswith("E") else of_axis
-    key = next(f.name for f in place_fields(kind))
-    if json:
-        body = {
-            "error": row.name,
-            "text": row.words,
-            "also": row.also,
-            "sign": row.sign,
-            "unit": row.unit,
-            "effect": kind.name,
-            "key": key,
-        }
-        print_json(document("vcmm.explain/1", body))  # fmt: skip
-        return 0
-    print(f"{row.name}\n\n{row.words}\n")
-    print(
-        f"sign      {row.sign} (machine axes; the tip error that follows: vcmm field)\nunit      {row.unit}\nsource    ISO 230-1\nalso      {row.also}\n"
-    )
-    print(
-        f'in a machine file: effect = "{kind.name}" with {key} = "{row.name}"; see vcmm explain {kind.name}'
-    )
-    return 0
+    kind: type[Effect]
 
+    @property
+    def text(self) -> str:
+        return cleandoc(self.kind.__doc__ or "")
 
-def _effect(effect: str, json: bool) -> int:
-    from inspect import cleandoc
+    @property
+    def sign(self) -> str:
+        return "reading: indicated - true" if self.kind().link == "reading" else "tip error: actual - nominal"
 
-    from vcmm.core.effect import key_fields, parameter_fields, place_fields, unit_at
-    from vcmm.physics import find
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.table import listing
-
-    kind = find(effect)
-    back = {v: k for k, v in kind.about.aliases.items()}
-    parameters = [
-        [
-            back.get(f.name, f.name),
-            f.metadata["unit"],
-            f.metadata["doc"]
-            + (f", {f.metadata['shape']}" if f.metadata["shape"] else "")
-            + (" (scanned)" if f.metadata["scan"] else ""),
+    def parameters(self) -> list[list[str]]:
+        """Name, unit and meaning of each."""
+        back = {v: k for k, v in self.kind.about.aliases.items()}
+        return [
+            [
+                back.get(f.name, f.name),
+                f.metadata["unit"],
+                f.metadata["doc"]
+                + (f", {f.metadata['shape']}" if f.metadata["shape"] else "")
+                + (" (scanned)" if f.metadata["scan"] else ""),
+            ]
+            for f in parameter_fields(self.kind)
         ]
-        for f in parameter_fields(kind)
-    ]
-    places = [[f.name, str(f.metadata["doc"])] for f in place_fields(kind)]
-    keys = [[f.name, str(f.metadata.get("doc", "further key of the table"))] for f in key_fields(kind)]
-    text = cleandoc(kind.__doc__ or "")
-    link = "reading: indicated - true" if kind().link == "reading" else "tip error: actual - nominal"
-    if json:
-        body = {"effect": kind.name, "text": text, "sign": link, "per": kind.per, "needs": list(kind.needs), "cites": kind.about.cites,
-                "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in parameters], "places": [dict(zip(("key", "doc"), p)) for p in places],
-                "keys": [dict(zip(("key", "doc"), k)) for k in keys]}  # fmt: skip
-        print_json(document("vcmm.explain/1", body))
-        return 0
-    print(f"{kind.name}\n\n{text}\n")
-    print(
-        f"sign      {link}\nsource    {kind.about.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
-    )
-    turned = {u: unit_at(kind, u, axis="C") for _, u, _ in parameters}
-    units = {u: u if other == u else f"{u} ({other} of a rotary axis)" for u, other in turned.items()}
-    rows = [["place", n, d] for n, d in places] + [
-        ["parameter", n, f"{units[u]}: {d}"] for n, u, d in parameters
-    ]
-    rows += [["key", n, d] for n, d in keys]
-    show_table(listing("keys of the [[effects]] table", ["", "key", "meaning"], rows, words=(0, 1, 2)))
-    return 0
+
+    def places(self) -> list[list[str]]:
+        return [[f.name, str(f.metadata["doc"])] for f in place_fields(self.kind)]
+
+    def keys(self) -> list[list[str]]:
+        return [
+            [f.name, str(f.metadata.get("doc", "further key of the table"))] for f in key_fields(self.kind)
+        ]
+
+    def body(self) -> dict[str, Any]:
+        kind = self.kind
+        return {
+            "effect": kind.name, "text": self.text, "sign": self.sign, "per": kind.per, "needs": list(kind.needs), "cites": kind.about.cites,
+            "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in self.parameters()],
+            "places": [dict(zip(("key", "doc"), p)) for p in self.places()],
+            "keys": [dict(zip(("key", "doc"), k)) for k in self.keys()],
+        }  # fmt: skip
+
+    def show(self) -> None:
+        kind, parameters = self.kind, self.parameters()
+        print(f"{kind.name}\n\n{self.text}\n")
+        print(
+            f"sign      {self.sign}\nsource    {kind.about.cites}\nper       {kind.per}\n"
+            f"needs     {', '.join(kind.needs) or 'positions only'}\n"
+        )
+        turned = {u: unit_at(kind, u, axis="C") for _, u, _ in parameters}
+        units = {u: u if other == u else f"{u} ({other} of a rotary axis)" for u, other in turned.items()}
+        rows = [["place", *p] for p in self.places()]
+        rows += [["parameter", n, f"{units[u]}: {d}"] for n, u, d in parameters]
+        rows += [["key", *k] for k in self.keys()]
+        show_table(listing("keys of the [[effects]] table", ["", "key", "meaning"], rows, words=(0, 1, 2)))

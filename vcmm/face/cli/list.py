@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
-from cyclopts import Parameter
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables.table import listing
+
+if TYPE_CHECKING:
+    from vcmm.core.effect import Effect
 
 TopicName = Literal[
     "scenarios",
@@ -19,9 +26,7 @@ TopicName = Literal[
 ]
 
 
-def list_command(
-    what: TopicName = "scenarios", *, json: Annotated[bool, Parameter(name="--json")] = False
-) -> int:
+def list_command(what: TopicName = "scenarios", *, json: Json = False) -> int:
     """List scenarios, effects, features, strategies, characteristics, criteria, laws, aliases of error names, or units.
 
     Parameters
@@ -31,21 +36,32 @@ def list_command(
     json
         Print one JSON document.
     """
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.terminal import show_table
-    from vcmm.show.tables.table import listing
-
-    columns, rows = _TABLES[what]()
-    if json:
-        print_json(
-            document("vcmm.list/1", {"what": what, "items": [dict(zip(columns, row)) for row in rows]})
-        )
-    else:
-        show_table(listing(what, columns, rows, words=range(len(columns))))
-    return 0
+    return run_job(ListJob(what), Flags(json))
 
 
 Rows = tuple[list[str], list[list[str]]]
+
+
+@dataclass(frozen=True)
+class ListJob(Job[Rows, Rows]):
+    """One list: headings and rows. Nothing is computed: what is loaded is the answer."""
+
+    what: TopicName
+    schema = "vcmm.list/1"
+
+    def load(self) -> Rows:
+        return _TABLES[self.what]()
+
+    def run(self, loaded: Rows, report: Progress) -> Rows:
+        return loaded
+
+    def record(self, loaded: Rows, result: Rows) -> Record:
+        columns, rows = result
+        return Record({"what": self.what, "items": [dict(zip(columns, row)) for row in rows]}, ())
+
+    def show(self, loaded: Rows, result: Rows) -> None:
+        columns, rows = result
+        show_table(listing(self.what, columns, rows, words=range(len(columns))))
 
 
 def _scenarios() -> Rows:
@@ -58,7 +74,7 @@ def _effects() -> Rows:
     from vcmm.core.effect import parameter_fields
     from vcmm.physics import ALL
 
-    def parameters(kind: Any) -> str:
+    def parameters(kind: type[Effect]) -> str:
         back = {v: k for k, v in kind.about.aliases.items()}
         return ", ".join(f"{back.get(f.name, f.name)} ({f.metadata['show']})" for f in parameter_fields(kind))
 

@@ -2,22 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Literal, NamedTuple
 
-from cyclopts import Parameter
-
-from vcmm.face.cli.options import Decimals, Seed
-
-if TYPE_CHECKING:
-    from vcmm.face.cli.loop_findings import LoopFindings
+from vcmm.answer.evaluation.virtual_measurement import Measurement
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.compensation.job import compensate
+from vcmm.compensation.result import CompensatedProgram
+from vcmm.compensation.source import write_source
+from vcmm.compensation.surface import SurfaceErrors, surface_errors
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
+from vcmm.core.units import quantity
+from vcmm.face.cli.compensate import rewritable
+from vcmm.face.cli.cut import measured_points
+from vcmm.face.cli.loop_findings import LoopFindings, diagnose_cut
+from vcmm.face.cli.options import Decimals, Json, Seed
+from vcmm.face.cli.proof import in_rounds
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.shop.machining.held_out import HeldOutProof
+from vcmm.shop.machining.job import measure_cut
+from vcmm.shop.machining.measured_part import MeasuredCut, left_of
+from vcmm.shop.machining.proof import CutProof
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say_warnings, show_answers
+from vcmm.show.pages.diagnosis import sentences
+from vcmm.show.tables.answers_parts import loop_answers
+from vcmm.show.tables.loops import loop_json, loop_text
 
 
 def loop_command(
     scenario: Path, *, measured: Path, frame: Literal["part", "machine"] = "part", u_point: str = "", seed: Seed = 0,
     tolerance: str = "1 um", decimals: Decimals = None, surface: bool = True, out: Path | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
 ) -> int:  # fmt: skip
     """Cut, compare with the measured part, diagnose, compensate, and prove by a cut what the next part will be.
 
@@ -46,37 +67,21 @@ def loop_command(
     json
         Print one JSON document.
     """
-    from vcmm.face.cli.cut import measured_points
-    from vcmm.face.cli.loop_findings import diagnose_cut
-    from vcmm.show.console.documents import document, json_text, print_json, sources
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import say, say_warnings, show_answers
-    from vcmm.show.pages.diagnosis import sentences
-    from vcmm.show.tables.answers_parts import loop_answers
-    from vcmm.show.tables.loops import loop_json, loop_text
+    folder = out or Path(f"{scenario.stem}-next")
+    points = MeasuredPart(measured, u_point, frame == "machine")
+    job = LoopJob(scenario, points, seed, _LoopRequest(tolerance, decimals, surface), folder)
+    return run_job(job, Flags(json, folder))
 
-    given = measured_points(measured, u_point)
-    folder = output_folder(out or Path(f"{scenario.stem}-next"))
-    found = diagnose_cut(scenario, given, frame == "machine", seed, folder)
-    result = _next(
-        found,
-        scenario,
-        folder,
-        _LoopRequest(tolerance, decimals, surface),
-        is_stated=given[1] is not None,
-    )
-    files = [*sources(scenario), measured]
-    content = document("vcmm.loop/1", loop_json(result), seed=seed, files=files, warnings=result.warnings)
-    write_files(folder, {"loop.json": json_text(content)})
-    if json:
-        print_json(content)
-    else:
-        show_answers(loop_answers(result))
-        for line in loop_text(result, sentences(result.diagnosis)):
-            print(line)
-        say_warnings(result.warnings)
-    say(f"wrote {folder}/" + ", ".join([*result.written, "loop.json"]))
-    return 0 if result.met else 1
+
+class MeasuredPart(NamedTuple):
+    """The file of the measured points, u of one as text, whether they stand in the machine frame."""
+
+    file: Path
+    u_point: str
+    in_machine: bool
+
+
+Points = tuple[GivenPoints, float | None]  # and u of one in mm
 
 
 LEAST_SHARE = 1e-3  # of parts that hold no more than the scatter of their points, told all the same
@@ -94,18 +99,20 @@ class _LoopRequest:
 class Loop:
     """What the loop came to; proof: of the program that was written or refused, None where none was made."""
 
-    cut: Any
-    diagnosis: Any
+    cut: MeasuredCut
+    diagnosis: Diagnosis
     machine: Path | None  # with what was found; None where nothing was added
     program: Path | None
-    proof: Any
-    after: Any  # values of the characteristics of the next part
+    proof: CutProof
+    after: Measurement | None  # values of the characteristics of the next part
     refused: str
     warnings: tuple[str, ...]
     written: tuple[str, ...]
     stated: bool  # how well a point was measured
-    rest: Any  # (n,) mm: what the machine file with what was found leaves of the measured points
-    held_out: Any = None  # the proof in passes held out of what was found; None where nothing was
+    rest: Array  # (n,) mm: what the machine file with what was found leaves of the measured points
+    held_out: HeldOutProof | None = (
+        None  # the proof in passes held out of what was found; None where nothing was
+    )
 
     @property
     def left(self) -> str:
@@ -143,35 +150,68 @@ class Loop:
         return bool(self.proof.met and not (self.refused or self.left or self.setting))
 
 
+@dataclass(frozen=True)
+class LoopJob(Job[Points, Loop]):
+    """From a measured part to the program of the next one. The machine file and the recording are written while the diagnosis goes on,
+    as each is read again."""
+
+    scenario: Path
+    measured: MeasuredPart
+    seed: int
+    wanted: _LoopRequest
+    folder: Path
+    schema, names_files_last = "vcmm.loop/1", True
+
+    def load(self) -> Points:
+        return measured_points(self.measured.file, self.measured.u_point)
+
+    def run(self, loaded: Points, report: Progress) -> Loop:
+        found = diagnose_cut(self.scenario, loaded, self.measured.in_machine, self.seed, self.folder, report)
+        return _next(found, self.scenario, self.folder, self.wanted, is_stated=loaded[1] is not None)
+
+    def record(self, loaded: Points, result: Loop) -> Record:
+        files = [*sources(self.scenario), self.measured.file]
+        return Record(loop_json(result), files, self.seed, result.warnings)
+
+    def texts(self, loaded: Points, result: Loop, content: str, folder: Path) -> dict[str, str]:
+        return {"loop.json": content}
+
+    def files_sentence(self, loaded: Points, result: Loop, folder: Path, names: Sequence[str]) -> str:
+        return f"wrote {folder}/" + ", ".join([*result.written, *names])
+
+    def exit_code(self, loaded: Points, result: Loop) -> int:
+        return 0 if result.met else 1
+
+    def show(self, loaded: Points, result: Loop) -> None:
+        show_answers(loop_answers(result))
+        for line in loop_text(result, sentences(result.diagnosis)):
+            print(line)
+        say_warnings(result.warnings)
+
+
 def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool) -> Loop:
     """The program of the next part: compensated, cut on the machine with what was found, and written where it is no worse."""
-    from vcmm.compensation.job import compensate
-    from vcmm.compensation.source import write_source
-    from vcmm.core.units import quantity
-    from vcmm.face.cli.compensate import rewritable
-    from vcmm.face.cli.proof import in_rounds
-    from vcmm.shop.machining.job import measure_cut
-    from vcmm.shop.machining.measured_part import left_of
-
     written = found.written
     given = rewritable(folder / "next.toml" if found.improved else scenario)
+    cut = given.scenario
+    assert cut is not None  # `rewritable` has read one
     allowed = quantity(wanted.tolerance, "length", "--tolerance", "1 um")
-    surface, notes = _surface(given.scenario, wanted.surface)
+    surface, notes = _surface(cut, wanted.surface)
 
-    def make(of_surface: Any) -> Any:
+    def make(of_surface: SurfaceErrors | None) -> CompensatedProgram:
         return compensate(
             given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
             tolerance=allowed, decimals=wanted.decimals, surface=of_surface,
         )  # fmt: skip
 
-    made, proof = in_rounds(given.scenario, surface, given.program.suffix, allowed, make)
+    made, proof = in_rounds(cut, surface, given.program.suffix, allowed, make)
     program, refused, after = folder / f"{given.program.stem}-next{given.program.suffix}", proof.worse, None
     if proof.after is None:
         refused = f"the next part cannot be inspected: {proof.reason}"
     if not refused:
         write_source(program, made.data)
         written = (*written, program.name)
-        after = measure_cut(replace(given.scenario, program=program))
+        after = measure_cut(replace(cut, program=program))
     return Loop(
         cut=found.cut.cut, diagnosis=found.diagnosis, machine=found.machine if found.improved else None,
         program=None if refused else program, proof=proof, after=after, refused=refused,
@@ -179,11 +219,8 @@ def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopReques
     )  # fmt: skip
 
 
-def _surface(scenario: Any, wanted: bool) -> tuple[Any, tuple[str, ...]]:
+def _surface(scenario: CutScenario, wanted: bool) -> tuple[SurfaceErrors | None, tuple[str, ...]]:
     """What the finished surface departs by beside the path; where that cannot be corrected, why."""
-    from vcmm.compensation.surface import surface_errors
-    from vcmm.core.errors import UsageError
-
     if not wanted:
         return None, ()
     try:

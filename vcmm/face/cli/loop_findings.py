@@ -2,9 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+
+from vcmm.answer.inference.given import GivenPoints
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.face.cli.cut_measured import CameBack, came_back, machine_file
+from vcmm.face.cli.diagnose_written import improved_files, read_back
+from vcmm.face.job import Progress
+from vcmm.files.own.cut_scenario import load_cut
+from vcmm.files.own.recording import load_recording, machine_of
+from vcmm.files.toml_edits import editable, move_names, with_value_for_table
+from vcmm.learn.diagnosis.acceptance import answers_to_write
+from vcmm.learn.diagnosis.job import diagnose
+from vcmm.learn.diagnosis.later import Attempt
+from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.learn.diagnosis.verdict import doubts
+from vcmm.shop.machining.held_out import HeldOutProof, held_out_proof
+from vcmm.shop.machining.measured_part import MeasuredCut, rest_of
+from vcmm.show.console.complaints import about
 
 SURE = 0.95  # probability of a name from which on what the part cannot show of it is corrected too
 SHARED = "the next part is corrected by what they share"
@@ -17,13 +36,13 @@ class LoopFindings:
     """The comparison, the diagnosis and the machine file to go on with; rest (n,) mm: what that file leaves of the measured points; held_out: its
     proof, None where nothing was found to write."""
 
-    cut: Any
-    diagnosis: Any
+    cut: CameBack
+    diagnosis: Diagnosis
     machine: Path
     improved: bool
     written: tuple[str, ...]
-    rest: Any
-    held_out: Any
+    rest: Array
+    held_out: HeldOutProof | None
 
 
 @dataclass(frozen=True)
@@ -31,52 +50,42 @@ class _Part:
     """The measured part: scenario file, points with u of one or None, whether they are in the frame of the machine; seed; folder to write into."""
 
     scenario: Path
-    given: Any
+    given: tuple[GivenPoints, float | None]
     in_machine: bool
     seed: int
     folder: Path
 
 
-def diagnose_cut(scenario: Path, given: Any, in_machine: bool, seed: int, folder: Path) -> LoopFindings:
+def diagnose_cut(
+    scenario: Path, given: tuple[GivenPoints, float | None], in_machine: bool, seed: int, folder: Path, report: Progress
+) -> LoopFindings:  # fmt: skip
     """Cut, compare and diagnose; the recording and the improved machine file are written."""
-    from vcmm.core.errors import UsageError
-    from vcmm.face.cli.cut_measured import came_back, machine_file
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.recording import load_recording
-    from vcmm.learn.diagnosis.job import diagnose
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.terminal import progress
-
     named, why = machine_file(scenario)
     if named is None:
         raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
-    with progress() as report:
-        back = came_back(
-            scenario, load_cut(scenario), given, in_machine, seed=None, folder=folder, report=report
-        )
+    back = came_back(scenario, load_cut(scenario), given, in_machine, None, folder, report)
     written = back.recording
     assert written is not None
     recording, known = load_recording(written, None)
-    with progress() as report, about(written):
+    with about(written):
         diagnosis = diagnose(recording, known, seed=seed, progress=report)
     part = _Part(scenario, given, in_machine, seed, folder)
-    return _what_holds(part, back, diagnosis, known)
+    return _what_holds(part, back, written, diagnosis, known)
 
 
-def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindings:
+def _what_holds(
+    part: _Part, back: CameBack, recording: Path, diagnosis: Diagnosis, known: Machine
+) -> LoopFindings:
     """Of what was found as much as holds in passes held out: all of it, else without the last name, and so on, else nothing."""
-    from vcmm.files.own.recording import machine_of
-    from vcmm.learn.diagnosis.acceptance import answers_to_write
-
     proof = None
     diagnosis = _with_open_names(diagnosis)
     while True:
-        tried, improved = _write_and_read_again(part, back.recording, diagnosis, known)
+        tried, improved = _write_and_read_again(part, recording, diagnosis, known)
         if not improved:
-            named = machine_of(back.recording)[0]
+            named = machine_of(recording)[0]
             assert named is not None
             return LoopFindings(
-                back, tried, named, improved=False, written=(back.recording.name,), rest=back.cut.observed.rest, held_out=proof
+                back, tried, named, improved=False, written=(recording.name,), rest=back.cut.observed.rest, held_out=proof
             )  # fmt: skip
         rest, proof = _proof(part, back.cut)
         if _is_open(proof, answers_to_write(tried.answer)):
@@ -84,7 +93,7 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
             rest, proof = _proof(part, back.cut)
         why = _why_not(proof, answers_to_write(tried.answer))
         if not why:
-            names = (back.recording.name, *improved, "next.toml")
+            names = (recording.name, *improved, "next.toml")
             return LoopFindings(
                 back, tried, part.folder / "machine.toml", improved=True, written=names, rest=rest, held_out=proof
             )  # fmt: skip
@@ -94,13 +103,9 @@ def _what_holds(part: _Part, back: Any, diagnosis: Any, known: Any) -> LoopFindi
 
 
 def _write_and_read_again(
-    part: _Part, recording: Path, diagnosis: Any, known: Any
-) -> tuple[Any, dict[str, str]]:
+    part: _Part, recording: Path, diagnosis: Diagnosis, known: Machine
+) -> tuple[Diagnosis, dict[str, str]]:
     """The machine file and the scenario of the next part, read again; no texts where there is nothing to write."""
-    from vcmm.face.cli.diagnose import improved_files
-    from vcmm.face.cli.diagnose_several import read_back
-    from vcmm.learn.diagnosis.later import Attempt
-
     attempt = Attempt.none()
     improved = improved_files(part.folder, recording, None, known, diagnosis)
     found, improved = read_back(part.folder, improved, [recording], diagnosis, attempt)
@@ -111,18 +116,14 @@ def _write_and_read_again(
     return found, improved
 
 
-def _proof(part: _Part, cut: Any) -> tuple[Any, Any]:
+def _proof(part: _Part, cut: MeasuredCut) -> tuple[Array, HeldOutProof]:
     """What the machine file that was written leaves of the measured points, and what the difference is worth in passes held out."""
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.shop.machining.held_out import held_out_proof
-    from vcmm.shop.machining.measured_part import rest_of
-
     rest = rest_of(load_cut(part.folder / "next.toml"), part.given[0], part.in_machine)
     shape = cut.observed.rest - rest
     return rest, held_out_proof(cut.observed, shape, cut.scatter, not part.in_machine, part.seed)
 
 
-def _why_not(proof: Any, answers: Any) -> str:
+def _why_not(proof: HeldOutProof, answers: Sequence[Answer]) -> str:
     """Why what was found is not to be written; "" where it is."""
     if not proof.holds:
         return (
@@ -137,11 +138,9 @@ def _why_not(proof: Any, answers: Any) -> str:
     return ""
 
 
-def _with_open_names(diagnosis: Any) -> Any:
+def _with_open_names(diagnosis: Diagnosis) -> Diagnosis:
     """The diagnosis with names to write that are open between some that do the same to this part, where it is sure that it is one of
     them: the next part is corrected by what they share, whichever it is."""
-    from vcmm.learn.diagnosis.acceptance import answers_to_write
-
     if answers_to_write(diagnosis.answer):
         return diagnosis
     answer = tuple(
@@ -160,18 +159,14 @@ def _with_open_names(diagnosis: Any) -> Any:
     return replace(diagnosis, answer=answer, verdict=verdict)
 
 
-def _is_open(proof: Any, answers: Any) -> bool:
+def _is_open(proof: HeldOutProof, answers: Sequence[Answer]) -> bool:
     """Does what the part cannot show rest on a name that is not sure?"""
     sure = min((_certainty(a) for a in answers), default=SURE)
     return bool(sure < SURE and proof.unseen > 0.0)
 
 
-def _certainty(a: Any) -> float:
-    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone.
-
-    Of a family of which another place does the same to this part (the length of tool 1, or of tool 2 the other way) that of the name
-    alone, too: each moves the whole part elsewhere.
-    """
+def _certainty(a: Answer) -> float:
+    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone."""
     shared = SHARED in a.remark
     elsewhere = any(other.startswith(f"{a.family}[") for other in a.cannot_be_told_from)
     family = 0.0 if elsewhere else a.family_probability
@@ -189,11 +184,8 @@ def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
     machine.write_text(text, encoding="utf-8")
 
 
-def _without_last(diagnosis: Any, why: str) -> Any:
+def _without_last(diagnosis: Diagnosis, why: str) -> Diagnosis:
     """The diagnosis with the last of the names to write withheld; without any, a mistake of the table is left alone too."""
-    from vcmm.learn.diagnosis.acceptance import answers_to_write
-    from vcmm.learn.diagnosis.verdict import doubts
-
     written = [id(a) for a in answers_to_write(diagnosis.answer)]
     kept = [a for a in diagnosis.answer if id(a) in written or (a.renewed is not None and not a.withheld)]
     if not kept:
@@ -209,8 +201,6 @@ def _without_last(diagnosis: Any, why: str) -> Any:
 
 def _next_scenario(scenario: Path, folder: Path) -> str:
     """Text of the scenario with the machine file that was found, its other files seen from the folder."""
-    from vcmm.files.toml_edits import editable, move_names, with_value_for_table
-
     edited = editable(scenario)
     move_names(edited, scenario.parent, folder)
     with_value_for_table(edited, "machine", "machine.toml")

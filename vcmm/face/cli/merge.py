@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json as json_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
+from vcmm import __version__
+from vcmm.core.blocks import Shards, Sharing
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.text import read_text
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, run_job
+from vcmm.show.console.documents import document, fingerprint
 
 COMMON = ("verb", "options", "key", "inputs", "version")
 
 
-def merge_command(
-    *files: Path, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None
-) -> int:
+def merge_command(*files: Path, json: Json = False, out: Path | None = None) -> int:
     """Put the shards of a job together: the document that one computer would have given, to the last bit.
 
     Parameters
@@ -25,9 +29,6 @@ def merge_command(
     out
         Folder for the files that the job itself would have written.
     """
-    from vcmm.core.blocks import Shards, Sharing
-    from vcmm.core.errors import UsageError
-
     if not files:
         raise UsageError(
             "merge needs the files of all shards; write for example vcmm merge plate.shard-*.json"
@@ -39,10 +40,8 @@ def merge_command(
     return _job(first["verb"], first["options"], sharing, json, out)
 
 
-def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
+def _job(verb: str, options: dict[str, Any], sharing: Sharing, json: bool, out: Path | None) -> int:
     """What the verb itself would have done. options: as its shards hold them."""
-    from vcmm.face.job import Flags, run_job
-
     flags = Flags(json, out)
     if verb == "audit":
         from vcmm.face.cli.audit import audit_job
@@ -57,25 +56,17 @@ def _job(verb: str, options: dict[str, Any], sharing: Any, json: bool, out: Path
         from vcmm.face.cli.cut import CutJob
 
         return run_job(CutJob.of_shards(options, sharing), flags)
-    scenario = Path(options.pop("scenario"))
     if verb == "place":
-        from vcmm.face.cli.place_machines import choose
+        from vcmm.face.cli.place_machines import PlaceMachinesJob
 
-        return choose(
-            scenario, [Path(m) for m in options.pop("machines")], options, json, out, sharing=sharing
-        )
-    from vcmm.face.cli.diagnose_folder import folder_job
+        return run_job(PlaceMachinesJob.of_shards(options, sharing), flags)
+    from vcmm.face.cli.diagnose_folder import DiagnoseFolderJob
 
-    return folder_job(scenario, options, sharing, json, out)
+    return run_job(DiagnoseFolderJob.of_shards(options, sharing), flags)
 
 
 def _read(file: Path) -> dict[str, Any]:
     """The document of a shard. Raises DataError."""
-    from vcmm import __version__
-    from vcmm.core.errors import DataError
-    from vcmm.core.text import read_text
-    from vcmm.show.console.documents import fingerprint
-
     try:
         found = json_module.loads(read_text(file))
     except (json_module.JSONDecodeError, RecursionError) as error:
@@ -92,10 +83,6 @@ def _read(file: Path) -> dict[str, Any]:
 
 def _complete(shards: list[tuple[Path, dict[str, Any]]]) -> dict[str, Any]:
     """The first shard, after all were found to be of one job and every one to be there once, on the files of today."""
-    from vcmm import __version__
-    from vcmm.core.errors import DataError
-    from vcmm.show.console.documents import document
-
     file, first = shards[0]
     if first["version"] != __version__:
         raise DataError(f"{file}:1: made by vcmm {first['version']}, this is {__version__}; use one version")

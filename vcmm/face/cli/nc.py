@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, NamedTuple
 
-from cyclopts import Parameter
+from vcmm.core.errors import UsageError
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, compute, run_job
+from vcmm.face.programs import at_level, machine_of, understand_program
+from vcmm.program.moves import Program
+from vcmm.program.reading import read_bytes
+from vcmm.program.setup import Setup
+from vcmm.program.summary import ProgramSummary, summary
+from vcmm.show.console.files import write_text
+from vcmm.show.console.terminal import say, show_answers, show_table
+
+if TYPE_CHECKING:
+    from vcmm.shop.motion.toolpath import Toolpath
 
 
 def nc_command(
@@ -19,7 +32,7 @@ def nc_command(
     plot: bool = False,
     write_setup: Path | None = None,
     out: Path | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
 ) -> int:
     """What an NC program means: its moves as tool-tip positions, times, extents, remarks.
 
@@ -46,87 +59,107 @@ def nc_command(
     json
         Print one JSON document.
     """
-    from vcmm.face.programs import at_level, understand_program
+    loaded = None
+    if setup is not None:
+        from vcmm.files.own.setup import load_setup
 
-    loaded = _load_setup(setup) if setup else None
+        loaded = load_setup(setup)
     if program.is_dir():
-        from vcmm.face.cli.nc_folder import folder_job
+        from vcmm.face.cli.nc_folder import NcFolderJob
 
-        return folder_job(program, dialect, at_level(loaded, strict), json, out)
+        return run_job(NcFolderJob(program, dialect, at_level(loaded, strict), json), Flags(json, out))
     if json and loaded is None and not (time or plot or write_setup):
         from vcmm.show.console.program_document import json_job
 
         return json_job(program, dialect, at_level(None, strict))
-    read = understand_program(program, dialect, loaded, strict)
-    path = _time_program(read, loaded) if time else None
-    written = _page(program, read, loaded, out, path) if plot else []
-    if write_setup is not None:
-        written.append(_write_setup(program, read, write_setup))
-    if json:
-        _print_json(program, setup, loaded, read, path)
-    else:
-        _tell(program, read, loaded, moves, path, written)
-    return 0
+    job = NcJob(program, dialect, setup, loaded, strict, moves, time, plot, write_setup, out)
+    return job.print_stream() if json else run_job(job, Flags())
 
 
-def _load_setup(setup: Path) -> Any:
-    from vcmm.files.own.setup import load_setup
+class UnderstoodProgram(NamedTuple):
+    """The program, its motion in time where --time is given, and the files that were written."""
 
-    return load_setup(setup)
-
-
-def _tell(program: Path, read: Any, setup: Any, moves: bool, path: Any, written: list[Path]) -> None:
-    """What a person reads."""
-    from vcmm.program.summary import summary
-    from vcmm.show.console.terminal import say
-
-    if read.dialect_reason:
-        say(f"dialect {read.dialect}: {read.dialect_reason}")
-    _show(program, read, summary(read.moves, setup), moves, path)
-    if path is not None:
-        _show_time(path)
-    for text in written:
-        say(f"wrote {text}")
+    read: Program
+    path: Toolpath | None
+    written: list[Path]
 
 
-def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path: Any) -> None:
-    from vcmm.face.programs import machine_of
-    from vcmm.show.console.program_document import MoveFile, print_read, time_json
+@dataclass(frozen=True)
+class NcJob(Job["Setup | None", UnderstoodProgram]):
+    """What one program means. Its document is written move by move (`print_stream`), so that a program of a million lines need not be held
+    twice; all else is as with every job. write_setup: the file of --write-setup; folder: of --out, for the page."""
 
-    files = [program] + ([setup] if setup else [])
-    machine = machine_of(loaded)
-    with MoveFile(loaded, "".join(machine.axes) if machine else "ABC") as moves:
-        moves.take(read.moves)
-        print_read(read, moves, files, {"time": time_json(path)} if path is not None else {})
+    program: Path
+    dialect: str | None
+    setup: Path | None
+    loaded: Setup | None
+    strict: bool
+    moves: bool
+    time: bool
+    plot: bool
+    write_setup: Path | None
+    folder: Path | None
+    schema = "vcmm.nc/1"
+
+    def load(self) -> Setup | None:
+        return self.loaded
+
+    def run(self, loaded: Setup | None, report: Progress) -> UnderstoodProgram:
+        read = understand_program(self.program, self.dialect, loaded, self.strict)
+        path = _time_program(read, loaded) if self.time else None
+        written = self._page(read, loaded, path) if self.plot else []
+        if self.write_setup is not None:
+            written.append(_write_setup(self.program, read, self.write_setup))
+        return UnderstoodProgram(read, path, written)
+
+    def _page(self, read: Program, setup: Setup | None, path: Toolpath | None) -> list[Path]:
+        """The page of --plot."""
+        from vcmm.show.pages.program import program_page
+
+        data, machine = read_bytes(self.program), machine_of(setup)
+        html = program_page(self.program.name, read, summary(read.moves, setup), data, machine, path)
+        return [write_text((self.folder or Path()) / f"{self.program.stem}.html", html)]
+
+    def inputs(self) -> list[Path]:
+        return [self.program, *([self.setup] if self.setup else [])]
+
+    def record(self, loaded: Setup | None, result: UnderstoodProgram) -> Record:
+        return Record({}, self.inputs())  # only of the words: the document is that of `print_stream`
+
+    def print_stream(self) -> int:
+        from vcmm.show.console.program_document import MoveFile, print_read, time_json
+
+        loaded, result = compute(self)
+        machine = machine_of(loaded)
+        further = {"time": time_json(result.path)} if result.path is not None else {}
+        with MoveFile(loaded, "".join(machine.axes) if machine else "ABC") as moves:
+            moves.take(result.read.moves)
+            print_read(result.read, moves, self.inputs(), further)
+        return 0
+
+    def show(self, loaded: Setup | None, result: UnderstoodProgram) -> None:
+        """What a person reads."""
+        read = result.read
+        if read.dialect_reason:
+            say(f"dialect {read.dialect}: {read.dialect_reason}")
+        _show(self.program, read, summary(read.moves, loaded), self.moves, result.path)
+        if result.path is not None:
+            _show_time(result.path)
+        for path in result.written:
+            say(f"wrote {path}")
 
 
-def _page(program: Path, read: Any, setup: Any, out: Path | None, path: Any = None) -> list[Path]:
-    """The page of --plot."""
-    from vcmm.face.programs import machine_of
-    from vcmm.program.reading import read_bytes
-    from vcmm.program.summary import summary
-    from vcmm.show.console.files import write_text
-    from vcmm.show.pages.program import program_page
-
-    machine = machine_of(setup)
-    html = program_page(program.name, read, summary(read.moves, setup), read_bytes(program), machine, path)
-    return [write_text((out or Path()) / f"{program.stem}.html", html)]
-
-
-def _write_setup(program: Path, read: Any, file: Path) -> Path:
+def _write_setup(program: Path, read: Program, file: Path) -> Path:
     """The file of --write-setup; one that is there is not written over."""
-    from vcmm.core.errors import UsageError
     from vcmm.files.own.blank_setup import blank_setup
-    from vcmm.show.console.files import write_text
 
     if file.exists():
         raise UsageError(f"{file} is there already; name another file with --write-setup")
     return write_text(file, blank_setup(read, program.name))
 
 
-def _time_program(read: Any, setup: Any) -> Any:
+def _time_program(read: Program, setup: Setup | None) -> Toolpath:
     """The motion of the program in time, on the machine of the set-up."""
-    from vcmm.core.errors import UsageError
     from vcmm.files.own.machine import load_machine
     from vcmm.shop.motion.tool_centre import in_machine_axes
     from vcmm.shop.motion.toolpath import toolpath
@@ -140,17 +173,15 @@ def _time_program(read: Any, setup: Any) -> Any:
     return toolpath(moves, machine, setup, step=1e9, chord=1e3)
 
 
-def _show_time(path: Any) -> None:
-    from vcmm.show.console.terminal import say, show_table
-    from vcmm.show.tables.program import times
+def _show_time(path: Toolpath) -> None:
+    from vcmm.show.tables import program as tables
 
-    show_table(times(path))
+    show_table(tables.times(path))
     for text in path.assumptions:
         say(f"note: assumed: {text}")
 
 
-def _show(program: Path, read: Any, total: Any, moves: bool, path: Any = None) -> None:
-    from vcmm.show.console.terminal import show_answers, show_table
+def _show(program: Path, read: Program, total: ProgramSummary, moves: bool, path: Toolpath | None) -> None:
     from vcmm.show.tables import program as tables
     from vcmm.show.tables.answers_machine import program_answers
 

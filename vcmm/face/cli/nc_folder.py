@@ -2,17 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from vcmm.core.errors import DataError, UsageError, VcmmError
+from vcmm.face.job import Job, Progress, Record
+from vcmm.program.interpret import read_program
+from vcmm.program.reading import likely
+from vcmm.program.search import ENDINGS
+from vcmm.program.setup import Setup
+from vcmm.show.console.terminal import show_table
+from vcmm.show.tables import program as tables
+from vcmm.show.tables.program import FolderRow
+from vcmm.show.tables.table import csv_text, records
 
 FURTHER = (".i", ".arc", ".ptp", ".pim", ".iso", ".din", ".fan", ".cls", ".anc", ".dnc", ".g", ".ncc")
 
 
+@dataclass(frozen=True)
+class NcFolderJob(Job[list[Path], list[FolderRow]]):
+    """Every program of a folder. Exit code 0: that some are refused is the answer, not a failure. quiet: --json was given."""
+
+    folder: Path
+    dialect: str | None
+    setup: Setup
+    quiet: bool
+    schema = "vcmm.nc/1"
+
+    def load(self) -> list[Path]:
+        return programs_in(self.folder)
+
+    def run(self, loaded: list[Path], report: Progress) -> list[FolderRow]:
+        rows = []
+        for k, path in enumerate(loaded):
+            report(path.name, k / len(loaded))
+            rows.append(row_of(path, self.folder, self.dialect, self.setup))
+        return rows
+
+    def record(self, loaded: list[Path], result: list[FolderRow]) -> Record:
+        return Record({"programs": records(tables.FOLDER, result)}, loaded)
+
+    def texts(
+        self, loaded: list[Path], result: list[FolderRow], content: str, folder: Path
+    ) -> dict[str, str]:
+        from vcmm.show.pages.program import folder_page
+
+        name = self.folder.name
+        table = csv_text(tables.folder(name, result))
+        return {"programs.csv": table, "programs.html": folder_page(name, result)}
+
+    def files_sentence(
+        self, loaded: list[Path], result: list[FolderRow], folder: Path, names: Sequence[str]
+    ) -> str:
+        return "" if self.quiet else f"wrote {', '.join(str(folder / name) for name in names)}"
+
+    def show(self, loaded: list[Path], result: list[FolderRow]) -> None:
+        show_table(tables.folder(self.folder.name, result))
+        show_table(tables.folder_counts(result))
+        if any(row.reason for row in result):
+            show_table(tables.folder_reasons(result))
+
+
 def programs_in(folder: Path) -> list[Path]:
     """Files whose name ends as those of programs do, in this folder and below it. Raises UsageError where there is none."""
-    from vcmm.core.errors import UsageError
-    from vcmm.program.search import ENDINGS
-
     endings = {*ENDINGS, *FURTHER} - {""}
     found = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in endings)
     if not found:
@@ -22,48 +75,8 @@ def programs_in(folder: Path) -> list[Path]:
     return found
 
 
-def folder_job(folder: Path, dialect: str | None, setup: Any, json: bool, out: Path | None) -> int:
-    """The table as text, JSON, CSV and page; exit code 0: that some are refused is the answer, not a failure."""
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say, show_table
-    from vcmm.show.tables import program as tables
-    from vcmm.show.tables.table import csv_text, records
-
-    files = programs_in(folder)
-    if out is not None:
-        output_folder(out)
-    rows = []
-    with progress(not json) as bar:
-        for k, path in enumerate(files):
-            bar(path.name, k / len(files))
-            rows.append(row_of(path, folder, dialect, setup))
-    table = tables.folder(folder.name, rows)
-    if out is not None:
-        from vcmm.show.pages.program import folder_page
-
-        written = write_files(
-            out, {"programs.csv": csv_text(table), "programs.html": folder_page(folder.name, rows)}
-        )
-        if not json:
-            say(f"wrote {', '.join(str(p) for p in written)}")
-    if json:
-        print_json(document("vcmm.nc/1", {}, files=files) | {"programs": records(tables.FOLDER, rows)})
-        return 0
-    show_table(table)
-    show_table(tables.folder_counts(rows))
-    if any(row.reason for row in rows):
-        show_table(tables.folder_reasons(rows))
-    return 0
-
-
-def row_of(path: Path, folder: Path, dialect: str | None, setup: Any) -> Any:
+def row_of(path: Path, folder: Path, dialect: str | None, setup: Setup) -> FolderRow:
     """One program. What cannot be read becomes a reason, so that the others are read all the same."""
-    from vcmm.core.errors import DataError, VcmmError
-    from vcmm.program.interpret import read_program
-    from vcmm.program.reading import likely
-    from vcmm.show.tables.program import FolderRow
-
     name = str(path.relative_to(folder))
     try:
         read = read_program(path, dialect, setup)

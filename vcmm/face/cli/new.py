@@ -7,6 +7,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from vcmm.core.errors import UsageError
+from vcmm.files.own.library import companions, cuts, example, instrument_read, records, turns_over
+from vcmm.show.console.files import output_folder, write_files
+from vcmm.show.console.terminal import say
+
 
 def new_command(
     name: str = "plate", *, source: Annotated[str | None, Parameter(name="--from")] = None, out: Path = Path()
@@ -24,11 +29,6 @@ def new_command(
     out
         Folder for the file.
     """
-    from vcmm.core.errors import UsageError
-    from vcmm.files.own.library import example
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import say
-
     original = source or name
     stem = name.removesuffix(".toml")
     target = output_folder(out) / f"{stem}.toml"
@@ -46,8 +46,6 @@ def new_command(
 
 def _texts(original: Path, stem: str) -> dict[str, str]:
     """Name relative to the folder -> text: the scenario and its companions, their folder named after the new file."""
-    from vcmm.files.own.library import companions
-
     old = original.stem
     beside = companions(old)
     text = original.read_text(encoding="utf-8")
@@ -60,16 +58,12 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    from vcmm.show.console.files import output_folder, write_files
-
     for name in texts:
         output_folder((folder / name).parent)
     write_files(folder, texts)
 
 
 def _next_steps(target: Path) -> str:
-    from vcmm.files.own.library import cuts, instrument_read, records, turns_over
-
     if turns_over(target):
         beside = "".join(f" {p}" for p in sorted((target.parent / target.stem).glob("*.toml")))
         return (

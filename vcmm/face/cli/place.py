@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Cluster, CountOption, Seed, Shard, Workers
+from vcmm.answer.placing.advice import advice, room_and_shares
+from vcmm.answer.placing.placement import place
+from vcmm.answer.placing.result import PlacementResult, place_json
+from vcmm.answer.placing.words import pose_text
+from vcmm.core.errors import UsageError
+from vcmm.face.cli.options import Cluster, CountOption, Json, Seed, Shard, Workers
+from vcmm.face.cli.place_machines import PlaceMachinesJob
+from vcmm.face.cli.place_plan import PlanJob
+from vcmm.face.job import Flags, Job, Progress, Record, run_job, run_shared, sharing_of
+from vcmm.files.own.library import example
+from vcmm.files.own.placement_writer import placed_text
+from vcmm.files.own.scenario import load_scenario
+from vcmm.files.toml import read_toml
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say_warnings, show_answers, show_table
+from vcmm.show.tables.answers import place_answers
+from vcmm.show.tables.placement import compared_poses, how_sure, why
+from vcmm.task.measuring.scenario import Scenario
+
+TWIN = "gaska2014"
 
 
 def place_command(
@@ -24,7 +45,7 @@ def place_command(
     workers: Workers = None,
     cluster: Cluster = None,
     shard: Shard = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
     out: Path | None = None,
 ) -> int:
     """The pose, among those that the fixture allows, with the smallest objective: gain, map, flatness, certificate.
@@ -64,12 +85,25 @@ def place_command(
         Folder for report.html, place.json and placed.toml (the new pose); with --plan for plan.json, plan.toml and points as CSV.
     """
     _check(plan, machines, draws, budget, (evaluations, scan, trials), (workers, cluster, shard))
+    flags = Flags(json, out)
     if plan:
-        return _plan_points(scenario, budget or "5 min", seed, json, out)
+        return run_job(PlanJob(scenario, budget or "5 min", seed), flags)
     options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
-    if machines and not (scenario.is_file() and _cuts(scenario)) and str(scenario) != "gaska2014":
-        return _choose_machine((scenario, machines), options, (workers, cluster, shard), json, out)
-    return _place_scenario(scenario, machines, draws, options, json, out)
+    cuts = scenario.is_file() and _cuts(scenario)
+    if machines and not cuts and str(scenario) != TWIN:
+        sharing = sharing_of(workers, cluster, shard)
+        return run_shared(PlaceMachinesJob(scenario, tuple(machines), options, sharing=sharing), flags)
+    search = {name: value for name, value in options.items() if value is not None}
+    if str(scenario) == TWIN and not scenario.exists():
+        _refuse("the twin has machines of its own", {"--machines": machines})
+        return run_job(PlaceTwinJob(draws or 200, search), flags)
+    _refuse("only gaska2014 draws machines", {"--draws": draws})
+    if cuts:
+        from vcmm.face.cli.place_cut import PlaceCutJob
+
+        _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
+        return run_job(PlaceCutJob(scenario, search), flags)
+    return run_job(PlaceJob(scenario, search), flags)
 
 
 def _check(
@@ -78,7 +112,7 @@ def _check(
     draws: int | None,
     budget: str | None,
     search: tuple[int | None, ...],
-    shared: tuple[Any, ...],
+    shared: tuple[object, ...],
 ) -> None:
     """Raises UsageError for options that would be passed over in silence."""
     if not machines or plan:
@@ -93,174 +127,89 @@ def _check(
         _refuse("the machines are those of --machines", {"--draws": draws})
 
 
-def _place_scenario(
-    scenario: Path,
-    machines: list[Path] | None,
-    draws: int | None,
-    options: dict[str, Any],
-    json: bool,
-    out: Path | None,
-) -> int:
-    """One scenario on its own machine, or the twin."""
-    from vcmm.show.console.files import output_folder
-
-    folder = output_folder(out) if out else None
-    given = {name: value for name, value in options.items() if value is not None}
-    if str(scenario) == "gaska2014" and not scenario.exists():
-        return _twin(machines, draws, given, json, folder)
-    _refuse("only gaska2014 draws machines", {"--draws": draws})
-    return _any(scenario, machines, given, json, folder)
-
-
-def _choose_machine(
-    named: tuple[Path, list[Path]],
-    options: dict[str, Any],
-    shared: tuple[Any, ...],
-    json: bool,
-    out: Path | None,
-) -> int:
-    """A choice of machines. named: scenario, machines; options: of the search; shared: workers, cluster, shard."""
-    from vcmm.face.cli.place_machines import choose, shard_of_machines
-    from vcmm.face.job import sharing_of
-
-    sharing = sharing_of(*shared)
-    if sharing.share is None:
-        return choose(*named, options, json, out, sharing=sharing)
-    return shard_of_machines(*named, options, sharing, json, out)
-
-
-def _twin(
-    machines: list[Path] | None, draws: int | None, options: dict[str, Any], json: bool, folder: Path | None
-) -> int:
-    """The twin of the published study: ranking, optimum and node reduction as tables, JSON, report."""
-    from vcmm.face.twins import twin
-    from vcmm.files.own.library import example
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import progress, say, show_table
-
-    _refuse("the twin has machines of its own", {"--machines": machines})
-    source = example("gaska2014")
-    scenario = load_scenario(source)
-    with progress() as report:
-        study = twin("gaska2014").placement_command.study(scenario, draws or 200, options, report)
-    seed = options.get("seed", scenario.settings.seed)
-    content = document("vcmm.place/1", study.body(), seed=seed, files=[source])
-    if folder:
-        write_files(folder, {"place.json": json_text(content), "report.html": study.html()})
-        say(f"wrote {folder}/report.html, place.json")
-    if json:
-        print_json(content)
-    else:
-        for table in study.tables():
-            show_table(table)
-    return 0
-
-
-def _refuse(why: str, given: dict[str, Any]) -> None:
+def _refuse(why: str, given: Mapping[str, object]) -> None:
     """An option that would be passed over in silence is refused."""
-    from vcmm.core.errors import UsageError
-
     idle = [name for name, value in given.items() if value]
     if idle:
         raise UsageError(f"{', '.join(idle)}: {why}, so this has no meaning here; leave it out")
 
 
-def _any(
-    scenario: Path, machines: list[Path] | None, options: dict[str, Any], json: bool, folder: Path | None
-) -> int:
-    """A cut part, or the placement of one measuring task."""
-    if scenario.is_file() and _cuts(scenario):
-        from vcmm.face.cli.place_cut import placed_cut
-
-        _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
-        return placed_cut(scenario, options, json, folder)
-    return _place(scenario, options, json, folder)
-
-
 def _cuts(scenario: Path) -> bool:
     """Whether the scenario cuts a part."""
-    from vcmm.files.toml import read_toml
-
     return "cut" in read_toml(scenario).data
 
 
-def _plan_points(scenario: Path, budget: str, seed: int | None, json: bool, out: Path | None) -> int:
-    """Points, styli and order under a time budget."""
-    from vcmm.face.cli.place_plan import run_plan_option
-    from vcmm.files.own.scenario import load_scenario
+@dataclass(frozen=True)
+class PlaceJob(Job[Scenario, PlacementResult]):
+    """One measuring task at its best pose. search: options of the search that were given."""
 
-    loaded = load_scenario(scenario)
-    return run_plan_option(
-        loaded,
-        scenario,
-        budget=budget,
-        seed=loaded.settings.seed if seed is None else seed,
-        json=json,
-        out=out,
-    )
+    scenario: Path
+    search: Mapping[str, Any]
+    schema = "vcmm.place/1"
 
+    @property
+    def place(self) -> tuple[Path, str]:
+        return self.scenario, "placement"
 
-def _place(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
-    """Place one scenario and say what was found."""
-    from vcmm.answer.placing.advice import advice
-    from vcmm.answer.placing.placement import place
-    from vcmm.answer.placing.result import place_json
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.show.console.complaints import about
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.terminal import progress
+    def load(self) -> Scenario:
+        return load_scenario(self.scenario)
 
-    loaded = load_scenario(scenario)
-    with progress() as report, about(scenario, "placement"):
-        placed = place(loaded, progress=report, **options)
-    content = document(
-        "vcmm.place/1",
-        place_json(placed) | {"advice": advice(placed)},
-        seed=placed.seed,
-        files=sources(scenario),
-        warnings=placed.warnings,
-    )
-    if folder:
-        _write(folder, scenario, placed, content)
-    if json:
-        print_json(content)
-    else:
-        show(placed)
-    return 0
+    def run(self, loaded: Scenario, report: Progress) -> PlacementResult:
+        return place(loaded, progress=report, **self.search)
 
+    def record(self, loaded: Scenario, result: PlacementResult) -> Record:
+        body = place_json(result) | {"advice": advice(result)}
+        return Record(body, sources(self.scenario), result.seed, result.warnings)
 
-def show(placed: Any) -> None:
-    """Poses compared, why, certificate and flatness, advice."""
-    from vcmm.answer.placing.advice import room_and_shares
-    from vcmm.answer.placing.words import pose_text
-    from vcmm.show.console.terminal import say_warnings, show_answers, show_table
-    from vcmm.show.tables.answers import place_answers
-    from vcmm.show.tables.placement import compared_poses, how_sure, why
+    def texts(self, loaded: Scenario, result: PlacementResult, content: str, folder: Path) -> dict[str, str]:
+        from vcmm.show.pages.place import place_page
 
-    show_answers(place_answers(placed))
-    for table in (compared_poses(placed), why(placed), how_sure(placed)):
-        show_table(table)
-    if placed.region.convenient is not None:
-        print(f"convenient pose within 2 %: {pose_text(placed.region.convenient)}")
-    print("\n".join(["advice:", *room_and_shares(placed)]))
-    say_warnings(placed.warnings)
+        target, near = folder / "placed.toml", result.region.convenient
+        placed = placed_text(self.scenario, target, result.best.pose, convenient=near)
+        return {"place.json": content, "report.html": place_page(result), "placed.toml": placed}
+
+    def files_sentence(
+        self, loaded: Scenario, result: PlacementResult, folder: Path, names: Sequence[str]
+    ) -> str:
+        return f"wrote {folder}/report.html, place.json, placed.toml"
+
+    def show(self, loaded: Scenario, result: PlacementResult) -> None:
+        """Poses compared, why, certificate and flatness, advice."""
+        show_answers(place_answers(result))
+        for table in (compared_poses(result), why(result), how_sure(result)):
+            show_table(table)
+        if result.region.convenient is not None:
+            print(f"convenient pose within 2 %: {pose_text(result.region.convenient)}")
+        print("\n".join(["advice:", *room_and_shares(result)]))
+        say_warnings(result.warnings)
 
 
-def _write(folder: Path, source: Path, placed: Any, content: dict[str, Any]) -> None:
-    from vcmm.files.own.placement_writer import placed_text
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-    from vcmm.show.pages.place import place_page
+@dataclass(frozen=True)
+class PlaceTwinJob(Job[Scenario, Any]):
+    """The twin of the published study: ranking, optimum and node reduction. Its result is of the twin's own kind."""
 
-    texts = {
-        "place.json": json_text(content),
-        "report.html": place_page(placed),
-        "placed.toml": placed_text(
-            source, folder / "placed.toml", placed.best.pose, convenient=placed.region.convenient
-        ),
-    }
-    write_files(folder, texts)
-    say(f"wrote {folder}/report.html, place.json, placed.toml")
+    draws: int
+    search: Mapping[str, Any]
+    schema = "vcmm.place/1"
+
+    def load(self) -> Scenario:
+        return load_scenario(example(TWIN))
+
+    def run(self, loaded: Scenario, report: Progress) -> Any:
+        from vcmm.face.twins import twin
+
+        return twin(TWIN).placement_command.study(loaded, self.draws, dict(self.search), report)
+
+    def record(self, loaded: Scenario, result: Any) -> Record:
+        seed = self.search.get("seed", loaded.settings.seed)
+        return Record(result.body(), [example(TWIN)], seed)
+
+    def texts(self, loaded: Scenario, result: Any, content: str, folder: Path) -> dict[str, str]:
+        return {"place.json": content, "report.html": result.html()}
+
+    def files_sentence(self, loaded: Scenario, result: Any, folder: Path, names: Sequence[str]) -> str:
+        return f"wrote {folder}/report.html, place.json"
+
+    def show(self, loaded: Scenario, result: Any) -> None:
+        for table in result.tables():
+            show_table(table)

@@ -2,64 +2,127 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vcmm.answer.placing.placement import place
+from vcmm.answer.placing.result import place_json
+from vcmm.answer.placing.words import amount, pose_text
+from vcmm.core.blocks import Sharing, key_of
+from vcmm.core.errors import ModelLimit, UsageError, VcmmError, first_of
+from vcmm.core.text import read_head
+from vcmm.face.job import Progress, Record, SharedJob
+from vcmm.files.own.placement_writer import placed_text
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import say, show_answers, show_table
+from vcmm.show.tables.answers_parts import machine_answers
+from vcmm.show.tables.placement import RankedMachine, ranking
+from vcmm.show.tables.table import ResultTable, records
+from vcmm.task.measuring.scenario import Scenario
+
+Options = dict[str, Any]  # of the search: None where it was not given
+Row = dict[str, Any]  # what became of one machine, plain values: blocks of a shard hold it as JSON
 
 
-def choose(
-    scenario: Path, named: list[Path], options: dict[str, Any], json: bool, out: Path | None, *, sharing: Any
-) -> int:
+class CandidateMachines(NamedTuple):
+    """Files of the machines, and the task on each, or what is wrong with the file."""
+
+    files: list[Path]
+    tasks: list[Scenario | str]
+
+
+class Ranked(NamedTuple):
+    """Machine file -> what became of it; order: those that can take the part, the best first."""
+
+    found: dict[str, Row]
+    order: list[str]
+
+    @property
+    def best(self) -> Row:
+        return self.found[self.order[0]]
+
+    def table(self) -> ResultTable[RankedMachine]:
+        return ranking(self.order, self.found)
+
+
+@dataclass(frozen=True)
+class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
-    from vcmm.show.console.documents import document, print_json, sources
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import show_answers
-    from vcmm.show.tables.answers_parts import machine_answers
-    from vcmm.show.tables.placement import ranking
-    from vcmm.show.tables.table import records
 
-    folder = output_folder(out) if out else None
-    machines = machines_in(named)
-    found = placed_on_all(scenario, machines, options, sharing, not json)
-    order = sorted((m for m in found if not found[m]["refused"]), key=lambda m: found[m]["value"])
-    best, table = found[order[0]], ranking(order, found)
-    documented = [
-        record | ({"why": found[record["machine"]]["refused"]} if record["machine"] not in order else {})
-        for record in records(table.columns, table.rows)
-    ]
-    files = [*sources(scenario), *machines]
-    content = document(
-        "vcmm.place/1", best["content"] | {"machine": order[0], "machines": documented}, seed=best["seed"], files=files, warnings=best["warnings"]
-    )  # fmt: skip
-    if folder:
-        _write(folder, scenario, Path(order[0]), best, content)
-    if json:
-        print_json(content)
-    else:
-        show_answers(machine_answers(order, found))
-        _show(table, {m: one["refused"] for m, one in found.items() if one["refused"]})
-    return 0
+    scenario: Path
+    named: tuple[Path, ...]
+    search: Options
+    verb, schema = "place", "vcmm.place/1"
+
+    @property
+    def stem(self) -> str:
+        return self.scenario.stem
+
+    def options(self) -> dict[str, Any]:
+        return {"scenario": str(self.scenario), "machines": [str(m) for m in self.named], **self.search}
+
+    def inputs(self) -> list[Path]:
+        return _read(self.scenario, machines_in(self.named))
+
+    @classmethod
+    def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> PlaceMachinesJob:
+        search = {k: v for k, v in options.items() if k not in ("scenario", "machines")}
+        named = tuple(Path(m) for m in options["machines"])
+        return cls(Path(options["scenario"]), named, search, sharing=sharing)
+
+    def load(self) -> CandidateMachines:
+        machines = machines_in(self.named)
+        return CandidateMachines(machines, _load_tasks(self.scenario, machines))
+
+    def run(self, loaded: CandidateMachines, report: Progress) -> Ranked:
+        """Raises UsageError where none can take the part, ShardDone."""
+        key, count = key_of("place", self.search, _read(self.scenario, loaded.files)), len(loaded.files)
+        report(f"0 of {count} machines", 0.0)
+        rows: list[Row] = self.sharing.all_of(
+            key, placed_on, self.search, loaded.tasks, lambda s: report(f"{round(s * count)} of {count} machines", s)
+        )  # fmt: skip
+        found = {str(m): row for m, row in zip(loaded.files, rows)}
+        if all(row["refused"] for row in rows):
+            why = "; ".join(f"{m}: {row['refused']}" for m, row in found.items())
+            raise UsageError(f"none of the machines can take the part: {why}")
+        order = sorted((m for m in found if not found[m]["refused"]), key=lambda m: found[m]["value"])
+        return Ranked(found, order)
+
+    def record(self, loaded: CandidateMachines, result: Ranked) -> Record:
+        table, best = result.table(), result.best
+        documented = [
+            row | ({"why": result.found[row["machine"]]["refused"]} if row["machine"] not in result.order else {})
+            for row in records(table.columns, table.rows)
+        ]  # fmt: skip
+        body = best["content"] | {"machine": result.order[0], "machines": documented}
+        return Record(body, [*sources(self.scenario), *loaded.files], best["seed"], best["warnings"])
+
+    def texts(self, loaded: CandidateMachines, result: Ranked, content: str, folder: Path) -> dict[str, str]:
+        best, machine = result.best, Path(result.order[0])
+        near = None if best["convenient"] is None else np.array(best["convenient"])
+        placed = placed_text(self.scenario, folder / "placed.toml", np.array(best["pose"]), machine, near)
+        return {"place.json": content, "report.html": best["page"], "placed.toml": placed}
+
+    def files_sentence(
+        self, loaded: CandidateMachines, result: Ranked, folder: Path, names: Sequence[str]
+    ) -> str:
+        return f"wrote {folder}/report.html, place.json, placed.toml for {Path(result.order[0])}"
+
+    def show(self, loaded: CandidateMachines, result: Ranked) -> None:
+        show_answers(machine_answers(result.order, result.found))
+        show_table(result.table())
+        for machine, row in result.found.items():
+            if row["refused"]:
+                say(f"note: {machine}: {row['refused']}")
 
 
-def shard_of_machines(
-    scenario: Path, named: list[Path], options: dict[str, Any], sharing: Any, json: bool, out: Path | None
-) -> int:
-    """Every n-th machine, for `vcmm merge`."""
-    from vcmm.face.job import put_shard, write_shard
-
-    machines = machines_in(named)
-    asked = {"scenario": str(scenario), "machines": [str(m) for m in named], **options}
-    shared = write_shard(
-        "place", asked, _read(scenario, machines), sharing.share,
-        lambda: placed_on_all(scenario, machines, options, sharing, not json),
-    )  # fmt: skip
-    return put_shard(shared, scenario.stem, json, out)
-
-
-def machines_in(named: list[Path]) -> list[Path]:
+def machines_in(named: Sequence[Path]) -> list[Path]:
     """Machine files, each once; of a folder all that lie in it and below. Raises UsageError where a folder holds none."""
-    from vcmm.core.errors import UsageError
-    from vcmm.core.text import read_head
-
     out: list[Path] = []
     for path in named:
         if not path.is_dir():
@@ -75,40 +138,12 @@ def machines_in(named: list[Path]) -> list[Path]:
 
 def _read(scenario: Path, machines: list[Path]) -> list[Path]:
     """All files of the job, each once."""
-    from vcmm.show.console.documents import sources
-
     return list(dict.fromkeys(f for p in (scenario, *machines) for f in sources(p)))
 
 
-def placed_on_all(
-    scenario: Path, machines: list[Path], options: dict[str, Any], sharing: Any, shown: bool
-) -> dict[str, dict[str, Any]]:
-    """Machine file -> what became of it, plain values. Raises UsageError where none can take the part, ShardDone."""
-    from vcmm.core.blocks import key_of
-    from vcmm.core.errors import UsageError
-    from vcmm.show.console.terminal import progress
-
-    loaded = _load_tasks(scenario, machines)
-    key = key_of("place", options, _read(scenario, machines))
-    with progress(shown) as bar:
-        count = len(machines)
-        bar(f"0 of {count} machines", 0.0)
-        rows = sharing.all_of(
-            key, placed_on, options, loaded, lambda s: bar(f"{round(s * count)} of {count} machines", s)
-        )
-    found = {str(m): row for m, row in zip(machines, rows)}
-    if all(row["refused"] for row in rows):
-        why = "; ".join(f"{m}: {row['refused']}" for m, row in found.items())
-        raise UsageError(f"none of the machines can take the part: {why}")
-    return found
-
-
-def _load_tasks(scenario: Path, machines: list[Path]) -> list[Any]:
+def _load_tasks(scenario: Path, machines: list[Path]) -> list[Scenario | str]:
     """The task on every machine, or what is wrong with a machine file as text. Raises what the last raises where none can be read."""
-    from vcmm.core.errors import VcmmError, first_of
-    from vcmm.files.own.scenario import load_scenario
-
-    out: list[Any] = []
+    out: list[Scenario | str] = []
     for number, machine in enumerate(machines, 1):
         try:
             out.append(load_scenario(scenario, machine))
@@ -119,12 +154,8 @@ def _load_tasks(scenario: Path, machines: list[Path]) -> list[Any]:
     return out
 
 
-def placed_on(options: dict[str, Any], scenario: Any) -> dict[str, Any]:
+def placed_on(options: Options, scenario: Scenario | str) -> Row:
     """The part at its best pose on one machine, by any worker; `refused`: why the machine cannot take it, or its file not be read."""
-    from vcmm.answer.placing.placement import place
-    from vcmm.answer.placing.result import place_json
-    from vcmm.answer.placing.words import amount, pose_text
-    from vcmm.core.errors import ModelLimit
     from vcmm.show.pages.place import place_page
 
     if isinstance(scenario, str):
@@ -139,31 +170,3 @@ def placed_on(options: dict[str, Any], scenario: Any) -> dict[str, Any]:
         "convenient": None if near is None else near.tolist(), "words": [pose_text(best.pose), amount(best.value, placed)],
         "content": place_json(placed), "page": place_page(placed), "seed": placed.seed, "warnings": list(placed.warnings),
     }  # fmt: skip
-
-
-def _write(
-    folder: Path, scenario: Path, machine: Path, best: dict[str, Any], content: dict[str, Any]
-) -> None:
-    import numpy as np
-
-    from vcmm.files.own.placement_writer import placed_text
-    from vcmm.show.console.documents import json_text
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say
-
-    near = None if best["convenient"] is None else np.array(best["convenient"])
-    texts = {
-        "place.json": json_text(content),
-        "report.html": best["page"],
-        "placed.toml": placed_text(scenario, folder / "placed.toml", np.array(best["pose"]), machine, near),
-    }
-    write_files(folder, texts)
-    say(f"wrote {folder}/report.html, place.json, placed.toml for {machine}")
-
-
-def _show(ranking: Any, refused: dict[str, str]) -> None:
-    from vcmm.show.console.terminal import say, show_table
-
-    show_table(ranking)
-    for m, why in refused.items():
-        say(f"note: {m}: {why}")

@@ -6,7 +6,13 @@ import tempfile
 from collections.abc import Callable
 from math import sqrt
 from pathlib import Path
-from typing import Any
+
+from vcmm.compensation.result import CompensatedProgram
+from vcmm.compensation.surface import SurfaceErrors, refined_surface
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.units import quantity
+from vcmm.shop.machining.proof import CutProof, proof_by_cut, proof_without_inspection
+from vcmm.shop.machining.scenario import CutScenario
 
 NO_PART = (
     "program and set-up do not say what part is cut: name a cutting scenario (part, stock, tools) instead of the program, or cut the new "
@@ -18,13 +24,15 @@ ROUNDS = 4  # of further corrections of the finished surface: at corners, where 
 
 
 def in_rounds(
-    scenario: Any, surface: Any, suffix: str, tolerance: float, make: Callable[[Any], Any]
-) -> tuple[Any, Any]:
+    scenario: CutScenario | None,
+    surface: SurfaceErrors | None,
+    suffix: str,
+    tolerance: float,
+    make: Callable[[SurfaceErrors | None], CompensatedProgram],
+) -> tuple[CompensatedProgram, CutProof]:
     """The new program and its proof: where the finished surface is corrected and the part is not yet within what is allowed, what it still
     departs by is corrected once more, up to `ROUNDS` times; the best of these is kept. make: from surface errors (or None) to the program; scenario: None where the part is not
     known."""
-    from vcmm.shop.machining.proof import proof_without_inspection
-
     made = make(surface)
     if scenario is None:
         return made, proof_without_inspection(NO_PART)
@@ -41,47 +49,39 @@ def in_rounds(
     return made, proof
 
 
-def _proof_of_made(scenario: Any, made: Any, suffix: str, tolerance: float) -> Any:
+def _proof_of_made(
+    scenario: CutScenario, made: CompensatedProgram, suffix: str, tolerance: float
+) -> CutProof:
     digits = min(made.rounding.largest, sqrt(3.0) * made.rounding.step)
     return proof_of(scenario, made.data, suffix, tolerance + digits)
 
 
-def _refine(scenario: Any, surface: Any, data: bytes, suffix: str) -> Any:
-    from vcmm.compensation.surface import refined_surface
-
+def _refine(scenario: CutScenario, surface: SurfaceErrors, data: bytes, suffix: str) -> SurfaceErrors:
     with tempfile.TemporaryDirectory() as folder:
         new = Path(folder) / f"new{suffix}"
         new.write_bytes(data)
         return refined_surface(scenario, surface, new)
 
 
-def refuse_worse(scenario: Any, proof: Any) -> None:
+def refuse_worse(program: Path, proof: CutProof) -> None:
     """Raises ModelLimit where the part comes out worse than with the program as it is."""
-    from vcmm.core.errors import ModelLimit
-
     if proof.worse:
         raise ModelLimit(
-            f"{scenario.program}: cut and inspected, the part of the new program is worse than that of the program as it is: {proof.worse}; nothing was "
+            f"{program}: cut and inspected, the part of the new program is worse than that of the program as it is: {proof.worse}; nothing was "
             "written. Correct the finished surface too (--surface), or leave the program as it is"
         )
 
 
-def proof_of(scenario: Any, data: bytes, suffix: str, allowed: float) -> Any:
+def proof_of(scenario: CutScenario, data: bytes, suffix: str, allowed: float) -> CutProof:
     """The proof of a new program for the part of a scenario, good or bad."""
-    from vcmm.shop.machining.proof import proof_by_cut
-
     with tempfile.TemporaryDirectory() as folder:
         new = Path(folder) / f"new{suffix}"
         new.write_bytes(data)
         return proof_by_cut(scenario, new, allowed)
 
 
-def inspected_program(scenario: Any, program: Path, tolerance: str) -> Any:
+def inspected_program(scenario: CutScenario, program: Path, tolerance: str) -> CutProof:
     """--inspect: the proof of a program that stands in a file. Raises UsageError for a tolerance that is none."""
-    from vcmm.core.errors import UsageError
-    from vcmm.core.units import quantity
-    from vcmm.shop.machining.proof import proof_by_cut
-
     allowed = quantity(tolerance, "length", "--tolerance", "1 um")
     if not allowed > 0:
         raise UsageError(f'--tolerance "{tolerance}" must be more than nothing, for example "1 um"')

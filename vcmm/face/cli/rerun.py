@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import json as json_module
+import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
-from cyclopts import Parameter
+from vcmm import __version__
+from vcmm.core.confinement import confine
+from vcmm.core.errors import DataError, VcmmError
+from vcmm.core.text import brief
+from vcmm.face.cli.options import Json
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.own.scenario import load_scenario
+from vcmm.show.console.complaints import visible_text
+from vcmm.show.console.evidence import TOLERANCE, ComparedNumber, differences, unpack_evidence
 
 JOBS = (["evaluate"], ["uncertainty"], ["routes"])
 OPTIONS = (
@@ -22,7 +36,8 @@ def rerun_command(
     pack: Path,
     *,
     most_trials: int = MOST_TRIALS,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
+    out: Path | None = None,
 ) -> int:
     """Run an evidence pack again (--evidence of evaluate, uncertainty, routes) and compare every number.
 
@@ -36,46 +51,90 @@ def rerun_command(
         A pack that asks for more Monte Carlo trials is refused before anything is run.
     json
         Print one JSON document.
+    out
+        Folder for rerun.json.
     """
-    from tempfile import TemporaryDirectory
+    return run_job(RerunJob(pack, most_trials), Flags(json, out))
 
-    from vcmm import __version__
-    from vcmm.show.console.documents import document, print_json
-    from vcmm.show.console.evidence import TOLERANCE, differences, unpack_evidence
 
-    with TemporaryDirectory() as folder:
-        said = unpack_evidence(pack, Path(folder))
-        found = _run_again(said, Path(folder), most_trials)
-    changed = list(differences(said["document"], found))
-    largest = max((c.relative for c in changed), default=0.0)
-    same = largest <= TOLERANCE
-    body = {
-        "command": said["command"], "same": same, "identical": not changed, "largest_relative_difference": largest,
-        "version_then": said["version"], "libraries_then": said["libraries"],
-        "differences": [{"key": c.key, "was": c.was, "found": c.found} for c in changed[:100]],
-    }  # fmt: skip
-    if json:
-        print_json(document("vcmm.rerun/1", body, seed=said.get("seed"), files=[pack]))
-    else:
-        _show(said, body, __version__)
-    return int(not same)
+class Rerun(NamedTuple):
+    """What the pack says, and the numbers that are others now."""
+
+    said: dict[str, Any]
+    changed: list[ComparedNumber]
+
+    @property
+    def largest(self) -> float:
+        """Relative."""
+        return max((c.relative for c in self.changed), default=0.0)
+
+    @property
+    def is_same(self) -> bool:
+        return self.largest <= TOLERANCE
+
+
+@dataclass(frozen=True)
+class RerunJob(Job[Path, Rerun]):
+    """The command of a pack run again, on the files of the pack, in a folder of its own."""
+
+    evidence: Path
+    most_trials: int
+    schema = "vcmm.rerun/1"
+
+    def load(self) -> Path:
+        return self.evidence
+
+    def run(self, loaded: Path, report: Progress) -> Rerun:
+        with TemporaryDirectory() as folder:
+            said = unpack_evidence(loaded, Path(folder))
+            found = _run_again(said, Path(folder), self.most_trials)
+        return Rerun(said, list(differences(said["document"], found)))
+
+    def record(self, loaded: Path, result: Rerun) -> Record:
+        said = result.said
+        body = {
+            "command": said["command"], "same": result.is_same, "identical": not result.changed,
+            "largest_relative_difference": result.largest,
+            "version_then": said["version"], "libraries_then": said["libraries"],
+            "differences": [{"key": c.key, "was": c.was, "found": c.found} for c in result.changed[:100]],
+        }  # fmt: skip
+        return Record(body, [loaded], said.get("seed"))
+
+    def texts(self, loaded: Path, result: Rerun, content: str, folder: Path) -> dict[str, str]:
+        return {"rerun.json": content}
+
+    def exit_code(self, loaded: Path, result: Rerun) -> int:
+        return int(not result.is_same)
+
+    def show(self, loaded: Path, result: Rerun) -> None:
+        """What the pack says of itself is somebody else's text: control characters are spelled out."""
+        said = result.said
+        print(f"vcmm {visible_text(_command_of(said))}")
+        print(
+            f"made with vcmm {visible_text(brief(said['version']))}, run again with {__version__}; {len(said['files'])} files, all unchanged"
+        )
+        if not result.changed:
+            print("every number is the same, to the last bit")
+        elif result.is_same:
+            print(f"every number is the same within {result.largest:.1e}")
+        else:
+            print("the numbers are not the same:")
+            for one in result.changed[:10]:
+                was, found = (visible_text(brief(str(v))) for v in (one.was, one.found))
+                print(f"  {visible_text(brief(one.key, 200))}: {was} then, {found} now")
+        covered = [str(i["influence"]) for i in said["influences"] if i["status"] != "not covered"]
+        print(f"influences covered: {visible_text(brief(', '.join(covered), 2000))}")
 
 
 def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str, Any]:
     """The document of the command of a pack, run on its files in `folder`, and on no others. DataError: it does not run."""
-    import contextlib
-    import io
-    import json
-
-    from vcmm.core.confinement import confine
-    from vcmm.core.errors import DataError
     from vcmm.face.cli import run
 
     files = {one["file"] for one in said["files"]}
     words = [str(folder / w) if w in files else w for w in said["command"]]
     if not _is_written_here(said["command"], files):
         raise DataError(
-            f"the command of the pack is no job that --evidence writes ({_shown(said)}); nothing was run"
+            f"the command of the pack is no job that --evidence writes ({_command_of(said)}); nothing was run"
         )
     caught = io.StringIO()
     with confine(folder):
@@ -83,8 +142,8 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
         with contextlib.redirect_stdout(caught):
             code = run([*words, "--json"])
     if code not in (0, 1):
-        raise DataError(f"the command of the pack ended with exit code {code}: vcmm {_shown(said)}")
-    found = json.loads(caught.getvalue())
+        raise DataError(f"the command of the pack ended with exit code {code}: vcmm {_command_of(said)}")
+    found = json_module.loads(caught.getvalue())
     assert isinstance(found, dict)
     return found
 
@@ -102,21 +161,13 @@ def _is_written_here(command: list[str], files: set[str]) -> bool:
     )
 
 
-def _shown(said: dict[str, Any]) -> str:
+def _command_of(said: dict[str, Any]) -> str:
     """The command of a pack for a message: short."""
-    from vcmm.core.text import brief
-
     return brief(" ".join(said["command"]), MOST_SHOWN)
 
 
 def _check_cost(words: list[str], most: int) -> None:
     """Say on stderr how many trials a command asks for. DataError: more than `most`, or no number."""
-    import sys
-
-    from vcmm.core.errors import DataError, VcmmError
-    from vcmm.core.text import brief
-    from vcmm.files.own.scenario import load_scenario
-
     try:
         if "--trials" in words[:-1]:
             trials = int(brief(words[words.index("--trials") + 1]))
@@ -131,25 +182,3 @@ def _check_cost(words: list[str], most: int) -> None:
             f"the pack asks for {trials:,} trials, and {most:,} are run unless you ask for more with --most-trials; nothing was run"
         )
     print(f"running {' '.join(words[:1])} again: {trials:,} trials at most", file=sys.stderr)
-
-
-def _show(said: dict[str, Any], body: dict[str, Any], version: str) -> None:
-    """What the pack says of itself is somebody else's text: control characters are spelled out."""
-    from vcmm.core.text import brief
-    from vcmm.show.console.complaints import visible_text
-
-    print(f"vcmm {visible_text(_shown(said))}")
-    print(
-        f"made with vcmm {visible_text(brief(body['version_then']))}, run again with {version}; {len(said['files'])} files, all unchanged"
-    )
-    if body["identical"]:
-        print("every number is the same, to the last bit")
-    elif body["same"]:
-        print(f"every number is the same within {body['largest_relative_difference']:.1e}")
-    else:
-        print("the numbers are not the same:")
-        for one in body["differences"][:10]:
-            was, found = (visible_text(brief(str(one[k]))) for k in ("was", "found"))
-            print(f"  {visible_text(brief(one['key'], 200))}: {was} then, {found} now")
-    covered = [str(i["influence"]) for i in said["influences"] if i["status"] != "not covered"]
-    print(f"influences covered: {visible_text(brief(', '.join(covered), 2000))}")

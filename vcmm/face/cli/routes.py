@@ -118,7 +118,9 @@ class RoutesJob(Job[RoutedTask, RoutesResult]):
             "routes.csv": csv_text(contributions_table(result)),
         }
 
-    def written(self, loaded: RoutedTask, result: RoutesResult, folder: Path, names: Sequence[str]) -> str:
+    def files_sentence(
+        self, loaded: RoutedTask, result: RoutesResult, folder: Path, names: Sequence[str]
+    ) -> str:
         return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"
 
     def exit_code(self, loaded: RoutedTask, result: RoutesResult) -> int:

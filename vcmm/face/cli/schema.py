@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Literal
+
+from vcmm.files.own.schemas import json_schema
+from vcmm.show.console.files import output_folder, write_text
+from vcmm.show.console.terminal import say
 
 
 def schema_command(
@@ -22,12 +27,6 @@ def schema_command(
     out
         Folder for <kind>.schema.json instead of stdout.
     """
-    import json
-
-    from vcmm.files.own.schemas import json_schema
-    from vcmm.show.console.files import output_folder, write_text
-    from vcmm.show.console.terminal import say
-
     text = json.dumps(json_schema(kind), indent=1)
     if out:
         path = write_text(output_folder(out) / f"{kind}.schema.json", text + "\n")

@@ -7,6 +7,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from vcmm.core.errors import UsageError
+from vcmm.face.workbench.bench import Bench
+from vcmm.face.workbench.server import WorkbenchServer
+from vcmm.files.own.scenario import load_scenario
+from vcmm.task.measuring.scenario import Scenario
+
 
 def serve_command(
     scenario: Path,
@@ -27,12 +33,6 @@ def serve_command(
     open_browser
         Open the page in the browser of this machine.
     """
-    from vcmm.core.errors import UsageError
-    from vcmm.face.workbench.bench import Bench
-    from vcmm.face.workbench.server import WorkbenchServer
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.task.measuring.scenario import Scenario
-
     if not 0 <= port < 65536:
         raise UsageError(f"--port {port}: 0 to 65535")
     loaded = load_scenario(scenario, knobs=False)

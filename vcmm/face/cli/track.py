@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import CountOption, Seed
+from vcmm.core.errors import UsageError
+from vcmm.face.cli.options import CountOption, Json, Seed
+from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.files.learned.learned_residual import learned_files
+from vcmm.files.learned.track import recordings_by_date, track
+from vcmm.files.learned.track_result import Track
+from vcmm.files.own.check_list import load_checks
+from vcmm.files.own.dated_parts import read_parts
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording_files import recordings_in
+from vcmm.files.own.scenario import load_scenario
+from vcmm.learn.tracking.doubtful import DoubtfulParts, doubtful_parts
+from vcmm.learn.tracking.learned_rest import LearnedRest, learn_rest
+from vcmm.learn.tracking.next_check import plan_checks
+from vcmm.learn.tracking.task_limits import gains_of, limits_of
+from vcmm.show.console.documents import sources
+from vcmm.show.console.terminal import show_answers, show_table
+from vcmm.show.pages.track import track_page
+from vcmm.show.tables import track as tables
+from vcmm.show.tables.answers_runs import track_answers
+from vcmm.show.tables.table import csv_text
 
 
 def track_command(
@@ -15,7 +37,7 @@ def track_command(
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: Path | None = None,
     days: CountOption = None, learn_rest: bool = False, parts: Path | None = None,
     alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
-    json: Annotated[bool, Parameter(name="--json")] = False,
+    json: Json = False,
 ) -> int:  # fmt: skip
     """Follow a machine through all recordings of a folder: its numbers today with their uncertainty, what changed and since when.
 
@@ -54,109 +76,137 @@ def track_command(
     json
         Print one JSON document.
     """
-    from vcmm.files.learned.track import track
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import progress
-
-    target = output_folder(out or folder.parent / f"{folder.name}-track")
-    with progress(not json) as show_progress:
-        found = track(
-            machine, folder, at=at, state=target, replay=replay, alpha=alpha, explain=explain, seed=seed,
-            progress=show_progress,
-        )  # fmt: skip
-    doubtful = _doubtful(found, task, parts)
-    planned = _plan(found, (None if parts and not limit else task, limit, checks, days))
-    given = [p for p in (machine, task, checks, parts) if p is not None]
-    rest = _rest(machine, folder) if learn_rest else None
-    _put((found, planned, rest, doubtful), [*given, *_recordings(folder)], (machine, target), seed, json)
-    return 1 if found.checks[-1].alarm else 0
+    target = out or folder.parent / f"{folder.name}-track"
+    following = FollowingOptions(at, replay, alpha, explain, seed)
+    questions = Questions(task, tuple(limit or ()), checks, days, parts, learn_rest)
+    return run_job(TrackJob(machine, folder, target, following, questions), Flags(json, target))
 
 
-def _plan(found: Any, asked: tuple[Path | None, list[str] | None, Path | None, int | None]) -> Any:
-    """Which check next; None where it was not asked."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.own.check_list import load_checks
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.learn.tracking.next_check import plan_checks
-    from vcmm.learn.tracking.task_limits import limits_of
+class FollowingOptions(NamedTuple):
+    """How the recordings are followed: options of `vcmm.files.learned.track.track`."""
 
-    task, limit, checks, days = asked
-    if task is None and not limit and checks is None and days is None:
-        return None
-    if task is None or not limit or checks is None:
-        raise UsageError(
-            'which check next takes --task SCENARIO, --limit "CHARACTERISTIC = U" and --checks LIST; one of them is missing'
+    at: str | None
+    replay: bool
+    alpha: float
+    explain: bool
+    seed: int
+
+
+class Questions(NamedTuple):
+    """What else is asked: the next check (task, limits, checks, days), doubtful parts, what has no name."""
+
+    task: Path | None
+    limits: tuple[str, ...]
+    checks: Path | None
+    days: int | None
+    parts: Path | None
+    rest: bool
+
+
+class TrackAnswers(NamedTuple):
+    """The machine followed; planned: which check next; rest: what has no name; doubtful: parts. None and empty where not asked."""
+
+    track: Track
+    planned: tables.Planned | None
+    rest: LearnedRest | None
+    doubtful: Sequence[DoubtfulParts]
+
+
+@dataclass(frozen=True)
+class TrackJob(Job[Path, TrackAnswers]):
+    """A machine followed by the recordings of a folder; they are read one after another while it is followed. target: of --out."""
+
+    machine: Path
+    folder: Path
+    target: Path
+    following: FollowingOptions
+    asked: Questions
+    schema, names_files_last = "vcmm.track/1", True
+
+    def load(self) -> Path:
+        return self.folder
+
+    def run(self, loaded: Path, report: Progress) -> TrackAnswers:
+        """The state lies in the folder --out after it, whatever else is asked."""
+        found = track(self.machine, loaded, state=self.target, progress=report, **self.following._asdict())
+        doubtful = self._doubtful(found)
+        planned = self._planned(found)
+        return TrackAnswers(found, planned, self._rest() if self.asked.rest else None, doubtful)
+
+    def _planned(self, found: Track) -> tables.Planned | None:
+        """Which check next; None where it was not asked."""
+        _, limits, checks, days, parts, _ = self.asked
+        task = None if parts and not limits else self.asked.task
+        if task is None and not limits and checks is None and days is None:
+            return None
+        if task is None or not limits or checks is None:
+            raise UsageError(
+                'which check next takes --task SCENARIO, --limit "CHARACTERISTIC = U" and --checks LIST; one of them is missing'
+            )
+        stated = limits_of(limits, load_scenario(task), found.dated)
+        return stated, *plan_checks(found.followed, found.dated.when, load_checks(checks), stated, days or 30)
+
+    def _doubtful(self, found: Track) -> Sequence[DoubtfulParts]:
+        """Parts between a good check and an alarm; nothing where no list was given."""
+        if self.asked.parts is None:
+            return ()
+        if self.asked.task is None:
+            raise UsageError(
+                "--parts takes --task SCENARIO as well: the characteristics whose shift is asked"
+            )
+        gains = gains_of(load_scenario(self.asked.task), found.dated)
+        return doubtful_parts(found.followed, read_parts(self.asked.parts), gains)
+
+    def _rest(self) -> LearnedRest:
+        """The learned residual of all recordings against the machine file."""
+        known = load_machine(self.machine)
+        return learn_rest(known, recordings_by_date(self.folder, known))
+
+    def record(self, loaded: Path, result: TrackAnswers) -> Record:
+        found, planned, rest, doubtful = result
+        named = (self.machine, self.asked.task, self.asked.checks, self.asked.parts)
+        given = [*(p for p in named if p is not None), *recordings_in(loaded)]
+        own = found.to_dict()
+        body = {**own, "machine": str(self.target / "machine.toml"), "name": own["machine"]}
+        if planned is not None:
+            body |= tables.plan_document(planned, found)
+        if doubtful:
+            body |= {"doubtful": [d.to_dict() for d in doubtful]}
+        if rest is not None:
+            body |= {"learned": rest.to_dict()}
+        files = list(dict.fromkeys(f for p in given for f in sources(p)))
+        return Record(body, files, self.following.seed, found.warnings)
+
+    def texts(self, loaded: Path, result: TrackAnswers, content: str, folder: Path) -> dict[str, str]:
+        found, planned, rest, doubtful = result
+        return {
+            **found.files(folder / "machine.toml"),
+            **(learned_files(rest, self.machine, folder) if rest is not None else {}),
+            "track.json": content,
+            "report.html": track_page(found, planned, doubtful),
+            "checks.csv": csv_text(tables.checks(found)),
+            "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
+        }
+
+    def files_sentence(self, loaded: Path, result: TrackAnswers, folder: Path, names: Sequence[str]) -> str:
+        found = result.track
+        return (
+            f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {folder}/"
+            + ", ".join(names)
         )
-    limits = limits_of(limit, load_scenario(task), found.dated)
-    return limits, *plan_checks(found.followed, found.dated.when, load_checks(checks), limits, days or 30)
 
+    def notes(self, loaded: Path, result: TrackAnswers) -> Iterator[str]:
+        found, rest = result.track, result.rest
+        if rest is not None:
+            yield f"learned residual: {rest.sentence}"
+        for warning in found.warnings:
+            yield f"note: {warning}"
 
-def _doubtful(found: Any, task: Path | None, parts: Path | None) -> Any:
-    """Parts between a good check and an alarm; nothing where no list was given."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.own.dated_parts import read_parts
-    from vcmm.files.own.scenario import load_scenario
-    from vcmm.learn.tracking.doubtful import doubtful_parts
-    from vcmm.learn.tracking.task_limits import gains_of
+    def exit_code(self, loaded: Path, result: TrackAnswers) -> int:
+        return 1 if result.track.checks[-1].alarm else 0
 
-    if parts is None:
-        return ()
-    if task is None:
-        raise UsageError("--parts takes --task SCENARIO as well: the characteristics whose shift is asked")
-    return doubtful_parts(found.followed, read_parts(parts), gains_of(load_scenario(task), found.dated))
-
-
-def _rest(machine: Path, folder: Path) -> Any:
-    """The learned residual of all recordings against the machine file."""
-    from vcmm.files.learned.track import recordings_by_date
-    from vcmm.files.own.machine import load_machine
-    from vcmm.learn.tracking.learned_rest import learn_rest
-
-    known = load_machine(machine)
-    return learn_rest(known, recordings_by_date(folder, known))
-
-
-def _recordings(folder: Path) -> list[Path]:
-    from vcmm.files.own.recording_files import recordings_in
-
-    return recordings_in(folder)
-
-
-def _put(
-    results: tuple[Any, Any, Any, Any], given: list[Path], places: tuple[Path, Path], seed: int, json: bool
-) -> None:
-    """Files, and tables or the document. results: track, plan, learned residual, doubtful parts; places: machine file, folder."""
-    from vcmm.files.learned.learned_residual import learned_files
-    from vcmm.show.console.documents import document, json_text, print_json, sources
-    from vcmm.show.console.files import write_files
-    from vcmm.show.console.terminal import say, show_answers, show_table
-    from vcmm.show.pages.track import track_page
-    from vcmm.show.tables import track as tables
-    from vcmm.show.tables.answers_runs import track_answers
-    from vcmm.show.tables.table import csv_text
-
-    (found, planned, rest, doubtful), (machine, target) = results, places
-    files = list(dict.fromkeys(f for p in given for f in sources(p)))
-    body = {**found.to_dict(), "machine": str(target / "machine.toml"), "name": found.to_dict()["machine"]}
-    if planned is not None:
-        body |= tables.plan_document(planned, found)
-    if doubtful:
-        body |= {"doubtful": [d.to_dict() for d in doubtful]}
-    if rest is not None:
-        body |= {"learned": rest.to_dict()}
-    content = document("vcmm.track/1", body, seed=seed, files=files, warnings=found.warnings)
-    texts = {
-        **found.files(target / "machine.toml"),
-        **(learned_files(rest, machine, target) if rest is not None else {}),
-        "track.json": json_text(content),
-        "report.html": track_page(found, planned, doubtful),
-        "checks.csv": csv_text(tables.checks(found)),
-        "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
-    }
-    write_files(target, texts)
-    if json:
-        print_json(content)
-    else:
+    def show(self, loaded: Path, result: TrackAnswers) -> None:
+        found, planned, _, doubtful = result
         show_answers(track_answers(found, planned))
         if found.alarms:
             show_table(tables.alarms(found))
@@ -167,11 +217,3 @@ def _put(
         if planned is not None:
             show_table(tables.next_checks(planned, found))
             show_table(tables.plan(planned, found))
-    if rest is not None:
-        say(f"learned residual: {rest.sentence}")
-    for warning in found.warnings:
-        say(f"note: {warning}")
-    say(
-        f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {target}/"
-        + ", ".join(texts)
-    )

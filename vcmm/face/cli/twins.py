@@ -2,51 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
+
+from vcmm.core.errors import UsageError
+from vcmm.face.job import Job, Progress, Record
+from vcmm.face.twins import twin as load_twin
+from vcmm.files.own.library import companions, cuts, example, records, scenarios, turns_over
+from vcmm.show.console.terminal import show_answers, show_table
 
 
-def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
-    """Run one twin on its embedded files and write report.html and demo.json. me: how the user calls vcmm."""
-    from vcmm.core.errors import UsageError
-    from vcmm.face.twins import twin as load
-    from vcmm.show.console.documents import document, json_text, print_json
-    from vcmm.show.console.files import output_folder, write_files
-    from vcmm.show.console.terminal import progress, say, show_answers, show_table
+class Outcome(NamedTuple):
+    """The twin's result, of its own kind, its page, the files read."""
 
-    package = load(name)
-    if draws is not None and not draws_machines(package):
-        raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
-    output_folder(folder)
-    run, following = way_of(name)
-    with progress() as report:
-        result, html, files = run(name, package, {} if draws is None else {"draws": draws}, report)
-    content = document("vcmm.twin/1", {"twin": name, **package.twin.figures(result)}, files=files)
-    write_files(folder, {"demo.json": json_text(content), "report.html": html})
-    if json:
-        print_json(content)
-        return 0
-    show_answers(package.page.answers(result))
-    for table in package.page.tables(result):
-        show_table(table)
-    say(f"wrote {folder}/report.html, demo.json")
-    print("\n  ".join(["Next:", f"open {folder}/report.html", *(f"{me} {words}" for words in following)]))
-    return 0
+    result: Any
+    html: str
+    files: list[Path]
+
+
+@dataclass(frozen=True)
+class TwinJob(Job[ModuleType, Outcome]):
+    """One twin on its embedded files. folder: of report.html and demo.json; me: how the user calls vcmm."""
+
+    name: str
+    draws: int | None
+    folder: Path
+    me: str
+    schema = "vcmm.twin/1"
+
+    def load(self) -> ModuleType:
+        package = load_twin(self.name)
+        if self.draws is not None and not draws_machines(package):
+            raise UsageError(f"--draws is of no use to {self.name}: it draws no machines; leave it out")
+        return package
+
+    def run(self, loaded: ModuleType, report: Progress) -> Outcome:
+        run, _ = way_of(self.name)
+        return run(self.name, loaded, {} if self.draws is None else {"draws": self.draws}, report)
+
+    def record(self, loaded: ModuleType, result: Outcome) -> Record:
+        return Record({"twin": self.name, **loaded.twin.figures(result.result)}, result.files)
+
+    def texts(self, loaded: ModuleType, result: Outcome, content: str, folder: Path) -> dict[str, str]:
+        return {"demo.json": content, "report.html": result.html}
+
+    def files_sentence(self, loaded: ModuleType, result: Outcome, folder: Path, names: Sequence[str]) -> str:
+        return f"wrote {folder}/report.html, demo.json"
+
+    def show(self, loaded: ModuleType, result: Outcome) -> None:
+        show_answers(loaded.page.answers(result.result))
+        for table in loaded.page.tables(result.result):
+            show_table(table)
+        _, following = way_of(self.name)
+        nexts = ["Next:", f"open {self.folder}/report.html", *(f"{self.me} {words}" for words in following)]
+        print("\n  ".join(nexts))
 
 
 def draws_machines(package: ModuleType) -> bool:
     """Whether the ranges of a twin are over drawn machines, so that `--draws` says how many."""
-    from inspect import signature
-
     return "draws" in signature(package.twin.run).parameters
 
 
 def way_of(name: str) -> tuple[Callable[..., Outcome], list[str]]:
     """How a twin is run, which its scenario says, and the commands that come next."""
-    from vcmm.files.own.library import cuts, example, records, scenarios, turns_over
-
     if name not in scenarios():
         return _run_drawn, ["calibrate --help"]
     new = f"new {name}"
@@ -59,49 +81,46 @@ def way_of(name: str) -> tuple[Callable[..., Outcome], list[str]]:
     return _run_drawn, [new]
 
 
-Outcome = tuple[Any, str, list[Path]]  # the twin's result, its page, the files read
-
-
 def _run_cut(
     name: str,
     package: ModuleType,
     options: dict[str, int],
-    report: Callable[[str, float], None],
+    report: Progress,
 ) -> Outcome:
     """A twin that cuts its scenario."""
     from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.library import companions, example
 
     scenario = load_cut(example(name))
     result = package.twin.run(scenario, **options, progress=report)
-    return result, package.page.twin_page(scenario, result), [example(name), *companions(name).values()]
+    return Outcome(
+        result, package.page.twin_page(scenario, result), [example(name), *companions(name).values()]
+    )
 
 
 def _run_drawn(
     name: str,
     package: ModuleType,
     options: dict[str, int],
-    report: Callable[[str, float], None],
+    report: Progress,
 ) -> Outcome:
     """A twin whose machines and readings are drawn."""
     result = package.twin.run(**options, progress=report)
-    return result, package.page.twin_page(result), []
+    return Outcome(result, package.page.twin_page(result), [])
 
 
 def _run_recorded(
     name: str,
     package: ModuleType,
     options: dict[str, int],
-    report: Callable[[str, float], None],
+    report: Progress,
 ) -> Outcome:
     """A twin that diagnoses its recording, and does the measuring job of the scenario plate."""
-    from vcmm.files.own.library import companions, example
     from vcmm.files.own.recording import load_recording
     from vcmm.files.own.scenario import load_scenario
 
     recording, machine = load_recording(example(name))
     result = package.twin.run(recording, machine, load_scenario(example("plate")), progress=report)
-    return (
+    return Outcome(
         result,
         package.page.twin_page(result),
         [example(name), *companions(name).values(), example("plate")],

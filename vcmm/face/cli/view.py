@@ -7,6 +7,11 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.core.errors import UsageError
+from vcmm.files.toml import read_toml
+from vcmm.show.console.files import output_folder
+from vcmm.show.console.terminal import say
+
 
 def view_command(file: Path, *, png: Path | None = None, close: Annotated[bool, Parameter(name="--close", negative=())] = False) -> int:  # fmt: skip
     """Open a window with the part in its machine (scenario/1), or with the tip errors of a machine over its volume (machine/1).
@@ -20,9 +25,6 @@ def view_command(file: Path, *, png: Path | None = None, close: Annotated[bool, 
     close
         Of a scenario: the part alone, with the uncertainty of every touch.
     """
-    from vcmm.core.errors import UsageError
-    from vcmm.show.console.files import output_folder
-    from vcmm.show.console.terminal import say
     from vcmm.show.report.window import show
 
     if png is not None and png.suffix.lower() != ".png":
@@ -38,9 +40,6 @@ def view_command(file: Path, *, png: Path | None = None, close: Annotated[bool, 
 
 def _items(file: Path, close: bool) -> tuple[Any, str]:
     """What the window holds, and its title."""
-    from vcmm.core.errors import UsageError
-    from vcmm.files.toml import read_toml
-
     kind = str(read_toml(file).data.get("vcmm", "")).split("/")[0]
     if kind == "machine":
         from vcmm.files.own.machine import load_machine

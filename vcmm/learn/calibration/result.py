@@ -74,7 +74,7 @@ class Calibration(Readable):
         drawn: Axes = draw(self, name, ax)
         return drawn
 
-    def probe_radii(self) -> list[dict[str, object]]:
+    def probe_radii(self) -> list[dict[str, Any]]:
         """Of touches: how much further out than stated surfaces read all round, um; see `vcmm.learn.calibration.probe_radius`."""
         from vcmm.learn.calibration.probe_radius import probe_radii
 

@@ -346,11 +346,12 @@ def _moves_between(m: Move, at: Array, tip: Array, angle: Array, axis: Array | N
     plain = m._replace(kind=kind, centre=None, clockwise=None, turns=1, led=False, exact_stop=False)
     out = []
     for i, (w, r, t) in enumerate(zip(way.tolist(), run.tolist(), turn.tolist())):
-        led = {} if axes is None else {"tool_axis_start": axes[i], "tool_axis_end": axes[i + 1]}
+        led = (m.tool_axis_start, m.tool_axis_end) if axes is None else (axes[i], axes[i + 1])
         out.append(
             plain._replace(
                 start=tips[i], end=tips[i + 1], rotary_start=angles[i], rotary_end=angles[i + 1],
-                feed=_feed(m.feed, w, r, t), exact_stop=m.exact_stop and i == last, **led,
+                feed=_feed(m.feed, w, r, t), exact_stop=m.exact_stop and i == last,
+                tool_axis_start=led[0], tool_axis_end=led[1],
             )
         )  # fmt: skip
     return out

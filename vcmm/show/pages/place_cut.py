@@ -23,7 +23,7 @@ def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
         html(gains(placed)),
     ]
     blocks += [r.heading("Map over the table"), _map(placed)]
-    sure = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]  # type: ignore[arg-type]
+    sure = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     blocks += [r.heading("How sure, how flat"), html(listing("", ["", ""], sure, words=(0, 1)))]
     footer = f"vcmm {__version__}, seed {placed.seed}. Part and work offset move together; the program stays as it is."
     return r.page(

@@ -1,4 +1,4 @@
-"""Second shapes of known effects and the bow of a plate: one value each by hand."""
+"""vcmm/physics/catalogue/play.py: values by hand."""
 
 from __future__ import annotations
 
@@ -11,67 +11,13 @@ from tests.physics.ask import ask
 from vcmm.core.effect import required
 from vcmm.core.errors import UsageError
 from vcmm.core.history import rows_after_turning
-from vcmm.core.kinematics import Axis, parse_structure
-from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.physics.catalogue.encoder_harmonics import EncoderHarmonics
-from vcmm.physics.catalogue.plate_bow import PlateBow
 from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay, PlayOperator
-from vcmm.physics.catalogue.uniform_scale import UniformScale
 
 
 def one_row(position=(0.0, 0.0, 0.0), **columns: float) -> Run:
     named = {k: np.array([v]) for k, v in columns.items()}
     return Run({a: np.array([q]) for a, q in zip("XYZ", position)}, np.zeros((1, 3)), named)
-
-
-def test_a_uniform_scale_moves_the_tip_from_the_origin():
-    # 5 um/m of (400, 200, -100) mm: 2, 1 and -0.5 um; the same on a machine whose table moves
-    run = one_row((400.0, 200.0, -100.0))
-    for structure in ("w b Y X Z t", "w X' Y' b Z t"):
-        axes = {a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}
-        machine = Machine("m", "cmm", parse_structure(structure), axes, (UniformScale(5e-6),))
-        assert machine.tip_error(run)[0] == pytest.approx([2e-3, 1e-3, -0.5e-3], abs=1e-15)
-
-
-def test_a_uniform_scale_is_for_recordings_without_a_thermometer():
-    run = Run({"X": np.array([0.0, 100.0]), "Y": np.array([0.0, 100.0])}, np.zeros((2, 3)))
-    assert ask(UniformScale(), "shows_in", run)
-    assert not ask(UniformScale(), "shows_in", run.with_columns({"temp_part_C": np.array([20.0, 21.0])}))
-    assert not ask(
-        UniformScale(), "shows_in", Run({"X": np.array([0.0, 100.0]), "Y": np.zeros(2)}, np.zeros((2, 3)))
-    )
-
-
-def test_harmonics_of_a_scale():
-    # r = 5 um of a period of 20 um is a quarter turn: cos 0, sin 1; twice it: cos -1, sin 0
-    # 1 x 0 + 2 x 1 + 3 x (-1) + 4 x 0 = -1 um
-    effect = EncoderHarmonics("X", np.array([1e-3, 2e-3, 3e-3, 4e-3]), 0.02)
-    assert effect.error_motion(one_row((0.005, 0, 0)))[0, 0] == pytest.approx(-1e-3, abs=1e-15)
-    raw = one_row((7.7, 0, 0), raw_X_mm=0.005)
-    assert effect.error_motion(raw)[0, 0] == pytest.approx(-1e-3, abs=1e-15)
-    with pytest.raises(UsageError, match="go together"):
-        EncoderHarmonics("X", np.zeros(3))
-
-
-def test_a_plate_that_was_held_convex():
-    # 200 um/m^3 = 2e-10 / mm^2; r^2 = 300^2 + 400^2 = 250 000 mm^2: 5e-5 x (300, 400) = (15, 20) um
-    run = one_row(part_x_mm=300.0, part_y_mm=400.0, part_z_mm=8.0)
-    assert PlateBow(c=2e-10).error_motion(run)[0, :3] == pytest.approx([15e-3, 20e-3, 0.0], abs=1e-12)
-    # R = 5281 mm: 1 / (6 R^2) = 5.976e-9 / mm^2; arc above a radius of 325 mm: R arcsin(325 / R) - 325 = 0.2054 mm
-    c = 1 / (6 * 5281.0**2)
-    edge = PlateBow(c=c).error_motion(one_row(part_x_mm=325.0, part_y_mm=0.0, part_z_mm=0.0))[0, 0]
-    assert edge == pytest.approx(5281.0 * np.arcsin(325.0 / 5281.0) - 325.0, rel=2e-3)
-    flat = Run(
-        {},
-        np.zeros((3, 3)),
-        {
-            "part_x_mm": np.array([0.0, 300, 0]),
-            "part_y_mm": np.array([0.0, 0, 200]),
-            "part_z_mm": np.zeros(3),
-        },
-    )
-    assert [ask(PlateBow(n), "shows_in", flat) for n in "xyz"] == [False, False, True]
 
 
 def test_play_along_a_ramp():

@@ -1,0 +1,123 @@
+"""What every diagnosis writes and says: the machine file with what was found, the report, the answer in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from vcmm.core.machine import Machine
+from vcmm.files.learned.improved_machine import (
+    improved_machine,
+    repaired_in_place,
+    repaired_table,
+    with_table,
+)
+from vcmm.files.learned.renewed_tables import name_tables, renewed_files
+from vcmm.files.own.machine import load_machine
+from vcmm.files.own.recording import load_recording
+from vcmm.files.toml import read_toml
+from vcmm.learn.diagnosis.acceptance import anew, answers_to_write, notes
+from vcmm.learn.diagnosis.later import Attempt
+from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.very_long import few_enough, few_together
+from vcmm.learn.diagnosis.written_fit import rms_left
+from vcmm.show.console.files import output_folder, write_files, write_text
+from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.pages.diagnosis import least_seen, sentences
+from vcmm.show.tables.answers_machine import diagnosis_answers
+from vcmm.show.tables.diagnosis import answers, folds, next_steps, transfers
+
+WRITTEN, READ = "write the machine file", "read the machine file back"
+STEP_COMPARE = "compare the machine file that was written with the recording"
+
+
+def diagnosis_texts(content: str, page: str, improved: dict[str, str]) -> dict[str, str]:
+    """File name -> text, of --out."""
+    return {"diagnosis.json": content, **({"report.html": page} if page else {}), **improved}
+
+
+def write_report(report: Path | None, page: str) -> None:
+    """The file of --report, where there is a page."""
+    if report and page:
+        write_text(report, page)
+
+
+def report_sentences(report: Path | None, page: str) -> Iterator[str]:
+    """What is said of the file of --report."""
+    if report and page:
+        yield f"wrote {report}"
+
+
+def read_back(
+    folder: Path, improved: dict[str, str], files: Sequence[Path], diagnosis: Diagnosis, attempt: Attempt
+) -> tuple[Diagnosis, dict[str, str]]:
+    """The diagnosis with the rms that the machine file leaves of recordings, once it is written and read again; and the texts,
+    none where the file cannot be read: it is taken away then.
+    """
+
+    def written() -> Machine | None:
+        write_files(output_folder(folder), improved)
+        return load_machine(folder / "machine.toml")
+
+    def left(machine: Machine) -> float:
+        recordings = [few_enough(load_recording(f, machine, gaps=True)[0]) for f in files]
+        return rms_left(few_together(recordings), machine)
+
+    if not improved:
+        return diagnosis, improved
+    machine = attempt(READ, written, None)
+    if machine is None:
+        for name in improved:
+            (folder / name).unlink(missing_ok=True)
+        return diagnosis, {}
+    after = attempt(STEP_COMPARE, lambda: left(machine), diagnosis.fit.after)
+    return replace(diagnosis, fit=replace(diagnosis.fit, after=after)), improved
+
+
+def improved_files(
+    folder: Path, recording: Path, machine: Path | None, known: Machine, diagnosis: Diagnosis
+) -> dict[str, str]:
+    """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
+    named = read_toml(recording).data.get("machine")
+    original = machine or (recording.parent / named if isinstance(named, str) else None)
+    if original is None:
+        return {}
+    mistake = diagnosis.mistake
+    tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
+    new = anew(diagnosis.answer)
+    edits = repaired_in_place(known, mistake, recording.name) if mistake is not None and not tables else ""
+    if not tables and not edits and new is None and not answers_to_write(diagnosis.answer):
+        return {}
+    text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+    if new is not None:
+        files = renewed_files(original, known, new, recording.name)
+        return {"machine.toml": name_tables(text, recording.name), **files}
+    return {"machine.toml": with_table(text) if tables else text + edits, **tables}
+
+
+def show_diagnosis(d: Diagnosis) -> None:
+    """The diagnosis on the terminal."""
+    if d.transfer:
+        show_table(transfers(d))
+    show_answers(diagnosis_answers(d))
+    for sentence in sentences(d):
+        print(sentence)
+    print()
+    for answered in answers(d):
+        show_table(answered)
+    show_table(folds(d))
+    if d.next_measurement:
+        show_table(next_steps(d))
+    if d.answer:
+        for note in notes(d.answer):
+            say(f"note: {note}")
+    if d.detectable:
+        print(f"The least that would have shown, rms at the best place of each: {least_seen(d)}")
+    if d.invisible:
+        print(f"This recording could not have shown: {', '.join(d.invisible)}")
+    if d.not_testable:
+        print("Not testable here (a column is missing): " + ", ".join(sorted(d.not_testable)))
+    say_warnings(d.warnings)
+    for failure in d.failed:
+        say(f"failed: {failure.step}: {failure.text}")

@@ -1,0 +1,29 @@
+"""What `vcmm evaluate` is given of a measurement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class GivenMeasurement:
+    """What was measured: a file of points or of values. frame: of the points; None for the usual one, that of the part."""
+
+    points: Path | None
+    values: Path | None
+    frame: str | None
+    tip_centres: bool
+
+    @property
+    def file(self) -> Path:
+        found = self.points or self.values
+        assert found is not None  # check_inputs refuses it
+        return found
+
+    def options(self) -> dict[str, Any]:
+        """By the names of the options."""
+        return {
+            "points": self.points, "values": self.values, "frame": self.frame, "tip_centres": self.tip_centres,
+        }  # fmt: skip
