@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.declaration import WithResponse
 from vcmm.core.effect import projected_basis, stepped_basis
 from vcmm.core.run import Run
+from vcmm.physics import ALL
 from vcmm.physics.structure.tip_form import TipForm
 
 
@@ -30,3 +32,10 @@ def test_tip_form_along_weights() -> None:
     seen = projected_basis(effect, "coefficients", run, along)
     assert np.allclose(seen[:2, 2], [np.sqrt(5), -np.sqrt(5) / 2], atol=1e-12)
     assert not seen[20:].any()
+
+
+def test_a_formula_of_an_effect_is_asked() -> None:
+    """`response` and `projected` are asked of `WithResponse` alone: that of the form of the tip was never called."""
+    written = [e for e in ALL if hasattr(e, "response") or hasattr(e, "projected")]
+    assert TipForm in written
+    assert not [e.__name__ for e in written if not issubclass(e, WithResponse)]

@@ -35,6 +35,7 @@ def test_what_rounds_to_nothing_has_no_minus():
     assert offset.terminal(-4e-5, "") == "0.0 µm"
     assert q.percent(0).terminal(-0.004, "") == "0%"
     assert q.in_file(4, 1e3)(-4e-9, "") == "0.0000"
+    assert q.deviation_text(-4e-6, "mm") == "+0.00 µm"  # the column of biases said "-0.00 µm"
 
 
 def test_very_small_differences():

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical, Words
+from vcmm.core.declaration import UM, About, ForDiagnosis, Trade, Typical, WithResponse, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -17,7 +17,7 @@ SIZES = {5: 2, 12: 3, 21: 4}  # number of coefficients -> highest degree
 
 
 @dataclass(frozen=True, eq=False)
-class TipForm(Effect):
+class TipForm(Effect, WithResponse):
     """Sum of c_j Y_j(n) along n: spherical harmonics of the outward normal of degree 2 (5 terms), 3 (12) or 4 (21).
 
     Degree 0 is the radius and degree 1 the offset of the tip, which have effects of their own. Order within a degree:
@@ -69,6 +69,15 @@ class TipForm(Effect):
         c = np.asarray(self.coefficients, dtype=float)
         height = harmonics(run.normal, SIZES[len(c)]) @ c
         return along(run, run.normal, height * run.label_mask("stylus", self.stylus))
+
+    def response(self, name: str, run: Run) -> Array:
+        height = (
+            harmonics(run.normal, SIZES[len(self.coefficients)])
+            * run.label_mask("stylus", self.stylus)[:, None]
+        )
+        out = np.zeros((run.n, 6, height.shape[1]))
+        out[:, :3] = run.normal[:, :, None] * height[:, None, :]
+        return out
 
     def projected(self, name: str, run: Run, weights: Array) -> Array:
         """The harmonics once, and not twice for each of their steps: a search of places asks at hundreds of poses."""

@@ -36,7 +36,8 @@ def deviation_text(value: float, unit: Unit, signed: bool = True) -> str:
     """A small difference: +0.12 µm or +3.4 µrad."""
     if _missing(value):
         return DASH
-    number = f"{value * SMALL_SCALE[unit]:{'+' if signed else ''}.2f}"
+    rounded = round(value * SMALL_SCALE[unit], 2) + 0.0  # no minus before a zero
+    number = f"{rounded:{'+' if signed else ''}.2f}"
     return f"{number} {'µm' if unit == 'mm' else 'µrad'}"
 
 
