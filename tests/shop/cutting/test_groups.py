@@ -38,6 +38,7 @@ def turning(seed: int, blocks: int = 40, pieces: int = 12) -> Sweep:
 def without_tree(index: Index) -> Index:
     """The same index, of which every ray looks into every tree, as the search did before."""
     tree = index.tree.copy()
+    tree[:, 10] = 0.0
     tree[:, 3] = np.where(tree[:, 8] >= 0, 1e9, 0.0)
     return replace(index, tree=tree)
 
@@ -85,7 +86,9 @@ def test_two_tools_by_pencil() -> None:
     lying = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # rows: the axes of the group, the tool's last
     frames = np.stack([np.eye(3), lying])
     at = np.array([[0, 0, 0], [0, 0, 10.0]])  # the second tip seen from its group
-    tree, leaves = tree_of_groups(frames, np.hstack([at, at]), np.array([2.0, 2.0]), np.array([0, 1]))
+    tree, leaves = tree_of_groups(
+        frames, np.hstack([at, at]), np.array([2.0, 2.0]), np.zeros(2, bool), np.array([0, 1])
+    )
     assert tree[1, :3] == pytest.approx([5, 0, 0])  # of both: in the middle, 5 mm to either tip
     assert tree[1, 3] == pytest.approx(5.0)
     assert tree[1, 4:7] == pytest.approx([math.sqrt(0.5), 0, math.sqrt(0.5)])
@@ -98,7 +101,21 @@ def test_two_tools_by_pencil() -> None:
 
 def test_no_group_more_than_there_are() -> None:
     tree, leaves = tree_of_groups(
-        np.tile(np.eye(3), (5, 1, 1)), np.zeros((5, 6)), np.ones(5), np.arange(5)[::-1]
+        np.tile(np.eye(3), (5, 1, 1)), np.zeros((5, 6)), np.ones(5), np.zeros(5, bool), np.arange(5)[::-1]
     )
     assert len(leaves) == 8
     assert met(tree, leaves, [0, 0, 1], [0, 0, 1], -1, 1) == [0, 1, 2, 3, 4]
+
+
+def test_a_ball_by_pencil() -> None:
+    """R 5, tip in the origin, upright: its middle at Z 5. A ray along Y at (4, 0, 1) passes sqrt(4^2 + 4^2) = 5.66 mm from the middle, so beside
+    the ball though within the cylinder about its axis; at Z 3 it passes sqrt(16 + 4) = 4.47 mm from it. At (4, 0, 50) it cuts the shank."""
+    tree, leaves = tree_of_groups(
+        np.eye(3)[None], np.zeros((1, 6)), np.array([5.0]), np.ones(1, bool), np.array([0])
+    )
+    assert tree[1, :3] == pytest.approx([0, 0, 5])
+    assert met(tree, leaves, [4, 0, 1], [0, 1, 0], -9, 9) == []
+    assert met(tree, leaves, [4, 0, 3], [0, 1, 0], -9, 9) == [0]
+    assert met(tree, leaves, [4, 0, 50], [0, 1, 0], -9, 9) == [0]
+    assert met(tree, leaves, [4, 0, 1], [0, 0, 1], 0, 9) == [0]  # upwards it enters the ball at Z 2
+    assert met(tree, leaves, [4, 0, 1], [0, 0, 1], 0, 0.5) == []

@@ -10,7 +10,7 @@ from tests.shop.machining import shop
 from vcmm.core.errors import UsageError
 from vcmm.face.cli import run as command
 from vcmm.shop.machining.job import cut, finished_part
-from vcmm.shop.machining.preparation import set_up
+from vcmm.shop.machining.preparation import remarks, set_up
 from vcmm.shop.machining.states import later_in_batch
 
 STOCK = '[stock]\nbox = ["104 mm", "104 mm", "20 mm"]\nmaterial = "Al7075"\n'  # a side of 2 mm is left for the finishing pass
@@ -176,3 +176,19 @@ def test_a_helix_gives_the_wall_a_shape(tmp_path):
     z, across = run.column("part_z_mm")[cut_rows], -run.column("force_y_N")[cut_rows]
     assert across.max() > 2.0 * across.min() >= 0.0
     assert np.corrcoef(z, across)[0, 1] < -0.9
+
+
+@pytest.mark.parametrize("amplitude", ["5 um", None])
+def test_a_tool_that_runs_out_and_bends_is_told_what_its_force_leaves_out(tmp_path, amplitude):
+    runs_out = (
+        f'[[effects]]\neffect = "tool_runout"\ntool = "1"\namplitude = "{amplitude}"\n' if amplitude else ""
+    )
+    path = shop.write(
+        tmp_path, machine=runs_out, scenario=FRONT, program=WALL, setup=SLENDER + 'helix = "30 deg"\n' + BLOCK
+    )
+    told = [
+        text
+        for text in remarks(set_up(vcmm.load_cut(path)))
+        if "the force that bends the tool is that of one that runs true" in text
+    ]
+    assert len(told) == (amplitude is not None)

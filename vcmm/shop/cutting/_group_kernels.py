@@ -22,19 +22,40 @@ def may_meet(ball: Array, p: Array, n: Array, low: float, high: float) -> bool:
     na = n[0] * ball[4] + n[1] * ball[5] + n[2] * ball[6]
     wx, wy, wz = vx - va * ball[4], vy - va * ball[5], vz - va * ball[6]
     mx, my, mz = n[0] - na * ball[4], n[1] - na * ball[5], n[2] - na * ball[6]
-    mm = mx * mx + my * my + mz * mz
-    s = low
-    if mm > 0.0:
-        s = min(max(-(wx * mx + wy * my + wz * mz) / mm, low), high)
-    wx, wy, wz = wx + s * mx, wy + s * my, wz + s * mz
     vv = vx * vx + vy * vy + vz * vz
     vn = vx * n[0] + vy * n[1] + vz * n[2]
     far = math.sqrt(max(vv + 2.0 * low * vn + low * low, vv + 2.0 * high * vn + high * high, 0.0))
     loose = far * ball[7] + ball[3] + MARGIN
-    beside = loose + ball[8]
-    if wx * wx + wy * wy + wz * wz > beside * beside:
+    beside, mm = loose + ball[8], mx * mx + my * my + mz * mz
+    below = -loose - ball[9]  # no tool of the node reaches down further
+    if ball[10] > 0.0:
+        below = -loose
+    first, last = part_above(va - below, na, low, high)
+    if first <= last:
+        s = first
+        if mm > 0.0:
+            s = min(max(-(wx * mx + wy * my + wz * mz) / mm, first), last)
+        x, y, z = wx + s * mx, wy + s * my, wz + s * mz
+        if x * x + y * y + z * z <= beside * beside:
+            return True
+    if ball[10] == 0.0:
         return False
-    return max(va + low * na, va + high * na) + loose >= 0.0
+    first, last = part_above(loose - va, -na, low, high)
+    if first > last:
+        return False
+    s = min(max(-vn, first), last)  # n is a unit vector
+    near = ball[3] + ball[8] + MARGIN
+    return vv + s * (2.0 * vn + s) <= near * near
+
+
+@njit(**PLAIN)
+def part_above(height: float, rate: float, low: float, high: float) -> tuple[float, float]:
+    """The part of low <= s <= high in which height + rate s >= 0; first > last where there is none."""
+    if rate > 0.0:
+        return max(low, -height / rate), high
+    if rate < 0.0:
+        return low, min(high, -height / rate)
+    return (low, high) if height >= 0.0 else (1.0, 0.0)
 
 
 @njit(**PLAIN)

@@ -9,7 +9,8 @@ unit vectors). Seen from the centre, let v be a point of a ray. For a tip t and 
 since turning the axis from a to b moves the foot of v by at most |v| |b - a|, and moving the tip moves both by at most its way. Where the first
 exceeds the tool's radius, or the second lies below zero, on all of the ray, no tool of the node touches it, however long the tool is.
 Method: bounding volumes over positions and directions, Larsen, Gottschalk, Lin & Manocha, UNC TR99-018 (1999); the bounds are ours, by
-the triangle inequality. Neighbours in the program are neighbours in the tree.
+the triangle inequality. Of ball-nosed tools the node holds the middles of the balls instead: where the point lies above that middle, along the
+axis, the first bound holds, where it lies below, its distance from the middle is at least |v| - radius. Neighbours in the program are neighbours in the tree.
 """
 
 from __future__ import annotations
@@ -18,25 +19,36 @@ import numpy as np
 
 from vcmm.core.laws import Array
 
-COLUMNS = 9  # centre 0:3, radius 3, axis 4:7, spread 7, radius of the tool 8 (negative: nothing there)
+# centre 0:3, radius 3, axis 4:7, spread 7, radius of the tool 8 (negative: nothing there), 9: by how much a tip may lie below the point that is
+# held, 10: 1 where all tools are balls
+COLUMNS = 11
 NOTHING = -1.0
 
 
-def tree_of_groups(frames: Array, boxes: Array, radius: Array, order: Array) -> tuple[Array, Array]:
+def tree_of_groups(
+    frames: Array, boxes: Array, radius: Array, is_ball: Array, order: Array
+) -> tuple[Array, Array]:
     """(tree (2 m, COLUMNS), leaves (m,)) of g groups, m the next power of two: node k has nodes 2k and 2k + 1, the leaves begin at m.
 
-    frames (g, 3, 3): rows are the axes of each group, the tool's last; boxes (g, 6): of its tips there; radius (g,) mm; order (g,): of
-    neighbours. A leaf without a group is 0, its node NOTHING.
+    frames (g, 3, 3): rows are the axes of each group, the tool's last; boxes (g, 6): of its tips there; radius (g,) mm; is_ball (g,): whole
+    ball noses; order (g,): of neighbours. A leaf without a group is 0, its node NOTHING.
     """
     count = 1 << max(len(order) - 1, 0).bit_length()
     tree, leaves = np.zeros((2 * count, COLUMNS)), np.zeros(count, np.int64)
     tree[:, 8] = NOTHING
     leaves[: len(order)] = order
     own = tree[count : count + len(order)]
+    ball = is_ball[order].astype(float)
     low, high = boxes[order, :3], boxes[order, 3:]
     own[:, :3] = np.einsum("gji,gj->gi", frames[order], 0.5 * (low + high))
+    own[:, :3] += (ball * radius[order])[:, None] * frames[order, 2]
     own[:, 3] = 0.5 * np.linalg.norm(high - low, axis=1)
-    own[:, 4:7], own[:, 8] = frames[order, 2], radius[order]
+    own[:, 4:7], own[:, 8], own[:, 9], own[:, 10] = (
+        frames[order, 2],
+        radius[order],
+        ball * radius[order],
+        ball,
+    )
     at = count
     while at > 1:
         at //= 2
@@ -59,5 +71,5 @@ def _joined(left: Array, right: Array) -> Array:
 
     out[both, :3], out[both, 3] = centre, reach(slice(0, 3), centre, 3)
     out[both, 4:7], out[both, 7] = axis, reach(slice(4, 7), axis, 7)
-    out[both, 8] = np.maximum(a[:, 8], b[:, 8])
+    out[both, 8:10], out[both, 10] = np.maximum(a[:, 8:10], b[:, 8:10]), np.minimum(a[:, 10], b[:, 10])
     return out

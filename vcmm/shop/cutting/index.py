@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.laws import Array
 from vcmm.shop.cutting.groups import tree_of_groups
 from vcmm.shop.cutting.sweeps import LINE, Sweep, basis, frames_of, pieces
-from vcmm.shop.cutting.tools import parameters
+from vcmm.shop.cutting.tools import SHAPES, parameters
 
 LEAF = 2  # pieces in a leaf of a tree
 COLUMNS = 23  # of `items`, see vcmm/shop/cutting/_tool_kernels.py
@@ -33,7 +33,7 @@ class Index:
     t0: Array
     t1: Array
     group: Array  # (items,)
-    tree: Array  # (2 m, 9): of the trees
+    tree: Array  # (2 m, 11): of the trees
     leaves: Array  # (m,): tree of each leaf of it
 
 
@@ -47,9 +47,9 @@ def build(sweep: Sweep) -> Index:
     items = _items(parts, frames[group])
     order, roots, boxes, child = _forest(items, group, len(first))
     shapes = parameters(sweep.tools)
-    tree, leaves = tree_of_groups(
-        frames, boxes[roots], shapes[parts.tool[first], 1], np.argsort(first, kind="stable")
-    )
+    own = shapes[parts.tool[first]]
+    is_ball = own[:, 0] == SHAPES.index("ball")
+    tree, leaves = tree_of_groups(frames, boxes[roots], own[:, 1], is_ball, np.argsort(first, kind="stable"))
     return Index(
         sweep=sweep,
         frames=frames,

@@ -68,6 +68,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
 
 
 _PATHS: dict[tuple[tuple[Move, ...], bytes], Toolpath] = {}
+RUNS_OUT = "tool_runout"
 MOST_PATHS = 2  # kept: a job cuts the program as it is and the new one, each several times
 
 
@@ -288,6 +289,17 @@ def _mean_forces(job: PreparedCut) -> list[str]:
     ]
 
 
+def _runs_out_and_bends(job: PreparedCut) -> list[str]:
+    """Run-out makes the chip of the tooth that stands out thicker; the forces are those of a tool that runs true."""
+    runs_out = [e.id for e in job.machine.effects if e.name == RUNS_OUT]
+    if not runs_out or job.scenario.force_log or not any(needs_forces(e) for e in job.machine.effects):
+        return []
+    return [
+        f"{', '.join(runs_out)}: the force that bends the tool is that of one that runs true; the tooth that stands out takes a chip thicker by the run-out, so "
+        "that the part of the force that goes with the chip is larger in that proportion (docs/tooth_forces.md)"
+    ]
+
+
 def remarks(job: PreparedCut) -> tuple[str, ...]:
     """What the program, the time law and the machine leave to be said."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
@@ -296,7 +308,7 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
-    said += [*_turned_part(job), *_mean_forces(job)]
+    said += [*_turned_part(job), *_mean_forces(job), *_runs_out_and_bends(job)]
     said += [
         f"{name}: what the scenario states is not added; the machine file says how well it is known now ({evidence})"
         for name, evidence in job.scenario.found_since.items()
