@@ -11,6 +11,7 @@ from pathlib import Path
 
 from vcmm.core.errors import choose_from
 from vcmm.program.faults import BlockFault, ProgramFault
+from vcmm.program.heidenhain.contour_reading import contour_moves, labels_of
 from vcmm.program.heidenhain.cycles import KlartextCycles
 from vcmm.program.heidenhain.features import function, transform
 from vcmm.program.heidenhain.orienting import retracting
@@ -24,7 +25,7 @@ from vcmm.program.heidenhain.tools import call_tool, define_tool
 from vcmm.program.heidenhain.touch_cycles import CYCLES, LATER, touch_cycle
 from vcmm.program.heidenhain.traces import cuts_of, words_of
 from vcmm.program.heidenhain.words import read_words
-from vcmm.program.moves import PLANES, Program, Source
+from vcmm.program.moves import PLANES, Move, Program, Source
 from vcmm.program.reading import read_bytes
 from vcmm.program.recorder import Recorder
 from vcmm.program.repeating import LATEST
@@ -84,8 +85,8 @@ class _Runner:
 
     def run(self) -> bool:
         """True where M2 or M30 has ended it."""
-        self.find_labels()
-        self.paths.cycles.program = self.program
+        self.labels = labels_of(self.lines, self.recorder.file)
+        self.give_way()
         while self.at < len(self.lines):
             line = self.lines[self.at]
             self.recorder.source = Source(line.number, line.first, line.last)
@@ -136,22 +137,6 @@ class _Runner:
             self.pole = {f"CC {k}": w for k, w in words.items()}
         tracer.note(self.recorder, made, before, {**words, **self.pole}, BlockPlace(file, line.number, call))
         return over
-
-    def find_labels(self) -> None:
-        for k, line in enumerate(self.lines):
-            if line.plain:
-                continue
-            words = [t.text.upper() for t in line.tokens]
-            if words[0] != "LBL" or len(words) < 2 or words[1] == "0":
-                continue
-            if words[1] in self.labels:
-                raise ProgramFault(
-                    self.recorder.file,
-                    line.number,
-                    line.first,
-                    f"LBL {words[1]} stands twice in this program; rename one",
-                )
-            self.labels[words[1]] = k
 
     def block(self, reader: KlartextReader) -> bool:
         """One block. True at the end of the program."""
@@ -383,7 +368,18 @@ class _Runner:
         blocks = blocks_of(read_bytes(path))
         _Runner(self.recorder, self.paths, blocks, self.parameters, self.depth + 1).run()
         self.recorder.file, self.recorder.source = file, source
-        self.paths.cycles.program = self.program
+        self.give_way()
+
+    def contour(self, name: str) -> tuple[list[Move], str | None]:
+        """The moves of a label that a contour cycle follows, and the side of their compensation."""
+        inner = _Runner(self.recorder, self.paths, self.lines, self.parameters, self.depth + 1)
+        made = contour_moves(self.paths, inner, self.labels, name)
+        self.give_way()
+        return made
+
+    def give_way(self) -> None:
+        """What cycles call is found here."""
+        self.paths.cycles.program, self.paths.cycles.contours.read = self.program, self.contour
 
     def function(self, reader: KlartextReader) -> bool:
         """FN 0 to FN 38; FN 9 to FN 12 jump."""
