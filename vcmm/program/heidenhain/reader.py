@@ -40,7 +40,7 @@ DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
 FREE = ("FL", "FC", "FLT", "FCT", "FPOL", "FSELECT")
 NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on them
-    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "DECLARE": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
+    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
     "AFC": False,
 }  # fmt: skip
@@ -156,7 +156,7 @@ class _Runner:
             "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
             "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
-            "QS": self.parameters.text, "ERROR": self.parameters.text,
+            "QS": self.parameters.text, "DECLARE": self.parameters.declare, "ERROR": self.parameters.text,
         }  # fmt: skip
         if word in simple:
             reader.at += word != "QS"
@@ -323,7 +323,8 @@ class _Runner:
         """CALL LBL n [REP m]: a subprogram, or a repetition of the blocks between label and call."""
         here = self.at - 1
         if reader.accept("PGM") or reader.upper() == "SELECTED":
-            self.program(reader.rest())
+            name = reader.rest()
+            self.program(self.parameters.texts.values.get(name.upper().removeprefix("QS"), name))
             return
         if not reader.accept("LBL"):
             raise reader.fault(
