@@ -73,6 +73,7 @@ FOLDERS = (
     "program.sinumerik",
     "program.heidenhain",
     "program.okuma",
+    "program.fagor",
     "shop.motion",
     "shop.cutting",
     "task",

@@ -21,7 +21,7 @@ Flat = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Cutter:
+class CycleCutter:
     """The tool of a milling cycle."""
 
     recorder: Recorder

@@ -2,7 +2,7 @@
 
 A row says in the order of the manual what each parameter is, as in "RTP mm, SDIS size, DP mm?, STA deg": its name in the manual and its
 kind. `Cycle.read` turns what a program gives (numbers, or None where a parameter is left out) into mm, radians and mm/min by that kind;
-the primitive gets these values by name and makes the moves (vcmm.program.drilling.Hole, vcmm.program.cutter.Cutter).
+the primitive gets these values by name and makes the moves (vcmm.program.drilling.Hole, vcmm.program.cutter.CycleCutter).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ KINDS = {  # kind -> what becomes of a number
 }
 
 
-class Parameter(NamedTuple):
+class CycleParameter(NamedTuple):
     """One parameter of a cycle. open: whether None stays None where it is left out; else it is zero."""
 
     name: str
@@ -60,7 +60,7 @@ class Values:
 class Cycle(Generic[Primitive]):
     """One row: parameters in their order, and the primitive that makes the moves."""
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[CycleParameter, ...]
     primitive: Primitive
 
     def read(self, given: Sequence[float | None], unit: float, feed_unit: float) -> Values:
@@ -86,5 +86,5 @@ def cycle(parameters: str, primitive: Primitive) -> Cycle[Primitive]:
         name, kind = part.split()
         if kind.rstrip("?") not in KINDS:
             raise ValueError(f"{kind} is no kind of a parameter; known are {', '.join(KINDS)}")
-        out.append(Parameter(name, kind.rstrip("?"), kind.endswith("?")))
+        out.append(CycleParameter(name, kind.rstrip("?"), kind.endswith("?")))
     return Cycle(tuple(out), primitive)

@@ -102,3 +102,10 @@ def test_fagor_is_recognised_and_read_from_the_command_line(tmp_path, capsys):
     assert guess(HEAD + "M30\n", None)[0] == "fagor"
     assert vcmm(["nc", str(tmp_path / "a.pim")]) == 0
     assert "dialect fagor" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["G83 Z2 I J3 F100\n", "G1 X0 Y F100\n"])
+def test_a_word_without_its_number_is_refused_on_both_levels(text: str):
+    for setup in (SETUP, Setup(strict=False)):
+        with pytest.raises(DataError, match=":5:.*has no number"):
+            read(text + "M30\n", setup)

@@ -16,7 +16,7 @@ import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.files.foreign.compensation_tables import (
+from vcmm.files.foreign.axis_errors import (
     Tables,
     cross_errors,
     errors_both_ways,

@@ -1,1 +1,1 @@
-"""Fagor 8055 and 8025 programs of mills."""
+"""Fagor programs of mills."""

@@ -82,6 +82,8 @@ class FagorLines:
         """The words of a block as the G-code family has them."""
         if words and words[0][0] == "N":
             words = words[1:] if not words[0][1] else words
+        if not all(number for _, number in words):  # wrong in itself: the reader says so
+            return words
         codes = {n.lstrip("0") or "0" for letter, n in words if letter == "G"}
         values = {letter: n for letter, n in words if letter != "G"}
         self.absolute = "91" not in codes and (self.absolute or "90" in codes)

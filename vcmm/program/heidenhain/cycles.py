@@ -7,10 +7,12 @@ stand; machining cycles act at CYCL CALL, M99 and M89. What is not modelled is t
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from vcmm.program.drilling import whole_count
+from vcmm.program.heidenhain.contours import CONTOUR_DATA, NEEDED, ContourCycles
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
 from vcmm.program.heidenhain.machining import Action, MachiningCycle
 from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
@@ -33,10 +35,10 @@ PARTS: Mapping[str, Mapping[int, tuple[str, ...]]] = {  # what the blocks n.1, n
     "17": {1: ("DIST",), 2: ("DEPTH",), 3: ("PITCH",)}, "18": {1: ("DEPTH",), 2: ("PITCH",)},
 }  # fmt: skip
 STRANGE = {  # old cycles that leave a hole in the path, and whether they act where they stand
-    "6": ("cycle 6, rough-out", False), "12": ("cycle 12, program call", False), "14": ("cycle 14, contour", True), "15": ("cycle 15, pilot drilling", False),
-    "16": ("cycle 16, contour milling", False), "20": ("cycle 20, contour data", True), "21": ("cycle 21, pilot drilling", False),
-    "22": ("cycle 22, rough-out", False), "23": ("cycle 23, floor finishing", False), "24": ("cycle 24, side finishing", False),
-    "25": ("cycle 25, contour train", False), "27": ("cycle 27, cylinder surface", False), "28": ("cycle 28, cylinder surface slot", False),
+    "6": ("cycle 6, rough-out", False), "12": ("cycle 12, program call", False), "15": ("cycle 15, pilot drilling", False),
+    "16": ("cycle 16, contour milling", False), "21": ("cycle 21, pilot drilling", False),
+    "22": ("cycle 22, rough-out", False), "23": ("cycle 23, floor finishing", False),
+    "27": ("cycle 27, cylinder surface", False), "28": ("cycle 28, cylinder surface slot", False),
     "29": ("cycle 29, cylinder surface ridge", False), "30": ("cycle 30, 3-D data", False), "31": ("cycle 31, line of 3-D data", False),
     "39": ("cycle 39, cylinder surface contour", False),
 }  # fmt: skip
@@ -55,6 +57,7 @@ class KlartextCycles:
     words: Mapping[str, WordAt] = field(default_factory=dict)  # of the definition, where traces are kept
     program: Callable[[str], None] = lambda name: None
     named: str = ""  # the program of cycle 12
+    contours: ContourCycles = field(default_factory=ContourCycles)
 
     def __post_init__(self) -> None:
         self.frames = KlartextFrames(self.recorder)
@@ -69,6 +72,9 @@ class KlartextCycles:
         number = str(int(number)) if number else "0"
         if not dot and int(number) >= 200:
             self.with_parameters(number, reader, parameters, token.column)
+            return
+        if number in ("20", *NEEDED) and not dot:
+            self.of_contours(number, reader, parameters, token.column)
             return
         self.classic(number, int(part or 0), reader, token.column)
 
@@ -95,11 +101,31 @@ class KlartextCycles:
             if int(number) >= 400 or self.recorder.setup.strict:  # touch probe cycles act where they stand
                 self.strange(f"cycle {number}", MISSING, column)
 
+    def of_contours(
+        self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
+    ) -> None:
+        """20: data that 24 takes; 24 and 25: cycles that follow the contours of cycle 14."""
+        values = self.q_values(reader, parameters)
+        if number == "20":
+            self.contours.data = values
+            return
+        if number == "24":
+            self.check("20", CONTOUR_DATA, self.contours.data, column)
+            values = {**self.contours.data, **values}
+        self.check(number, NEEDED[number], values, column)
+        self.active = MachiningCycle(self.recorder, number, values, self.contours.mill, self.auto_feed)
+        if self.recorder.tracer is not None:
+            self.words = words_of(reader, self.recorder.tracer)
+
+    def name_contours(self, reader: KlartextReader) -> None:
+        """14.1: CONTOUR LABEL1/2/3."""
+        self.contours.labels = re.findall(r"\d+", reader.rest())
+
     def strange(self, what: str, value: str, column: int = 0) -> None:
         """A cycle that is not modelled."""
         self.recorder.assume(
             what, value, column=column or None,
-            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 17 to 19, 26, 32, 220, 221, 247 and "
+            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 14, 17 to 20, 24 to 26, 32, 220, 221, 247 and "
             f"{', '.join(MACHINING)}; write the motion with L, C, CR",
         )  # fmt: skip
 
@@ -319,6 +345,6 @@ def _missing(c: MachiningCycle) -> None:
 
 _CLASSIC: dict[str, Callable[[KlartextCycles, KlartextReader], None]] = {
     "7": lambda c, r: c.frames.datum(r), "8": lambda c, r: c.frames.mirror(r), "9": KlartextCycles.wait,
-    "10": lambda c, r: c.frames.rotate(r), "11": lambda c, r: c.frames.enlarge(r), "13": KlartextCycles.nothing,
+    "10": lambda c, r: c.frames.rotate(r), "11": lambda c, r: c.frames.enlarge(r), "13": KlartextCycles.nothing, "14": KlartextCycles.name_contours,
     "19": lambda c, r: working_plane(c.frames, r), "26": lambda c, r: c.frames.stretch(r), "32": KlartextCycles.tolerance,
 }  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from vcmm.program.cutter import Cutter
+from vcmm.program.cutter import CycleCutter
 from vcmm.program.drilling import Hole
 from vcmm.program.moves import Point
 from vcmm.program.recorder import Recorder
@@ -78,9 +78,9 @@ class MachiningCycle:
         r.feed, r.feed_mode = kept, mode
 
     @property
-    def cutter(self) -> Cutter:
+    def cutter(self) -> CycleCutter:
         """The tool."""
-        return Cutter(self.recorder)
+        return CycleCutter(self.recorder)
 
     def radius(self) -> float:
         """Of the tool, mm; 0 where nobody knows it: the path then runs on the contour."""

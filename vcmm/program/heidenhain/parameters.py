@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from vcmm.core.errors import choose_from
 from vcmm.program.faults import BlockFault
 from vcmm.program.heidenhain.text import KlartextReader
+from vcmm.program.heidenhain.texts import KlartextTexts
 from vcmm.program.recorder import Recorder
 
 CONDITIONS: dict[str, Callable[[float, float], bool]] = {
@@ -42,6 +43,7 @@ class KlartextParameters:
 
     recorder: Recorder
     values: dict[str, float] = field(default_factory=dict)
+    texts: KlartextTexts = field(default_factory=KlartextTexts)
     guessed: bool = False  # a value has been taken that only the machine knows
 
     def unset(self, name: str) -> float:
@@ -67,13 +69,12 @@ class KlartextParameters:
         name = reader.parameter()
         reader.expect("=", f"after {name}")
         if reader.upper() in TEXT_FUNCTIONS:
-            self.recorder.assume(
-                f"{name}, which a text or a table gives",
-                ZERO,
-                f"{reader.upper()} is no function of a formula",
-            )
-            self.values[name] = 0.0
-            reader.rest()
+            function = reader.upper()
+            value = self.texts.number(reader.rest(), self.value_of)
+            if value is None:
+                refusal = f"{function}: what it gives hangs on a text or a table that is not known here"
+                self.recorder.assume(f"{name}, which a text or a table gives", ZERO, refusal)
+            self.values[name] = value or 0.0
         else:
             self.values[name] = self.formula(reader, name)
         if not reader.is_done:
@@ -92,10 +93,26 @@ class KlartextParameters:
             return 0.0
 
     def text(self, reader: KlartextReader) -> None:
-        """QS1 = "text": texts move nothing."""
-        what = f"the text {reader.upper()}{reader.upper(1)}"
-        self.recorder.assume(what, "passed over", "QS (text parameters) are not understood", matters=False)
+        """QS1 = "text"; a text that is not known moves nothing by itself, and is told."""
+        what, number = f"the text {reader.upper()}{reader.upper(1)}", reader.upper(1)
+        named = reader.accept("QS") and number.isdigit()
+        reader.at += named
+        if named and reader.accept("=") and self.texts.assign(number, reader.rest(), self.value_of):
+            return
+        self.recorder.assume(what, "passed over", f"{what} is not known here", matters=False)
         reader.rest()
+
+    def declare(self, reader: KlartextReader) -> None:
+        """DECLARE STRING QS1 = "text"."""
+        reader.accept("STRING")
+        self.text(reader)
+
+    def value_of(self, written: str) -> float:
+        """A number, or a parameter with its sign."""
+        sign, name = (-1.0 if written.startswith("-") else 1.0), written.lstrip("+-").upper()
+        if not name.startswith("Q"):
+            return sign * float(name)
+        return sign * (self.values[name] if name in self.values else self.unset(name))
 
     def function(self, reader: KlartextReader, code: int, column: int) -> bool:
         """FN 0 to FN 8, FN 13 and what goes beyond the program; jumps are the reader's. True where the program ends."""

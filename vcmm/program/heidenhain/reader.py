@@ -11,6 +11,7 @@ from pathlib import Path
 
 from vcmm.core.errors import choose_from
 from vcmm.program.faults import BlockFault, ProgramFault
+from vcmm.program.heidenhain.contour_reading import contour_moves, labels_of
 from vcmm.program.heidenhain.cycles import KlartextCycles
 from vcmm.program.heidenhain.features import function, transform
 from vcmm.program.heidenhain.orienting import retracting
@@ -24,7 +25,7 @@ from vcmm.program.heidenhain.tools import call_tool, define_tool
 from vcmm.program.heidenhain.touch_cycles import CYCLES, LATER, touch_cycle
 from vcmm.program.heidenhain.traces import cuts_of, words_of
 from vcmm.program.heidenhain.words import read_words
-from vcmm.program.moves import PLANES, Program, Source
+from vcmm.program.moves import PLANES, Move, Program, Source
 from vcmm.program.reading import read_bytes
 from vcmm.program.recorder import Recorder
 from vcmm.program.repeating import LATEST
@@ -39,7 +40,7 @@ DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
 FREE = ("FL", "FC", "FLT", "FCT", "FPOL", "FSELECT")
 NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on them
-    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "DECLARE": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
+    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
     "AFC": False,
 }  # fmt: skip
@@ -84,8 +85,8 @@ class _Runner:
 
     def run(self) -> bool:
         """True where M2 or M30 has ended it."""
-        self.find_labels()
-        self.paths.cycles.program = self.program
+        self.labels = labels_of(self.lines, self.recorder.file)
+        self.give_way()
         while self.at < len(self.lines):
             line = self.lines[self.at]
             self.recorder.source = Source(line.number, line.first, line.last)
@@ -137,22 +138,6 @@ class _Runner:
         tracer.note(self.recorder, made, before, {**words, **self.pole}, BlockPlace(file, line.number, call))
         return over
 
-    def find_labels(self) -> None:
-        for k, line in enumerate(self.lines):
-            if line.plain:
-                continue
-            words = [t.text.upper() for t in line.tokens]
-            if words[0] != "LBL" or len(words) < 2 or words[1] == "0":
-                continue
-            if words[1] in self.labels:
-                raise ProgramFault(
-                    self.recorder.file,
-                    line.number,
-                    line.first,
-                    f"LBL {words[1]} stands twice in this program; rename one",
-                )
-            self.labels[words[1]] = k
-
     def block(self, reader: KlartextReader) -> bool:
         """One block. True at the end of the program."""
         if reader.is_hidden() and self.recorder.setup.block_delete:
@@ -171,7 +156,7 @@ class _Runner:
             "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
             "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
-            "QS": self.parameters.text, "ERROR": self.parameters.text,
+            "QS": self.parameters.text, "DECLARE": self.parameters.declare, "ERROR": self.parameters.text,
         }  # fmt: skip
         if word in simple:
             reader.at += word != "QS"
@@ -338,7 +323,8 @@ class _Runner:
         """CALL LBL n [REP m]: a subprogram, or a repetition of the blocks between label and call."""
         here = self.at - 1
         if reader.accept("PGM") or reader.upper() == "SELECTED":
-            self.program(reader.rest())
+            name = reader.rest()
+            self.program(self.parameters.texts.values.get(name.upper().removeprefix("QS"), name))
             return
         if not reader.accept("LBL"):
             raise reader.fault(
@@ -383,7 +369,18 @@ class _Runner:
         blocks = blocks_of(read_bytes(path))
         _Runner(self.recorder, self.paths, blocks, self.parameters, self.depth + 1).run()
         self.recorder.file, self.recorder.source = file, source
-        self.paths.cycles.program = self.program
+        self.give_way()
+
+    def contour(self, name: str) -> tuple[list[Move], str | None]:
+        """The moves of a label that a contour cycle follows, and the side of their compensation."""
+        inner = _Runner(self.recorder, self.paths, self.lines, self.parameters, self.depth + 1)
+        made = contour_moves(self.paths, inner, self.labels, name)
+        self.give_way()
+        return made
+
+    def give_way(self) -> None:
+        """What cycles call is found here."""
+        self.paths.cycles.program, self.paths.cycles.contours.read = self.program, self.contour
 
     def function(self, reader: KlartextReader) -> bool:
         """FN 0 to FN 38; FN 9 to FN 12 jump."""

@@ -188,7 +188,7 @@ def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
     if w.whole("P", column) != 0:
         text, cure = {
             "G54.2": (
-                "(dynamic work offsets) leads the work zero with the rotary axes",
+                "(dynamic work offsets) leads the work zero with the rotary axes, from a fixture offset and its angles that stand in the memory of the control",
                 "have the program posted without it, with G43.4 or a work offset for each position",
             ),
             "G54.4": (

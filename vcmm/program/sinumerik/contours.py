@@ -7,21 +7,16 @@ ways between depths at FF3; hundreds 0: up to RTP between depths, 1: to RFP + SD
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
-
 from vcmm.program.clearing import PathPiece
+from vcmm.program.contouring import Flat, beside, flat, pieces, tangent
 from vcmm.program.cutter import equal_depths
 from vcmm.program.cycle_tables import Values
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
-from vcmm.program.moves import PLANES, Move
-from vcmm.program.radius import SINUMERIK, RadiusCompensation, centre_path
+from vcmm.program.moves import Move
+from vcmm.program.radius import SINUMERIK
+from vcmm.program.sinumerik.milling_call import MillingCall
 
-if TYPE_CHECKING:
-    from vcmm.program.sinumerik.milling import MillingCall
-
-Flat = tuple[float, float]
 SIDES = {41: "left", 42: "right"}
 
 
@@ -40,7 +35,7 @@ def mill_contour(m: MillingCall, v: Values) -> None:
     rough = v.number("VARI") % 10 == 1
     side, side_of = SIDES.get(v.number("RL")), v.number("RL")
     tool = c.radius("CYCLE72")
-    path = beside(m, moves[1:], side, tool + (v["FAL"] if rough else 0.0))
+    path = beside(moves[1:], side, tool + (v["FAL"] if rough else 0.0), SINUMERIK, r.file)
     m.note(
         "how far approach and retraction begin",
         "LP1 and LP2 from the edge of the tool (line), radius of the path of its centre (arc)",
@@ -57,7 +52,7 @@ def mill_contour(m: MillingCall, v: Values) -> None:
         with c.feed_at(v["FFD"]):
             c.to(None, level, False)
         with c.feed_at(v["FFP1"]):
-            c.follow([*lead_in[1], *pieces(path, m), *lead_out[1]], level)
+            c.follow([*lead_in[1], *pieces(path), *lead_out[1]], level)
         if k < len(levels) - 1 and up != 3:
             c.to(None, {0: v["RTP"], 1: over}.get(up, level + v["SDIS"]), True)
     c.to(None, v["RTP"], True)
@@ -77,50 +72,6 @@ def check(m: MillingCall, v: Values) -> None:
             raise BlockFault(
                 m.item.first, f"CYCLE72 with {text} is not understood; write its motion with G1 to G3"
             )
-
-
-def beside(m: MillingCall, moves: list[Move], side: str | None, radius: float) -> list[Move]:
-    """The contour as the path of the tool centre, without ways in and out."""
-    if side is None or not radius:
-        return moves
-    first, last = _lead(m, moves[0], False), _lead(m, moves[-1], True)
-    compensation = RadiusCompensation(side, radius, SINUMERIK)
-    sides: list[RadiusCompensation | None] = [*[compensation] * (len(moves) + 1), None]
-    made = centre_path([first, *moves, last], sides, m.paths.r.file)
-    return made[1:-1]
-
-
-def _lead(m: MillingCall, move: Move, behind: bool) -> Move:
-    """A line into the contour along its first direction, or out of it along its last, far enough for any tool."""
-    a, b = tangent(move, behind)
-    one, two, _ = PLANES[m.paths.r.plane]
-    end = move.end if behind else move.start
-    far = list(end)
-    for k, value in ((one, a), (two, b)):
-        far[k] += value * 1e3 * (1.0 if behind else -1.0)
-    away = (far[0], far[1], far[2])
-    line = move._replace(kind="line", centre=None, clockwise=None, turns=1)
-    return line._replace(start=end, end=away) if behind else line._replace(start=away, end=end)
-
-
-def flat(move: Move, at_end: bool) -> Flat:
-    """The first or the last point of a move in its plane."""
-    one, two, _ = PLANES[move.plane]
-    point = move.end if at_end else move.start
-    return point[one], point[two]
-
-
-def tangent(move: Move, at_end: bool) -> Flat:
-    """The direction of a move at one of its ends."""
-    (a, b), (c, d) = flat(move, False), flat(move, True)
-    if move.centre is None:
-        length = math.hypot(c - a, d - b)
-        return (c - a) / length, (d - b) / length
-    one, two, _ = PLANES[move.plane]
-    p = (c, d) if at_end else (a, b)
-    x, y = p[0] - move.centre[one], p[1] - move.centre[two]
-    length = math.hypot(x, y)
-    return (y / length, -x / length) if move.clockwise else (-y / length, x / length)
 
 
 def approach(
@@ -144,13 +95,3 @@ def approach(
         else (centre[0] + n[0] * length, centre[1] + n[1] * length)
     )
     return far, [PathPiece(far if out else end, centre, side == 42)]
-
-
-def pieces(path: list[Move], m: MillingCall) -> list[PathPiece]:
-    """The moves as pieces at one height."""
-    one, two, _ = PLANES[m.paths.r.plane]
-    out = []
-    for move in path:
-        centre = None if move.centre is None else (move.centre[one], move.centre[two])
-        out.append(PathPiece(flat(move, True), centre, bool(move.clockwise)))
-    return out

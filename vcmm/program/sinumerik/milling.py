@@ -9,51 +9,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
-from vcmm.program.cutter import Cutter, equal_depths
+from vcmm.program.cutter import CycleCutter, equal_depths
 from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import depths_of, whole_count
 from vcmm.program.faults import BlockFault
 from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.contours import mill_contour
 from vcmm.program.sinumerik.flow import SinumerikRunner
+from vcmm.program.sinumerik.milling_call import MillingCall
 
 if TYPE_CHECKING:
     from vcmm.program.sinumerik.paths import SinumerikPaths
-
-
-class MillingCall(NamedTuple):
-    """A call of a milling cycle: who reads, the call as it stands, the tool."""
-
-    paths: SinumerikPaths
-    runner: SinumerikRunner
-    item: Item
-    cutter: Cutter
-
-    def floor(self, v: Values) -> float:
-        """DP, or RFP less DPR; refused where it lies above RFP."""
-        depth = v["DP"] if v["DP"] or not v["DPR"] else v["RFP"] - v["DPR"]
-        if depth >= v["RFP"]:
-            raise BlockFault(
-                self.item.first, f"{self.item.name}: the depth must lie below RFP; correct the planes"
-            )
-        return depth
-
-    def radius(self) -> float:
-        """Of the tool, mm."""
-        return self.cutter.radius("a pocket")
-
-    def note_clearing(self, how: str, codes: str = "G1") -> None:
-        """What the control does in its own way."""
-        what = f"how {self.item.name} clears"
-        self.paths.r.assume(
-            what, how, f"{what} is the control's own affair and not known; write its motion with {codes}", column=self.item.first,
-        )  # fmt: skip
-
-    def note(self, what: str, value: str) -> None:
-        """What hangs on setting data, or moves the tool beside the workpiece alone."""
-        self.paths.r.assume(f"{what} in {self.item.name}", value, column=self.item.first, matters=False)
 
 
 MillingPrimitive = Callable[[MillingCall, Values], None]
@@ -244,13 +213,6 @@ def thread(m: MillingCall, v: Values) -> None:
     c.to(None, v["RTP"], True)
 
 
-def contour(m: MillingCall, v: Values) -> None:
-    """CYCLE72; its path is made in `contours`."""
-    from vcmm.program.sinumerik.contours import mill_contour
-
-    mill_contour(m, v)
-
-
 _POCKET1, _POCKET3 = "RTP mm, RFP mm, SDIS size, DP mm, DPR size,", "RTP mm, RFP mm, SDIS size, DP mm,"
 _ON_A_CIRCLE = "CPA mm, CPO mm, RAD size, STA1 deg, INDA deg, FFD feed, FFP1 feed, MID size"
 MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
@@ -263,11 +225,13 @@ MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
     "LONGHOLE": cycle(f"{_POCKET1} NUM count, LENG size, {_ON_A_CIRCLE}", long_holes),
     "SLOT1": cycle(f"{_POCKET1} NUM count, LENG size, WID size, {_ON_A_CIRCLE}, CDIR count, FAL size, VARI count, MIDF size, FFP2 feed, SSF plain, FALD size, STA2 deg", slots),
     "CYCLE90": cycle(f"{_POCKET1} DIATH size, KDIAM size, PIT size, FFR feed, CDIR count, TYPTH count, CPA mm, CPO mm", thread),
-    "CYCLE72": cycle("KNAME text, RTP mm, RFP mm, SDIS size, DP mm, MID size, FAL size, FALD size, FFP1 feed, FFD feed, VARI count, RL count, AS1 count, LP1 size, FF3 feed, AS2 count, LP2 size", contour),
+    "CYCLE72": cycle("KNAME text, RTP mm, RFP mm, SDIS size, DP mm, MID size, FAL size, FALD size, FFP1 feed, FFD feed, VARI count, RL count, AS1 count, LP1 size, FF3 feed, AS2 count, LP2 size", mill_contour),
 }  # fmt: skip
 
 
 def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
     """The cycle of a call."""
     row = MILLING[item.name]
-    row.primitive(MillingCall(i, runner, item, Cutter(i.r)), row.read(given, i.r.unit, i.modes.feed_unit))
+    row.primitive(
+        MillingCall(i, runner, item, CycleCutter(i.r)), row.read(given, i.r.unit, i.modes.feed_unit)
+    )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from vcmm.program.cutter import Cutter
+from vcmm.program.cutter import CycleCutter
 from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import whole_count
 from vcmm.program.sinumerik.blocks import Item
@@ -29,7 +29,7 @@ def row(i: SinumerikPaths, v: Values) -> Spots:
         )
         for k in range(whole_count(v["NUM"]))
     ]
-    here = Cutter(i.r).here()
+    here = CycleCutter(i.r).here()
     return out[::-1] if out and math.dist(out[-1], here) < math.dist(out[0], here) else out
 
 
@@ -73,6 +73,6 @@ def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[fl
     """Rapid to each point; the modal cycle at each."""
     row = PATTERNS[item.name]
     for a, b in row.primitive(i, row.read(given, i.r.unit, i.modes.feed_unit)):
-        Cutter(i.r).to((a, b), None, True)
+        CycleCutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)

@@ -1,0 +1,123 @@
+"""The errors of a machine's axes as tables for controls need them: an axis along itself both ways, and in whose motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.effect import Effect, parameter_fields, required
+from vcmm.core.errors import ModelLimit
+from vcmm.core.kinematics import Axis
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+
+NAMES = "XYZABC"
+TINY = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """Files by name, and one sentence for each error that they do not hold."""
+
+    files: dict[str, str]
+    left_out: tuple[str, ...]
+
+
+def carries_part(machine: Machine, letter: str) -> bool:
+    """Whether an axis moves the part (a table) and not the tool."""
+    return letter in machine.chain.work
+
+
+def of_the_tool(machine: Machine, letter: str, q: Array, forward: Array) -> list[str]:
+    """Lines for a table that holds actual positions. q (n,) mm commanded; forward (n,) mm: actual - nominal when it is approached
+    forwards, as the tool moves over the part."""
+    whose = (
+        f"{letter} carries the part: what counts is the tool seen from the part, in the sense in which {letter} is commanded; the table "
+        "itself moves the other way"
+        if carries_part(machine, letter)
+        else f"{letter} carries the tool: what counts is the tool itself, in the sense in which {letter} is commanded"
+    )
+    k = int(np.argmax(np.abs(forward)))
+    at, error = float(q[k]), float(forward[k])
+    lines = [
+        f"whose motion: {whose}",
+        "sign: actual = nominal + error, error = actual - nominal; the control adds nominal - actual to its commands",
+    ]
+    if error:
+        way = "further" if error > 0 else "less far"
+        lines.append(
+            f"example: commanded to {letter} {at:.3f} forwards, the tool stands over {letter} {at + error:.4f} of the part: {abs(error) * 1e3:.1f} um "
+            f"{way} towards +{letter} than it should; the control {'takes them off' if error > 0 else 'adds them'}"
+        )
+    return lines
+
+
+def linear(machine: Machine) -> dict[str, Axis]:
+    return {a: axis for a, axis in machine.axes.items() if a in "XYZ"}
+
+
+def component_errors(machine: Machine, letter: str, q: Array) -> tuple[Array, list[str]]:
+    """Errors (n, 6) of the axis's own motion over its positions, as ISO 230-1 states them, and ids that vary with more."""
+    total, left = np.zeros((len(q), 6)), []
+    for effect in machine.effects:
+        if effect.link != letter or effect.place != "motion":
+            continue
+        found = _alone(machine, effect, letter, q)
+        if found is None:
+            left.append(effect.id)
+        else:
+            total += found
+    return total, left
+
+
+def _alone(machine: Machine, effect: Effect, letter: str, q: Array) -> Array | None:
+    """Motion of an effect over one axis; None where it depends on anything else."""
+    if required(effect):
+        return None
+    seen = []
+    for other in (0.25, 0.75):
+        position = {a: np.full(len(q), low + other * (high - low)) for a, (low, high) in _travels(machine)}
+        position[letter] = q
+        try:
+            seen.append(effect.error_motion(Run(position, np.zeros((len(q), 3)))))
+        except ModelLimit:
+            return None
+    if np.abs(seen[0] - seen[1]).max(initial=0.0) > TINY:
+        return None
+    # a motion that is stated for the tip of an axis on the workpiece side is the axis's own with the other sign
+    sign = 1.0 if effect.own or letter not in machine.chain.work else -1.0
+    return np.asarray(sign * seen[0])
+
+
+def _travels(machine: Machine) -> list[tuple[str, tuple[float, float]]]:
+    return [(a, axis.travel) for a, axis in machine.axes.items()]
+
+
+def rest_of(machine: Machine, held: set[str], why: str) -> list[str]:
+    return [f"{e.id}: {why}" for e in machine.effects if e.id not in held and e.link != "reading"]
+
+
+def errors_both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:
+    """Positioning error of an axis forwards and backwards, mm, tip sense, and the ids it is made of."""
+    values, left = component_errors(machine, letter, q)
+    sign = -1.0 if letter in machine.chain.work else 1.0
+    forward = sign * values[:, "XYZ".index(letter)]
+    held = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
+    half = np.zeros(len(q))
+    for e in machine.effects:
+        if e.where == letter and [p.name for p in parameter_fields(e)] == [e.about.gap_parameter]:
+            half += 0.5 * float(getattr(e, e.about.gap_parameter))
+            held.add(e.id)
+    return forward - half, forward + half, held
+
+
+def cross_errors(machine: Machine, letter: str, q: Array, why: str) -> list[str]:
+    """A sentence that names the errors of an axis across itself, where it has any."""
+    values, _ = component_errors(machine, letter, q)
+    names = [
+        f"E{n}{letter}"
+        for i, n in enumerate(NAMES)
+        if NAMES[i] != letter and np.abs(values[:, i]).max() > TINY
+    ]
+    return [f"{' '.join(names)}: {why}"] if names else []

@@ -1,0 +1,90 @@
+"""A contour beside which a tool goes: what the contour cycles of all languages are made of. Moves of one plane, mm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from vcmm.program.clearing import PathPiece
+from vcmm.program.moves import PLANES, Move, Source
+from vcmm.program.radius import RadiusCompensation, Style, centre_path
+
+Flat = tuple[float, float]
+FAR = 1e3  # mm, of a lead that is longer than any tool is wide
+CLOSED = 1e-6  # mm from the end of a contour to its begin
+
+
+def beside(
+    moves: Sequence[Move], side: str | None, radius: float, style: Style, file: str, closed: bool = False
+) -> list[Move]:
+    """The contour as the path of the tool centre, without ways in and out. closed: it begins and ends at a corner of its own."""
+    if side is None or not radius:
+        return list(moves)
+    round_again = [moves[-1], *moves, moves[0]] if closed else list(moves)
+    marked = [m._replace(source=Source(k + 1, 1, 1)) for k, m in enumerate(round_again)]
+    path = [_lead(marked[0], False), *marked, _lead(marked[-1], True)]
+    compensation = RadiusCompensation(side, radius, style)
+    sides: list[RadiusCompensation | None] = [*[compensation] * (len(path) - 1), None]
+    made = centre_path(path, sides, file)[1:-1]
+    extra = 1 if closed else 0
+    return [
+        m._replace(source=moves[m.source.line - 1 - extra].source)
+        for m in made
+        if extra < m.source.line <= len(moves) + extra
+    ]
+
+
+def _lead(move: Move, behind: bool) -> Move:
+    """A line into the contour along its first direction, or out of it along its last."""
+    a, b = tangent(move, behind)
+    one, two, _ = PLANES[move.plane]
+    end = move.end if behind else move.start
+    far = list(end)
+    for k, value in ((one, a), (two, b)):
+        far[k] += value * FAR * (1.0 if behind else -1.0)
+    away = (far[0], far[1], far[2])
+    line = move._replace(kind="line", centre=None, clockwise=None, turns=1)
+    return line._replace(start=end, end=away) if behind else line._replace(start=away, end=end)
+
+
+def flat(move: Move, at_end: bool) -> Flat:
+    """The first or the last point of a move in its plane."""
+    one, two, _ = PLANES[move.plane]
+    point = move.end if at_end else move.start
+    return point[one], point[two]
+
+
+def tangent(move: Move, at_end: bool) -> Flat:
+    """The direction of a move at one of its ends."""
+    (a, b), (c, d) = flat(move, False), flat(move, True)
+    if move.centre is None:
+        length = math.hypot(c - a, d - b)
+        return (c - a) / length, (d - b) / length
+    one, two, _ = PLANES[move.plane]
+    p = (c, d) if at_end else (a, b)
+    x, y = p[0] - move.centre[one], p[1] - move.centre[two]
+    length = math.hypot(x, y)
+    return (y / length, -x / length) if move.clockwise else (-y / length, x / length)
+
+
+def pieces(path: Sequence[Move]) -> list[PathPiece]:
+    """The moves as pieces at one height."""
+    out = []
+    for move in path:
+        one, two, _ = PLANES[move.plane]
+        centre = None if move.centre is None else (move.centre[one], move.centre[two])
+        out.append(PathPiece(flat(move, True), centre, bool(move.clockwise)))
+    return out
+
+
+def reverse(path: Sequence[Move]) -> list[Move]:
+    """The same way back."""
+    return [
+        m._replace(start=m.end, end=m.start, clockwise=None if m.clockwise is None else not m.clockwise)
+        for m in reversed(path)
+    ]
+
+
+def is_closed(path: Sequence[Move]) -> bool:
+    """Whether a contour ends where it begins."""
+    return math.dist(flat(path[0], False), flat(path[-1], True)) < CLOSED
