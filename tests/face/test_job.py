@@ -81,3 +81,28 @@ def test_shares():
     assert (share.number, share.of) == (2, 8)
     with pytest.raises(UsageError, match="--shard"):
         share_of("2 of 8")
+
+
+class LateJob(SquareJob):
+    """Says its files behind the answer, and ends with a fault that was put off."""
+
+    names_files_last = True
+
+    def notes(self, loaded: int, result: int) -> list[str]:
+        return ["note: small"]
+
+    def finish(self, loaded: int, result: int) -> None:
+        self.steps.append("finish")
+        raise RuntimeError("put off")
+
+
+def test_what_is_said_last_and_what_is_put_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Files and answer are there before the fault is raised."""
+    job = LateJob(3)
+    with pytest.raises(RuntimeError, match="put off"):
+        run_job(job, Flags(out=tmp_path))
+    told = capsys.readouterr()
+    assert told.out == "square 9\n"
+    assert told.err == f"note: small\nwrote {tmp_path}/square.json, square.txt\n"
+    assert (tmp_path / "square.json").is_file()
+    assert job.steps == ["load", "run", "finish"]

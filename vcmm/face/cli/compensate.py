@@ -94,7 +94,15 @@ def compensate_command(
     made_for = _MadeFor(setup, dialect, set_on)
     if offset_only:
         return run_job(OffsetJob(program, made_for), Flags(json))
-    options = _Options(tolerance, decimals, carry, growth, inline, orientation, surface)
+    options = _Options(
+        tolerance,
+        decimals,
+        carry=carry,
+        growth=growth,
+        inline=inline,
+        orientation=orientation,
+        surface=surface,
+    )
     return run_job(CompensateJob(program, made_for, options, out, diff, plot), Flags(json))
 
 

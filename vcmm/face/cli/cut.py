@@ -82,16 +82,8 @@ def cut_command(
     )
     other = _inspection_program(inspect, tolerance, back is not None or sharing.share is not None)
     job = CutJob(
-        scenario,
-        trials,
-        seed,
-        engine=engine,
-        measured=back,
-        other=other,
-        require=require,
-        folder=out,
-        sharing=sharing,
-    )
+        scenario, trials=trials, seed=seed, engine=engine, measured=back, other=other, require=require, folder=out, sharing=sharing
+    )  # fmt: skip
     return run_shared(job, Flags(json, out))
 
 
@@ -194,14 +186,8 @@ class CutJob(SharedJob[CutTask, CutPart]):
             return CutPart(result, code, None)
         folder = self.folder or back.file.parent
         came = came_back(
-            self.scenario,
-            loaded.scenario,
-            loaded.points,
-            in_machine=back.in_machine,
-            seed=self.seed,
-            folder=folder,
-            report=report,
-        )
+            self.scenario, loaded.scenario, loaded.points, in_machine=back.in_machine, seed=self.seed, folder=folder, report=report,
+        )  # fmt: skip
         return CutPart(result, code, came)
 
     def record(self, loaded: CutTask, result: CutPart) -> Record:

@@ -80,7 +80,9 @@ def evaluate_command(
         from vcmm.face.cli.evaluate_compare import EvaluateCompareJob
 
         further = export or evidence
-        job = EvaluateCompareJob(scenario, cut, given, trials, seed, further, require, out)
+        job = EvaluateCompareJob(
+            scenario, cut, given, trials=trials, seed=seed, further=further, require=require, folder=out
+        )
         return run_job(job, Flags(json, out))
     return run_job(EvaluateJob(scenario, given, trials, seed, export, require), flags)
 

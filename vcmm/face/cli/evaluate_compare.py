@@ -90,7 +90,9 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
                 ))  # fmt: skip
         folder = self.folder or given.file.parent
         in_machine = given.frame == "machine"
-        back = came_back(loaded.file, loaded.cut, loaded.points, in_machine, self.seed, folder, report)
+        back = came_back(
+            loaded.file, loaded.cut, loaded.points, in_machine=in_machine, seed=self.seed, folder=folder, report=report
+        )  # fmt: skip
         code = decision_code((e.result for p in parts for e in p.characteristics), self.require)
         warnings = [*(w for p in parts for w in p.warnings), *_unsaid(loaded.measuring), *back.warnings]
         return EvaluatedBesideCut(parts, replace(back, warnings=tuple(dict.fromkeys(warnings))), code)

@@ -63,7 +63,9 @@ def diagnose_cut(
     named, why = machine_file(scenario)
     if named is None:
         raise UsageError(f"{scenario}: {why}; the loop writes what it finds into a machine file")
-    back = came_back(scenario, load_cut(scenario), given, in_machine, None, folder, report)
+    back = came_back(
+        scenario, load_cut(scenario), given, in_machine=in_machine, seed=None, folder=folder, report=report
+    )
     written = back.recording
     assert written is not None
     recording, known = load_recording(written, None)

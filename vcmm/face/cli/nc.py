@@ -72,7 +72,9 @@ def nc_command(
         from vcmm.show.console.program_document import json_job
 
         return json_job(program, dialect, at_level(None, strict))
-    job = NcJob(program, dialect, setup, loaded, strict, moves, time, plot, write_setup, out)
+    job = NcJob(
+        program, dialect, setup, loaded, strict=strict, moves=moves, time=time, plot=plot, write_setup=write_setup, folder=out
+    )  # fmt: skip
     return job.print_stream() if json else run_job(job, Flags())
 
 
