@@ -116,8 +116,8 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
     if given["thermal"]:
         from vcmm.face.cli.calibrate_thermal import thermal_command
 
-        wanted.without("--thermal", **rest("errors interpolation residual report growth"))
-        return thermal_command(wanted, sensors, json)
+        wanted.without("--thermal", **rest("errors interpolation residual growth"))
+        return thermal_command(wanted, sensors, json, given["report"])
     return None
 
 

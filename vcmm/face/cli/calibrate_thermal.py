@@ -5,10 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from vcmm.face.cli.calibrate_given import CalibrationFiles
 
 
-def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) -> int:
+def thermal_command(
+    wanted: CalibrationFiles, sensors: list[str], json: bool, report: Path | None = None
+) -> int:
     """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
     from vcmm.files.learned.thermal_terms import thermal_text, written_terms
     from vcmm.files.own.recording import load_recording
@@ -24,8 +28,9 @@ def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) ->
 
     given, out = wanted.load(), wanted.out
     assert wanted.machine is not None
-    if out is not None:
-        output_folder(out.parent)
+    for file in (out, report):
+        if file is not None:
+            output_folder(file.parent)
     asked = [load_recording(path, given.machine)[0] for path in wanted.test]
     for one in asked:
         warm_readings(one, given.machine)  # refused before anything is written
@@ -35,6 +40,11 @@ def thermal_command(wanted: CalibrationFiles, sensors: list[str], json: bool) ->
         files = [f.name for f in wanted.files]
         write_text(out, thermal_text(found, given.machine, wanted.machine, out, files))
         say(f"wrote {out}")
+    if report is not None:
+        from vcmm.show.pages.thermal import thermal_page
+
+        write_text(report, thermal_page(found, given.machine, rows))
+        say(f"wrote {report}")
     tests, nets = wanted.tests(), _nets(asked, given, list(found.trained))
     if json:
         body = {
