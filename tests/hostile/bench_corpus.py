@@ -66,7 +66,7 @@ SLOTS: dict[str, Slot] = {
     "known errors": ("a.csv", lambda v: recording(f"[known]\ndata = {v}\n")),
     "table of errors": ("errors.csv", lambda v: recording(machine=OURS + f"[errors]\ntable = {v}\n")),
     "covariance": ("cov.csv", lambda v: recording(machine=OURS + f'[errors]\ntable = "m.toml"\ncovariance = {v}\n') | {"errors.csv": SECRETS["errors.csv"]}),
-    "table in an inline machine": ("errors.csv", lambda v: recording(head=HEAD.replace('"m.toml"', '{ kind = "cmm", structure = "w b Y X Z t", axes = { X = { travel = ["0 mm", "600 mm"] }, Y = { travel = ["0 mm", "500 mm"] }, Z = { travel = ["-400 mm", "0 mm"] } }, errors = { table = %s } }' % v))),
+    "table in an inline machine": ("errors.csv", lambda v: recording(head=HEAD.replace('"m.toml"', '{ kind = "cmm", structure = "w b Y X Z t", axes = { X = { travel = ["0 mm", "600 mm"] }, Y = { travel = ["0 mm", "500 mm"] }, Z = { travel = ["-400 mm", "0 mm"] } }, errors = { table = ' + v + ' } }'))),
     "machine of a cut": ("m.toml", lambda v: cutting(scenario=f'"mill.toml" => {v}')),
     "program": ("part.nc", lambda v: cutting(scenario=f'"part.nc" => {v}')),
     "set-up": ("setup.toml", lambda v: cutting(scenario=f'"setup.toml" => {v}')),
