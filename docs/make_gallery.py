@@ -29,8 +29,8 @@ FIGURE = re.compile(
 HEAD = """# Gallery
 
 Pictures of the trade, as the reports hold them: in a page each carries its numbers as data (`data-chart`), and tests compare these with the
-table beside it. `python docs/make_gallery.py` takes each out of the report that its command writes. `vcmm new plate` and `vcmm new ballbar` write the
-files that the commands name; `axis.toml` stands in `docs/gallery/`.
+table beside it. `python docs/make_gallery.py` takes each out of the report that its command writes. `vcmm new plate`, `ballbar`, `traced_cmm` and `worn_cmm`
+write the files that the commands name; `axis.toml` stands in `docs/gallery/`.
 """
 
 
@@ -51,8 +51,13 @@ class Picture:
 PLATE = "uncertainty plate.toml --trials 20000 --out plate"
 BALLBAR = "diagnose ballbar.toml --out ballbar-report"
 PLACE = "place plate.toml --evaluations 300 --scan 256 --trials 5000 --out placed"
+THERMAL = "calibrate thermal traced_cmm/warm_up.toml --machine traced_cmm/machine.toml --report thermal.html"
 CALIBRATE = "calibrate traced_cmm.toml --machine traced_cmm/machine.toml --report calibrated.html"
-SCENE = ("scene.png", "view plate.toml --close --png scene.png")  # drawn by pyvista, no chart of a page
+SCENES = (  # drawn by pyvista, no charts of a page: file, command, title, words, notebook
+    ("scene.png", "view plate.toml --close --png scene.png", "Touches in space", "The part with every touch and its standard uncertainty, magnified as the picture says.", "01_first_uncertainty"),
+    ("slices.png", "view worn_cmm/machine.toml --look slices --png slices.png", "Slices through a volume", "The size of the tip error on three planes through the middle of the travels.", "06_calibrating"),
+    ("hull.png", "view worn_cmm/machine.toml --look hull --png hull.png", "A volume as it is bent", "The sides of the travels with their tip errors, magnified as the picture says.", "06_calibrating"),
+)  # fmt: skip
 PICTURES = (
     Picture("decision", "Decision of ISO 14253-1", PLATE, "plate/report.html", "decision", 0, "01_first_uncertainty", "The result with its interval among conformance, uncertainty and non-conformance zone."),
     Picture("waterfall", "How u grows", PLATE, "plate/report.html", "waterfall", 0, "02_reading_a_budget", "Contributions added in quadrature, the largest first; the last bar is u of the table."),
@@ -60,6 +65,8 @@ PICTURES = (
     Picture("labels", "Results on the part", PLATE, "plate/report.html", "callouts", 0, "01_first_uncertainty", "Deviation from nominal with U and decision, a leader line to the feature; a distance is joined as by a dimension."),
     Picture("placed", "Where the part may lie", PLACE, "placed/report.html", "map", 0, "04_placing_a_part", "The objective over two freedoms of the pose, with the pose found."),
     Picture("calibrated", "An error as it was found", CALIBRATE, "calibrated.html", "curve", 0, "06_calibrating", "A component error over its axis, with its band."),
+    Picture("warm", "Temperatures of a warm-up", THERMAL, "thermal.html", "curve", 0, "06_calibrating", "What the sensors of a machine read while it warms up."),
+    Picture("drift", "Drift over time, before and after", THERMAL, "thermal.html", "curve", 1, "06_calibrating", "Readings over the time of a warm-up, and what the thermal terms leave of them."),
     Picture("positioning", "ISO 230-2 band chart", "test axis.toml --iso 230-2 --report axis/report.html", "axis/report.html", "positioning", 0, "06_calibrating", "Means of both directions, mean ± 2 s, and what A and E span."),
     Picture("ballbar", "Trace of a ball bar", "test ballbar.toml --iso 230-4 --report circle/report.html", "circle/report.html", "trace", 0, "07_diagnosing_a_real_log", "Both senses of rotation about the centre of their common least-squares circle."),
     Picture("before", "A diagnosis, before", BALLBAR, "ballbar-report/report.html", "trace", 0, "07_diagnosing_a_real_log", "What the machine file leaves of the trace."),
@@ -96,7 +103,7 @@ def take(picture: Picture, folder: Path, done: set[str]) -> tuple[dict[str, Any]
 def lay_out(folder: Path) -> None:
     """The files that the commands name."""
     with chdir(folder):
-        for name in ("plate", "ballbar", "traced_cmm"):
+        for name in ("plate", "ballbar", "traced_cmm", "worn_cmm"):
             if run(["new", name]) != 0:
                 raise SystemExit(f"vcmm new {name} failed")
     for name in ("axis.toml", "axis.csv", "machine.toml"):
@@ -111,11 +118,10 @@ def page() -> str:
             f"## {p.title}\n\n{p.words}\n\n![{p.title}](gallery/{p.name}.svg)\n\n```text\nvcmm {p.command}\n```\n\n"
             f"Notebook: `notebooks/{p.notebook}.py` · numbers: `docs/gallery/{p.name}.json`\n"
         )
-    name, command = SCENE
-    parts.append(
-        f"## Touches in space\n\nThe part with every touch and its standard uncertainty, magnified as the picture says.\n\n![Touches in space](gallery/{name})\n\n"
-        f"```text\nvcmm {command}\n```\n\nNotebook: `notebooks/01_first_uncertainty.py`\n"
-    )
+    for name, command, title, words, notebook in SCENES:
+        parts.append(
+            f"## {title}\n\n{words}\n\n![{title}](gallery/{name})\n\n```text\nvcmm {command}\n```\n\nNotebook: `notebooks/{notebook}.py`\n"
+        )
     return "\n".join(parts)
 
 
@@ -124,10 +130,11 @@ def main(names: Sequence[str]) -> None:
     done: set[str] = set()
     with tempfile.TemporaryDirectory(prefix="gallery-") as folder:
         lay_out(Path(folder))
-        if not names or "scene" in names:
-            with chdir(folder):
-                run(SCENE[1].split())
-            (HERE / "gallery" / SCENE[0]).write_bytes((Path(folder) / SCENE[0]).read_bytes())
+        for name, command, *_ in SCENES:
+            if not names or name.removesuffix(".png") in names:
+                with chdir(folder):
+                    run(command.split())
+                (HERE / "gallery" / name).write_bytes((Path(folder) / name).read_bytes())
         for picture in chosen:
             numbers, svg = take(picture, Path(folder), done)
             (HERE / "gallery" / f"{picture.name}.svg").write_text(standing_alone(svg), encoding="utf-8")

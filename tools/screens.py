@@ -48,6 +48,7 @@ SCREENS = (
     Screen("diagnose", "diagnose ballbar.toml --out diagnosed", "diagnosed/report.html", narrow=True),
     Screen("acceptance", "test axis.toml --iso 230-2 --report axis/report.html", "axis/report.html"),
     Screen("calibrate", "calibrate traced_cmm.toml --machine traced_cmm/machine.toml --report calibrated.html", "calibrated.html", narrow=True),
+    Screen("thermal", "calibrate thermal traced_cmm/warm_up.toml --machine traced_cmm/machine.toml --report thermal.html", "thermal.html"),
     Screen("field", "field plate.toml --out field", "field/field.html"),
     Screen("compare", "compare ballbar.toml --machine diagnosed/machine.toml --out compared", "compared/report.html"),
     Screen("cut", CUT, "cut/report.html", narrow=True),

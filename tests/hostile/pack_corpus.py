@@ -63,7 +63,7 @@ def cases(honest: bytes, out: Path) -> Iterator[Pack]:
     yield from _archives(honest)
 
 
-def _said(data: Data, edit: Callable[[dict[str, Any]], None]) -> Data:
+def _said(data: Data, edit: Callable[[dict[str, Any]], object]) -> Data:
     said = json.loads(data["evidence.json"])
     edit(said)
     return data | {"evidence.json": json.dumps(said).encode()}
@@ -313,7 +313,7 @@ def _documents(honest: bytes) -> Iterator[Pack]:
             if (key, name) != ("libraries", "an object"):
                 yield Pack(
                     f"{key} is {name}", packed(_said(data, lambda s, k=key, v=value: s.update({k: v})))
-                )  # type: ignore[misc]
+                )
     paints = _said(data, lambda s: s.update(version="\x1b[2J\x1b]0;owned\x07"))
     yield Pack("a version that paints", packed(paints), codes=(0,))
 
@@ -338,10 +338,10 @@ def _archives(honest: bytes) -> Iterator[Pack]:
         at = whole.index(b"evidence.json") + 30
         whole[at : at + 20] = b"\xff" * 20
         yield Pack(f"a spoilt member, {name}", bytes(whole))
-    method = bytearray(honest)
-    at = method.index(b"PK\x01\x02")
-    method[at + 10 : at + 12] = struct.pack("<H", 97)
-    yield Pack("a method that is none", bytes(method))
+    unknown = bytearray(honest)
+    at = unknown.index(b"PK\x01\x02")
+    unknown[at + 10 : at + 12] = struct.pack("<H", 97)
+    yield Pack("a method that is none", bytes(unknown))
     secret = bytearray(honest)
     secret[at + 8] |= 1
     yield Pack("locked by a password", bytes(secret))

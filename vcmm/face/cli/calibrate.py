@@ -133,8 +133,8 @@ def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> 
     if given["thermal"]:
         from vcmm.face.cli.calibrate_thermal import ThermalJob
 
-        wanted.without("--thermal", **rest("errors interpolation residual report growth"))
-        return ThermalJob(wanted, sensors)
+        wanted.without("--thermal", **rest("errors interpolation residual growth"))
+        return ThermalJob(wanted, sensors, given["report"])
     return None
 
 

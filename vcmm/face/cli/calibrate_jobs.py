@@ -136,6 +136,7 @@ def thermal_command(
     machine: Path | None = None,
     sensors: str = "",
     test: Tests = None,
+    report: Path | None = None,
     json: Json = False,
     out: Path | None = None,
 ) -> int:
@@ -151,13 +152,22 @@ def thermal_command(
         The only sensors to look at, such as "spindle air". Default: all.
     test
         A recording that the fit does not use: what the written file predicts of it.
+    report
+        File for the HTML report: temperatures and drift over time, before and after.
     json
         Print one JSON document.
     out
         Machine file to write.
     """
     return calibrate_command(
-        *recordings, machine=machine, thermal=True, sensors=sensors, test=test, json=json, out=out
+        *recordings,
+        machine=machine,
+        thermal=True,
+        sensors=sensors,
+        test=test,
+        report=report,
+        json=json,
+        out=out,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from vcmm.core.errors import UsageError
@@ -17,6 +18,7 @@ from vcmm.learn.calibration.thermal_terms import warm_readings
 from vcmm.learn.calibration.verification import IndependentTest
 from vcmm.show.console.files import output_folder, write_text
 from vcmm.show.console.terminal import say, show_answers, show_table
+from vcmm.show.pages.thermal import thermal_page
 from vcmm.show.tables.answers_runs import thermal_answers
 from vcmm.show.tables.calibration import TESTS, independent_tests
 from vcmm.show.tables.table import records
@@ -45,12 +47,14 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
 
     wanted: CalibrationFiles
     sensors: list[str]
+    report: Path | None = None
     schema = "vcmm.thermal/1"
 
     def load(self) -> ThermalInput:
         given = self.wanted.load()
-        if self.wanted.out is not None:
-            output_folder(self.wanted.out.parent)
+        for file in (self.wanted.out, self.report):
+            if file is not None:
+                output_folder(file.parent)
         asked = [load_recording(path, given.machine)[0] for path in self.wanted.test]
         for one in asked:
             warm_readings(one, given.machine)  # refused before anything is written
@@ -66,6 +70,11 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
             files = [f.name for f in wanted.files]
             write_text(wanted.out, thermal_text(found, given.machine, wanted.machine, wanted.out, files))
             say(f"wrote {wanted.out}")
+        if self.report is not None:
+            write_text(
+                self.report, thermal_page(found, given.machine, term_rows(found, written_terms(found)))
+            )
+            say(f"wrote {self.report}")
         return ThermalTerms(found, wanted.tests(), _nets(loaded.asked, given, list(found.trained)))
 
     def record(self, loaded: ThermalInput, result: ThermalTerms) -> Record:

@@ -132,6 +132,8 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
 
     files = {one["file"] for one in said["files"]}
     words = [str(folder / w) if w in files else w for w in said["command"]]
+    if words[:1] in JOBS and words[1:2] and not words[1].startswith("-") and said["command"][1] not in files:
+        raise DataError("the command of the pack names a scenario outside the given files; nothing was run")
     if not _is_written_here(said["command"], files):
         raise DataError(
             f"the command of the pack is no job that --evidence writes ({_command_of(said)}); nothing was run"

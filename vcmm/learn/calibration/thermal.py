@@ -48,6 +48,7 @@ class ThermalModel:
     unused: dict[str, str]
     repeats: float
     outliers: int
+    fit: ThermalFit  # the readings, and the terms with the lags at which the search ended
 
     def effects(self) -> list[Effect]:
         """The terms as effects of a machine, with the range that they were learnt from."""
@@ -106,4 +107,5 @@ def _model(fit: ThermalFit, trained: dict[str, tuple[float, float]], unused: dic
         unused=unused,
         repeats=repeating(kept),
         outliers=int(sum((w == 0).sum() for w in weight)),
+        fit=fit,
     )

@@ -59,7 +59,7 @@ def volume_scene(machine: Machine) -> list[r.Lines]:
 def _deformed_lines(error_map: ErrorField, axes: list[str], n: int) -> tuple[list[r.Lines], float]:
     """The lines of both grids, and by how much the errors are magnified."""
     nominal = _points(error_map)
-    factor = _magnification(nominal, error_map.tip_error)
+    factor = magnification_of(nominal, error_map.tip_error)
     shape = (n,) * len(axes) + (3,)
     ideal = nominal.reshape(shape)
     bent = ideal + factor * error_map.tip_error.reshape(shape)
@@ -108,7 +108,7 @@ def _points(error_map: ErrorField) -> Array:
 
 def _arrows(error_map: ErrorField) -> str:
     points = _points(error_map) + error_map.run.offset
-    factor = _magnification(points, error_map.tip_error)
+    factor = magnification_of(points, error_map.tip_error)
     dots, arrows = (
         r.Points(points, "muted", 1.5),
         r.Arrows(points, error_map.tip_error, factor, name="tip error"),
@@ -116,7 +116,7 @@ def _arrows(error_map: ErrorField) -> str:
     return r.scene([dots, arrows], title="Tip errors at the given positions")
 
 
-def _magnification(points: Array, errors: Array) -> float:
+def magnification_of(points: Array, errors: Array) -> float:
     largest = float(np.linalg.norm(errors, axis=1).max(initial=0.0))
     size = float(np.ptp(points, axis=0).max(initial=1.0)) or 1.0
     if largest == 0:

@@ -120,8 +120,8 @@ def _mesh(plotter: Any, item: SceneMesh) -> None:
     mesh.cell_data[item.unit or "value"] = values
     plotter.add_mesh(
         mesh, scalars=item.unit or "value", cmap=list(scale.colours), clim=(scale.levels[0], scale.levels[-1]),
-        n_colors=len(scale.colours), nan_color="lightgrey", opacity=item.opacity,
-        scalar_bar_args={"title": item.unit, "n_labels": len(scale.levels), "color": INK, "vertical": True, "position_x": 0.88, "position_y": 0.3, "height": 0.5, "width": 0.05},
+        n_colors=len(scale.colours), nan_color="lightgrey", opacity=item.opacity, lighting=False,  # colours are those of the bar
+        scalar_bar_args={"title": f"{item.unit}\n", "n_labels": len(scale.levels), "color": INK, "vertical": True, "position_x": 0.88, "position_y": 0.3, "height": 0.5, "width": 0.05},
     )  # fmt: skip
 
 

@@ -1,0 +1,95 @@
+"""The page of `vcmm calibrate thermal`: temperatures over time, what the tip did, and what is left of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm.core.machine import Machine
+from vcmm.learn.calibration.thermal import ThermalModel
+from vcmm.learn.calibration.thermal_search import ThermalFit
+from vcmm.learn.calibration.thermal_terms import WarmReadings
+from vcmm.show import charts
+from vcmm.show import report as r
+from vcmm.show.charts import PlotSeries
+from vcmm.show.pages.header import OF_MACHINES, facts
+from vcmm.show.tables.answers_runs import thermal_answers
+from vcmm.show.tables.table import html
+from vcmm.show.tables.thermal import TermRow, terms
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MINUTE = 60.0  # s
+DIRECTIONS = "XYZ"
+
+
+def thermal_page(found: ThermalModel, machine: Machine, rows: Sequence[TermRow]) -> str:
+    """One self-contained HTML file."""
+    blocks = [r.heading("What was found"), html(terms(rows))]
+    plain = ThermalFit(found.fit.parts, (), np.zeros(0))
+    before = plain.solve(plain.lags, plain.weights())[1]
+    after = found.fit.solve(found.lags, found.fit.weights())[1]
+    for part, was, left in zip(found.fit.parts, before, after):
+        blocks.append(r.heading(part.recording.name))
+        blocks.append(charts.on_page(temperatures, part, sorted(found.trained)))
+        sides = _sides(part)
+        for name, mine in sides.items():
+            blocks.append(charts.on_page(drift, part, was, left, mine, name if len(sides) > 1 else ""))
+    blocks.append(
+        r.note(
+            "Before: readings less what the machine file says and less what set-up and zero may be. After: less the terms found too. "
+            f"{found.outliers} single readings stand out from their neighbours; they are drawn and were not fitted."
+        )
+    )
+    unused = [f"{sensor}: {why}" for sensor, why in found.unused.items()]
+    blocks += [r.note(f"Not used: {'; '.join(unused)}.")] if unused else []
+    return r.page(
+        f"Thermal report: {machine.name}",
+        blocks,
+        footer=f"vcmm {__version__}",
+        answers=thermal_answers(found, len(rows)),
+        facts=facts("", machine.name, machine.record, asked=OF_MACHINES),
+    )
+
+
+def temperatures(part: WarmReadings, sensors: Sequence[str], ax: charts.ChartSheet | None = None) -> Axes:
+    """What every sensor read over the time of a recording, degC over minutes."""
+    run = part.observer.run
+    series = [
+        PlotSeries(_minutes(run.columns["time_s"]), run.columns[f"temp_{name}_C"], name)
+        for name in sensors
+        if f"temp_{name}_C" in run.columns
+    ]
+    return charts.curve(
+        series, x_label="time / min", y_label="°C", title="Temperatures", zero_line=False, ax=ax
+    )
+
+
+def drift(
+    part: WarmReadings, was: np.ndarray, left: np.ndarray, mine: np.ndarray, side: str, ax: charts.ChartSheet | None = None
+) -> Axes:  # fmt: skip
+    """Readings of one direction over time before and after the terms, um over minutes; each keeps the colour that it has in a diagnosis."""
+    at = _minutes(part.observer.run.columns["time_s"])[part.recording.row][mine]
+    series = [
+        PlotSeries(at, 1e3 * was[mine], "before", marker=True, line=False, colour="c2"),
+        PlotSeries(at, 1e3 * left[mine], "after", marker="s", line=False, colour="c1"),
+    ]
+    title = f"Drift{f' along {side}' if side else ''}"
+    return charts.curve(series, x_label="time / min", y_label="µm", title=title, ax=ax)
+
+
+def _minutes(time: np.ndarray) -> np.ndarray:
+    return np.asarray((time - time[0]) / MINUTE)
+
+
+def _sides(part: WarmReadings) -> dict[str, np.ndarray]:
+    """Rows by the axis that their observation lies nearest to; all under one name where the recording states no direction."""
+    given = [part.observer.run.columns.get(f"n{letter}") for letter in "xyz"]
+    if any(one is None for one in given):
+        return {"": np.ones(len(part.value), dtype=bool)}
+    towards = np.abs(np.stack([np.asarray(one) for one in given], axis=1)[part.recording.row]).argmax(axis=1)
+    return {name: towards == i for i, name in enumerate(DIRECTIONS) if (towards == i).any()}
