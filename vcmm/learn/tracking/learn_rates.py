@@ -36,7 +36,6 @@ from vcmm.learn.tracking.rates import (
     log_priors,
     motion_of,
     nearest_level,
-    root_mean_square,
 )
 
 
@@ -212,9 +211,7 @@ def learn_rates(
     return used
 
 
-def _conditional(
-    seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str
-) -> tuple[Array, Array]:
+def _conditional(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str) -> tuple[Array, Array]:
     """(ln of the posterior, level) of every level of one rate that is still probable, all others as they are."""
     grid, priors = np.array(GRIDS[name]), log_priors(name)
     found: dict[int, float] = {}
