@@ -18,6 +18,7 @@ from vcmm.answer.evaluation.result import (
 from vcmm.answer.placing.result import PlacementResult
 from vcmm.core.axes import LINEAR, is_rotary
 from vcmm.core.views import line, picture
+from vcmm.files.learned.last_checks import check_parts
 from vcmm.files.learned.track_result import Track
 from vcmm.learn.calibration.identifiability import is_angle
 from vcmm.learn.calibration.result import Calibration
@@ -26,6 +27,7 @@ from vcmm.shop.machining.result import CutResult, rms_text
 from vcmm.show import charts
 from vcmm.show.charts.bars import MOST_BARS
 from vcmm.show.charts.distribution import coarsen
+from vcmm.show.check_pictures import beside_forecast
 from vcmm.show.report.answers import answer_of, in_one_line
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.response.recording import Recording
@@ -106,6 +108,8 @@ def probabilities(result: Diagnosis, ax: Sheet = None) -> Axes:
 
 @picture.register(Track)
 def over_time(track: Track, name: str | None = None, ax: Sheet = None) -> Axes:
+    if name and name.split(" ")[0] in [c.name for c in track.checks]:
+        return beside_forecast(check_parts(track, name)[0], ax)
     one = track.course(name) if name else max(track.courses, key=lambda c: c.moved)
     return charts.over_time(
         one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=track.checks[0].date,

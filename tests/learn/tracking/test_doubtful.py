@@ -121,3 +121,32 @@ def test_evaluated_values_have_the_line_of_time_since_calibration(tmp_path, caps
     words = ["evaluate", str(tmp_path / "task.toml"), "--values", str(tmp_path / "values.csv"), "--json"]
     assert run(words) == 0
     assert "machine_state by time since calibration" in capsys.readouterr().out
+
+
+def test_a_program_is_compensated_for_the_machine_of_the_day_and_its_part_keeps_the_line(tmp_path):
+    # k of the day times 116 mm (the axis of the tool from -58 to +58 mm) is what the width gains by the correction
+    machine = write_year(tmp_path, 5, lambda week: 6.0)
+    found = vcmm.track(machine, tmp_path / "checks", at="2026-06-01", explain=False)
+    found.write(tmp_path / "out")
+    for name, text in (
+        ("part.nc", PROGRAM),
+        ("cut.toml", CUT),
+        ("setup.toml", SETUP + "[control]\ncompensation = []\n"),
+    ):
+        (tmp_path / name).write_text(text)
+    words = [
+        "compensate",
+        str(tmp_path / "cut.toml"),
+        "--out",
+        str(tmp_path / "better.nc"),
+        "--decimals",
+        "5",
+    ]
+    assert run([*words, "--tolerance", "0.05 um"]) == 0
+    before = vcmm.cut(tmp_path / "cut.toml")["width"]
+    (tmp_path / "cut.toml").write_text(CUT.replace("part.nc", "better.nc"))
+    after = vcmm.cut(tmp_path / "cut.toml")["width"]
+    scale = found.machine.effects[-1].k
+    assert abs(before.value - after.value) == pytest.approx(116.0 * scale, rel=0.1)
+    lines = [next(b for b in r.budget if "time since calibration" in b.input).u for r in (before, after)]
+    assert lines[1] == pytest.approx(lines[0], rel=1e-4)  # what nobody knows is not corrected

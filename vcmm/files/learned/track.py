@@ -138,7 +138,9 @@ def track(
             f"--at {at} is before the last recording ({files[-1].date}), which the state knows; a state looks ahead, "
             "so name a later day, or follow a folder that ends before it"
         )
-    return Track(followed, machine_on(followed, when), at or files[-1].date, len(new), request.machine)
+    return Track(
+        followed, machine_on(followed, when), at or files[-1].date, len(new), request.machine, request.folder
+    )
 
 
 def _take_state_folder(request: TrackRequest) -> None:

@@ -20,6 +20,7 @@ from vcmm.core.whole_files import write_files
 from vcmm.files.learned.dated_machine import machine_files
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
+from vcmm.learn.tracking.kalman import GaussianState
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
 from vcmm.learn.tracking.quantities import TrackedQuantity
 
@@ -56,13 +57,17 @@ class NumberOverTime:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """followed: recordings, checks, rates and state. dated: the machine on the day `at`. added: recordings that this call took in."""
+    """followed: recordings, checks, rates and state. dated: the machine on the day `at`. added: recordings that this call took in.
+
+    original: the machine file that was followed; folder: of the recordings.
+    """
 
     followed: FollowedMachine
     dated: DatedMachine
     at: str
     added: int
     original: Path
+    folder: Path
 
     def __repr__(self) -> str:
         return (
@@ -111,7 +116,7 @@ class Track:
         for i, one in enumerate(picked):
             pick[i, rows[one.quantity.id]] = one.weights
             start[i] = one.weights @ one.quantity.value
-        ways, states = pick @ self.followed.ways, course(self.followed)
+        ways, states = pick @ self.followed.ways, self._states
         values = np.array([start + ways @ s.mean for s in states])
         us = np.array([np.sqrt(((ways @ s.factor) ** 2).sum(axis=1)) for s in states])
         last = float(self.followed.last or 0.0)
@@ -141,6 +146,19 @@ class Track:
             )
         return tuple(out)
 
+    @cached_property
+    def _states(self) -> list[GaussianState]:
+        return course(self.followed)
+
+    def states_before(self, number: int) -> tuple[Array, Array]:
+        """Mean and factor of the state on the day of a recording, before it was taken in."""
+        now = self.checks[number].when
+        if not number:
+            start = self.followed.started
+            return start.mean, start.factor
+        earlier = self.followed.motion.step(self._states[number - 1], now - self.checks[number - 1].when)
+        return earlier.mean, earlier.factor
+
     def course(self, name: str) -> NumberOverTime:
         """One number by its name. Raises KeyError with the closest names."""
         for one in self.courses:
@@ -149,7 +167,10 @@ class Track:
         raise KeyError(f'no "{name}" is followed.{choose_from(name, [c.name for c in self.courses])}')
 
     def plot(self, name: str | None = None, ax: Any = None) -> Axes:
-        """One number over the days with its 95 % band, checks, alarms and forecast; default: the one that moved most."""
+        """One number over the days with its 95 % band, checks, alarms and forecast; default: the one that moved most.
+
+        Of a recording's name ("345_bar.toml YZ"): the check beside what was forecast of it, round or along its axis.
+        """
         drawn: Axes = draw(self, name, ax)
         return drawn
 

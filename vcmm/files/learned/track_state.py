@@ -26,6 +26,7 @@ from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates
 
 TEXT, NUMBERS = "track.toml", "track.npz"
+SHAPES = 2  # of changes of a table: 2 begins with a straight line, 1 (not written) did not
 PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("columns", "value"))
 
 
@@ -89,6 +90,7 @@ def _text(followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...],
         f'machine_sha256 = "{machine}"',
         f'numbers_sha256 = "{numbers}"',
         f"alpha = {followed.alpha!r}",
+        f"shapes = {SHAPES}",
     ]
     for name, rate in zip(followed.tracked.groups, followed.rates):
         lines += [
@@ -131,6 +133,10 @@ def read_state(
     if any(not GroupRates.__dataclass_fields__.keys() <= r.keys() for r in data.get("rates", [])):
         raise DataError(
             f"{path}: an earlier version wrote this state, without trends and seasons; --replay works everything out anew"
+        )
+    if data.get("shapes") != SHAPES:
+        raise DataError(
+            f"{path}: another version wrote this state, with other shapes of what changes; --replay works everything out anew"
         )
     numbers = folder / NUMBERS
     if not numbers.is_file() or hashlib.sha256(numbers.read_bytes()).hexdigest() != data["numbers_sha256"]:

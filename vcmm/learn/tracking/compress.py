@@ -52,7 +52,7 @@ def see_recording(tracked: TrackedMachine, recording: Recording, name: str, when
     """name: its file; when: days. Raises ModelLimit for positions beyond the machine's tables or travels, naming the file."""
     try:
         problem = make_problem(recording, tracked.machine)
-        columns = _columns(tracked, problem)
+        columns = columns_of(tracked, problem)
     except ModelLimit as error:
         raise ModelLimit(f"{name}: {error}") from None
     root = _root(tracked, problem)
@@ -80,8 +80,8 @@ def see_recording(tracked: TrackedMachine, recording: Recording, name: str, when
     )
 
 
-def _columns(tracked: TrackedMachine, problem: Problem) -> Array:
-    """(m, stated + g)."""
+def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
+    """(m, stated + g): change of every observation per unit of each number."""
     rows = tracked.rows
     out = np.zeros((problem.m, tracked.factor.shape[0]))
     for q in tracked.quantities:

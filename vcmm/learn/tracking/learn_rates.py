@@ -36,7 +36,6 @@ from vcmm.learn.tracking.rates import (
     log_priors,
     motion_of,
     nearest_level,
-    root_mean_square,
 )
 
 
@@ -111,7 +110,7 @@ def _mixture_moments(means: list[Array], covariances: list[Array], weights: Arra
 
 FIRST = 3  # recordings: rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... of them
 SEEN = 1e-4  # information on a number of the usual size: what is below is not seen
-SWEEPS = 1  # each begins with the rates that were used until now
+SWEEPS = 4  # of the Gibbs sampler that count, after one that does not
 NEGLIGIBLE = 5.0  # nats below the best: no longer asked
 
 
@@ -189,27 +188,36 @@ def learn_rates(
     jumps: Sequence[Jump],
     start: tuple[GroupRates, ...],
 ) -> tuple[GroupRates, ...]:
-    """The rates after all recordings, from those that were used until now."""
+    """The rates after all recordings, from those that were used until now.
+
+    Random numbers are a function of the number of recordings alone.
+    """
     seen = seen_numbers(tracked, recordings, jumps)
+    shown = sorted(set(seen.groups.tolist()))  # of a group that no recording sees nothing is learnt
     rates = start
-    for _ in range(SWEEPS):
-        for k in sorted(set(seen.groups.tolist())):  # of a group that no recording sees nothing is learnt
-            for name in GRIDS:
-                rates = _with_average(seen, rates, k, name)
-            rates = _best_swing(seen, rates, k)
-    return rates
+    for k in shown:
+        rates = _best_swing(seen, rates, k)
+    rng, used = np.random.default_rng(len(recordings)), rates
+    variance = {(k, name): 0.0 for k in shown for name in GRIDS}
+    for sweep in range(SWEEPS + 1):
+        for k, name in variance:
+            logs, levels = _conditional(seen, rates, k, name)
+            weights = np.exp(logs - logs.max())
+            weights /= weights.sum()
+            variance[k, name] += float(weights @ levels**2) / SWEEPS if sweep else 0.0
+            rates = _with(rates, k, name, float(rng.choice(levels, p=weights)))
+    for (k, name), value in variance.items():
+        used = _with(used, k, name, float(np.sqrt(value)))
+    return used
 
 
-def _with_average(
-    seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str
-) -> tuple[GroupRates, ...]:
-    """Rates with the root mean square of one of them over its posterior, the others as they are."""
+def _conditional(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str) -> tuple[Array, Array]:
+    """(ln of the posterior, level) of every level of one rate that is still probable, all others as they are."""
     grid, priors = np.array(GRIDS[name]), log_priors(name)
     found: dict[int, float] = {}
 
     def ask(level: int) -> float:
-        tried = replace(rates[k], **_one(name, float(grid[level])))
-        found[level] = float(priors[level]) + log_evidence(seen, (*rates[:k], tried, *rates[k + 1 :]))
+        found[level] = float(priors[level]) + log_evidence(seen, _with(rates, k, name, float(grid[level])))
         return found[level]
 
     start = nearest_level(name, getattr(rates[k], name))
@@ -219,12 +227,13 @@ def _with_average(
         while 0 <= level < len(grid) and ask(level) > max(found.values()) - NEGLIGIBLE:
             level += way
     levels = sorted(found)
-    mean = root_mean_square(np.array([found[i] for i in levels]), grid[levels])
-    return (*rates[:k], replace(rates[k], **_one(name, mean)), *rates[k + 1 :])
+    return np.array([found[i] for i in levels]), grid[levels]
 
 
-def _one(name: str, rate: float) -> dict[str, Any]:
-    return {name: rate}
+def _with(rates: tuple[GroupRates, ...], k: int, name: str, rate: float) -> tuple[GroupRates, ...]:
+    """Rates with one of them replaced."""
+    asked: dict[str, Any] = {name: rate}
+    return (*rates[:k], replace(rates[k], **asked), *rates[k + 1 :])
 
 
 def _best_swing(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int) -> tuple[GroupRates, ...]:

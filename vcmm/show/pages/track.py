@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import __version__
+from vcmm.files.learned.last_checks import last_checks
 from vcmm.files.learned.track_result import Track
 from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries
+from vcmm.show.check_pictures import beside_forecast
 from vcmm.show.pages.header import OF_MACHINES, facts
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
@@ -42,6 +44,14 @@ def track_page(
     blocks.append(r.heading("Numbers over time"))
     drawn = sorted(track.courses, key=lambda c: -c.moved)[:DRAWN]
     blocks += [r.columns(*(charts.on_page(track.plot, c.name) for c in drawn)), html(tables.numbers(track))]
+    last = last_checks(track)
+    blocks += [
+        r.heading("Last checks beside their forecast"),
+        r.columns(*(charts.on_page(beside_forecast, part) for part in last)),
+        r.note(
+            "What was read, its zero and place fitted, and what was forecast of it the moment before, with the 95 % band of one reading."
+        ),
+    ]
     if planned is not None:
         blocks += [
             r.heading("What to check next"),

@@ -1,0 +1,41 @@
+"""A check beside its forecast: polar of a circle, over its axis of a line (layout of ISO 230-2 diagrams), else reading by reading."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcmm.files.learned.last_checks import CheckPart
+from vcmm.show import charts
+from vcmm.show.charts import ChartSheet, PlotSeries, PolarTrace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WAYS = ((1.0, "forwards", "o"), (-1.0, "backwards", "s"), (0.0, "read", "o"))
+
+
+def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axes:
+    """What was read, and what was forecast of it with the 95 % band of one reading."""
+    title = f"{part.name} of {part.date}\n{part.inside:.0%} of {len(part.seen)} readings within the 95 % band of their forecast"
+    if part.circle:
+        low, high = part.forecast - 1.96 * part.u, part.forecast + 1.96 * part.u
+        lines = [
+            PolarTrace("forecast, 95 %", part.place, low, "c2", thin=True),
+            PolarTrace("and its other end", part.place, high, "c2", thin=True),
+            PolarTrace("forecast", part.place, part.forecast, "c2"),
+            PolarTrace("read", part.place, part.seen, "c1"),
+        ]
+        return charts.traces(lines, title=title, ax=ax)
+    order = np.argsort(part.place, kind="stable")
+    place, middle, half = part.place[order], part.forecast[order], 1.96 * part.u[order]
+    series = [PlotSeries(place, middle, "forecast, ± 1.96 u", middle - half, middle + half, colour="c2")]
+    for way, name, marker in WAYS:
+        rows = part.up == way
+        if rows.any():
+            series.append(
+                PlotSeries(part.place[rows], part.seen[rows], name, marker=marker, line=False, colour="c1" if way >= 0 else "c3")
+            )  # fmt: skip
+    label = f"{part.axis} / mm" if part.axis else "number of the reading"
+    return charts.curve(series, x_label=label, y_label=part.unit, title=title, ax=ax)
