@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from vcmm.answer.evaluation.gaussian import Posterior
+from vcmm.answer.evaluation.gaussian import Posterior, posterior, whitener
 from vcmm.core.run import Run
 from vcmm.files.learned.renewed_tables import name_tables, renewed_files
 from vcmm.files.own.machine import load_machine
 from vcmm.learn.diagnosis.assembly import _renew_tables
 from vcmm.learn.diagnosis.candidates import Family, Option
+from vcmm.learn.diagnosis.confusion import Standing
+from vcmm.learn.diagnosis.estimates import Estimate
+from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, VERDICTS, Answer
-from vcmm.learn.diagnosis.select import Term
+from vcmm.learn.diagnosis.second_opinion import second_opinion
+from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.learn.diagnosis.special_cases import is_stale
 from vcmm.learn.diagnosis.table_renewal import RenewedTables, renew_tables, with_tables
 from vcmm.task.response.recording import Recording
 
@@ -133,3 +139,50 @@ def test_what_cannot_be_handed_over_is_named_and_not_modelled():
     assert "calibrate anew" in said[0]
     assert STATUS_NOT_MODELLED in VERDICTS
     assert STATUS_NOT_MODELLED == "named, not modelled"
+
+
+def test_a_criterion_that_counts_columns_is_not_asked_of_a_covariance():
+    """30 columns of 31 would have to pay 30 (ln 200 + 2 ln 31) = 365, though none of them is free; a scale beside them is asked."""
+    rng = np.random.default_rng(4)
+    wide, straight = rng.standard_normal((200, 30)), np.linspace(-1.0, 1.0, 200)[:, None]
+    y = wide @ rng.standard_normal(30) + 20.0 * straight[:, 0] + rng.standard_normal(200)
+    white = whitener(np.ones(200), np.zeros((200, 0)), np.zeros((200, 0)))
+    stale = Option(None, wide, np.ones(30), tuple(f"calibration[{i}]" for i in range(30)), 0.0)
+    families = (
+        Family("geometric_change", {"component": "all"}, (stale,)),
+        Family("scale", {"axis": "X"}, (Option(None, straight, np.ones(1), ("k",), 0.0),)),
+    )
+    found = dictionary(families, white)
+    terms = tuple(Term(f, f.options[0], f.options[0].columns, 1.0) for f in families)
+    x = np.concatenate([wide, straight], axis=1)
+    fit = posterior(x, y, 200, np.full(31, 10.0))
+    said = second_opinion(
+        found, Selection(terms, fit, y, y - x @ fit.mean), (Standing(9.0, 0.9, (), ()),) * 2, 200
+    )
+    assert said.names == ("scale[X]",)
+    assert said.agrees
+    assert said.lacks == (False, False)
+    # without the scale among the terms it is what the criterion has and the names have not
+    alone = posterior(wide, y, 200, np.full(30, 10.0))
+    other = second_opinion(
+        found, Selection(terms[:1], alone, y, y - wide @ alone.mean), (Standing(9.0, 0.9, (), ()),), 200
+    )
+    assert other.names == ("scale[X]",)
+    assert not other.agrees
+    assert other.lacks == (False,)
+
+
+def test_the_size_of_a_covariance_is_judged_by_rows_held_out():
+    assert is_stale("geometric_change", "all")
+    assert not is_stale("geometric_change", "EXX")
+    a = Answer(
+        "geometric_change",
+        {"component": "all"},
+        {"rms": Estimate(2.2, 1.6, (1.2, 7.3), "um")},  # u is more than half of it
+        0.975,
+        0.4,
+        (),
+        12.6,
+    )
+    assert not a.undetermined  # rows held out judge its tables
+    assert replace(a, where={"component": "EXX"}).undetermined

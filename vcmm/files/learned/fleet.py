@@ -7,7 +7,7 @@ work is taken up again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -15,15 +15,17 @@ from typing import Any
 
 from vcmm.core.blocks import Sharing
 from vcmm.core.errors import VcmmError, first_of
+from vcmm.core.run import Run
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.toml import read_toml
 from vcmm.learn.diagnosis.job import diagnose
-from vcmm.learn.diagnosis.result import diagnosis_json
+from vcmm.learn.diagnosis.result import Answer, diagnosis_json
 from vcmm.learn.diagnosis.trend import ALWAYS, STEADY, Trend, presence, trend
 
 COMMON_KEYS = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
 NO_TREND = Trend("")
+UM_PER_M = 1e-3  # of g1: um/m times mm is 1e-3 um
 Record = dict[str, Any]
 
 
@@ -98,7 +100,10 @@ def record_of(asked: FolderJob, file: str) -> Record:
             path, load_machine(asked.machine) if asked.machine else None, gaps=True
         )
         known["machine"] = machine.name
-        found = diagnosis_json(diagnose(recording, machine, seed=asked.seed))
+        diagnosed = diagnose(recording, machine, seed=asked.seed)
+        found = diagnosis_json(diagnosed)
+        for told, a in zip(found["answer"], diagnosed.answer):
+            told["family_size"] = family_size(a, recording.run)
     except VcmmError as error:
         return {**known, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
     except Exception as error:  # a fault of ours in one of thousands is told and does not end the others
@@ -113,6 +118,24 @@ def record_of(asked: FolderJob, file: str) -> Record:
     return {**known, "problem": None, "ours": False, **kept}
 
 
+def family_size(a: Answer, run: Run) -> Record | None:
+    """Of a play, constant or growing along its axis, the play in the middle of the rows: one number whichever of the two is named.
+
+    gap(q) = g0 + g1 q at q in the middle of the range; u(g0) + |q| u(g1) is the most that its u can be (Cauchy and Schwarz).
+    """
+    effect = a.fitted
+    if effect is None or not effect.about.gap_parameter:
+        return None
+    sizes = [a.parameters[n] for n in (effect.about.gap_parameter, "g1") if n in a.parameters]
+    axis = str(a.where.get("axis", ""))
+    if not sizes or set(a.parameters) - {effect.about.gap_parameter, "g1", "rms"} or axis not in run.position:
+        return None
+    q = run.position[axis]
+    arm = (1.0, 0.5 * float(q.min() + q.max()) * UM_PER_M)[: len(sizes)]
+    value = sum(k * e.value for k, e in zip(arm, sizes))
+    return {"value": value, "u": sum(abs(k) * e.u for k, e in zip(arm, sizes)), "unit": sizes[0].unit}
+
+
 def in_time(records: Sequence[Record]) -> list[Record]:
     """Machine by machine, by date, then by file."""
     return sorted(records, key=lambda r: (r["machine"], r["date"], r["file"]))
@@ -124,7 +147,8 @@ def changes(records: Sequence[Record]) -> list[Change]:
     good = [r for r in in_time(records) if r["problem"] is None]
     for machine in dict.fromkeys(r["machine"] for r in good):
         own = [r for r in good if r["machine"] == machine]
-        numbers = [_numbers(r) for r in own]
+        mixed = _mixed(own)
+        numbers = [_numbers(r, mixed) for r in own]
         for key in dict.fromkeys(k for n in numbers for k in n) if len(own) > 1 else ():
             out.append(_change(machine, key, own, [n.get(key) for n in numbers]))
     return out
@@ -150,13 +174,35 @@ def _moment(date: str) -> float | None:
         return None
 
 
-def _numbers(record: Mapping[str, Any]) -> dict[tuple[str, str, str], tuple[float, float]]:
-    """(name, parameter, unit) -> value and u of what was found in a recording."""
+def _stood(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [a for a in record["answer"] if not a["doubtful"] and not a["alias_of"]]
+
+
+def _family_of(answer: Mapping[str, Any]) -> str:
+    """'play Y'"""
+    return " ".join((answer.get("family") or answer["effect"], *(str(v) for v in answer["where"].values())))
+
+
+def _mixed(records: Sequence[Record]) -> set[str]:
+    """Families at a place of which the recordings name more than one member, each with a size of the family: they are one course."""
+    named: dict[str, set[str]] = {}
+    for a in (a for r in records for a in _stood(r)):
+        named.setdefault(_family_of(a), set()).add(a["effect"] if a.get("family_size") else "")
+    return {family for family, of in named.items() if len(of) > 1 and "" not in of}
+
+
+def _numbers(
+    record: Mapping[str, Any], mixed: Collection[str] = ()
+) -> dict[tuple[str, str, str], tuple[float, float]]:
+    """(name, parameter, unit) -> value and u of what was found in a recording; of a family in `mixed` its size."""
     out = {}
-    for a in record["answer"]:
-        if not a["doubtful"] and not a["alias_of"]:
-            for parameter, e in a["parameters"].items():
-                out[name_of(a), parameter, e["unit"]] = (e["value"], e["u"])
+    for a in _stood(record):
+        if _family_of(a) in mixed:
+            e = a["family_size"]
+            out[_family_of(a), "size in the middle", e["unit"]] = (e["value"], e["u"])
+            continue
+        for parameter, e in a["parameters"].items():
+            out[name_of(a), parameter, e["unit"]] = (e["value"], e["u"])
     return out
 
 

@@ -28,7 +28,7 @@ from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLUTION_DELTA
 from vcmm.learn.diagnosis.contradictions import add_contradictions, pulls_of, told_pulls, unexplained_pulls
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, left_over, rms_left, setting_for
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
-from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something
+from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something, worsened_folds
 from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.judgement import Judgement
 from vcmm.learn.diagnosis.locate import locate, score_map
@@ -43,7 +43,8 @@ from vcmm.learn.diagnosis.scans import refused_changes
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Term, fitted_again, mismatch
 from vcmm.learn.diagnosis.shortfall import scatter_excess
-from vcmm.learn.diagnosis.table_renewal import is_stale, renew_tables
+from vcmm.learn.diagnosis.special_cases import is_stale
+from vcmm.learn.diagnosis.table_renewal import renew_tables
 from vcmm.learn.diagnosis.thinning import loss, thinning_text
 from vcmm.learn.diagnosis.verdict import beyond, clear_places, curves, doubts, reasons, verdict
 from vcmm.physics import ALL
@@ -156,6 +157,7 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
     excess = "" if rest else scatter_excess(one.selection, stage.white, stage.noise, stage.sample)
     pulls = pulls_of(given, named.stage)
     against = (*unmodelled, *_of_noise(one, every, searched, excess), *unexplained_pulls(pulls, given))
+    against = (*against, *_astray(given))
     y = clip_residuals(stage.white.apply(searched.residual), stage.white, stage.noise.noise.clip)
     is_named = any(not a.doubtful for a in every) or mistake is not None
     places_of, unnamed = clear_places(
@@ -237,6 +239,17 @@ def _renew_tables(
                 " anew (vcmm calibrate)"
             )
     return tuple(out), tuple(held), tuple(said)
+
+
+def _astray(given: DeliveredTerms) -> tuple[str, ...]:
+    """The far zones that what is handed over predicts worse than nothing does, for which blocks along the axis decided."""
+    if not given.selection.terms:
+        return ()
+    return tuple(
+        f"from the other rows the names predict the {fold} worse than nothing does: they hold between the rows (blocks held out along"
+        " that axis are predicted) and not beyond them"
+        for fold in worsened_folds(given.problem, given.parts, given.selection)
+    )
 
 
 def _of_noise(one: Judgement, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:

@@ -63,19 +63,21 @@ def deliver_terms(
     free = problem.without(gone)
     setting = setting_for(free, stage)
     own = known if not gone and not moving else None
-    parts = folds(free, *fitted_noise(free, stage)) if own is None else own
+    noise = fitted_noise(free, stage)
+    parts = folds(free, *noise) if own is None else own
     if moving:
         terms = _in_best_shapes(terms, wanted, setting)
     number, withheld = tuple(wanted), dict[int, str]()
     now = _refit(number, terms, setting)
     while number:
-        found = _trouble(free, parts, now)
+        found = _trouble(free, parts, now, noise)
         if not found:
             break
         rest = [tuple(k for k in number if k != i) for i in number]
         tried = [_refit(r, terms, setting) for r in rest]
         best = min(
-            range(len(rest)), key=lambda j: (len(_trouble(free, parts, tried[j])), rms_left(free, tried[j]))
+            range(len(rest)),
+            key=lambda j: (len(_trouble(free, parts, tried[j], noise)), rms_left(free, tried[j])),
         )
         (worst,) = set(number) - set(rest[best])
         withheld[worst] = found[0]
@@ -141,12 +143,15 @@ def _refit(number: Sequence[int], terms: Sequence[Term], setting: Setting) -> Se
     return fitted_again([terms[i] for i in number], setting) if number else joint((), setting)
 
 
-def _trouble(problem: Problem, parts: Sequence[Fold], now: Selection) -> list[str]:
+def _trouble(
+    problem: Problem, parts: Sequence[Fold], now: Selection, noise: tuple[Array, float]
+) -> list[str]:
     """Why a set of terms is not handed over, in words; empty where it may be."""
     if not now.terms:
         return []
     out = [
-        f"it makes rows worse that were not fitted ({fold})" for fold in worsened_folds(problem, parts, now)
+        f"it makes rows worse that were not fitted ({fold})"
+        for fold in worsened_folds(problem, parts, now, noise)
     ]
     plain = rms_left(problem, replace(now, terms=(), fit=None))
     return ([OWN_ROWS] if rms_left(problem, now) > plain else []) + out

@@ -28,7 +28,9 @@ from vcmm.learn.diagnosis.constants import (
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.select import Selection, Term
 from vcmm.physics import BY_NAME
-from vcmm.task.response.folds import Mask, fold_masks
+from vcmm.task.response.folds import FAR_ZONE, Mask, fold_masks
+
+BLOCKS = 10  # along an axis: each a third of the far zone
 
 
 @dataclass(frozen=True)
@@ -104,14 +106,41 @@ def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Te
     return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
 
 
-def worsened_folds(problem: Problem, parts: Sequence[Fold], selection: Selection) -> tuple[str, ...]:
-    """The folds that the terms make worse, beyond the noise of a fold; a free curve is not asked beyond its own zone."""
+def worsened_folds(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, noise: tuple[Array, float] | None = None
+) -> tuple[str, ...]:
+    """The folds that the terms make worse, beyond the noise of a fold; a free curve is not asked beyond its own zone.
+
+    noise: u (m,) and correlation, where the far zone of an axis is not to decide alone (see `predicts_blocks`).
+    """
     out = []
     for part in parts:
         asked = [t for t in selection.terms if tells(t, part)]
         if asked and judge(problem, part, selection, asked).worse > FAR:
+            axis = part.name.removeprefix(FAR_ZONE) if part.name.startswith(FAR_ZONE) else ""
+            if axis and noise is not None and predicts_blocks(problem, noise, selection, axis):
+                continue
             out.append(part.name)
     return tuple(out)
+
+
+def predicts_blocks(problem: Problem, noise: tuple[Array, float], selection: Selection, axis: str) -> bool:
+    """Do the terms predict blocks along an axis from their neighbours, both ways and by more than STRONG nats?
+
+    Of the far zone of an axis the other rows say nothing but what a shape says beyond its ends, and several that are right together
+    may go astray there. A file is used where rows were: so BLOCKS blocks of as many rows, every second one held out, decide.
+    """
+    place = problem.run.position[axis][problem.recording.row]
+    edges = np.quantile(place, np.arange(1, BLOCKS) / BLOCKS)
+    odd = np.searchsorted(edges, place, side="right") % 2 == 1
+    if min(odd.sum(), (~odd).sum()) < FEWEST:
+        return False
+    try:
+        halves = [fold_of(problem, *noise, f"blocks of {axis}", rows) for rows in (odd, ~odd)]
+    except ModelLimit:
+        return False
+    found = [judge(problem, fold, selection, selection.terms) for fold in halves]
+    return all(h.gain > 0.0 and h.worse < 0.0 for h in found) and sum(h.gain for h in found) > STRONG
 
 
 def _limit_outliers(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
@@ -190,7 +219,7 @@ def _own_zone(term: Term, fold: Fold) -> bool:
     axis = axis_of(str(term.family.where.get("component", ""))) or str(term.family.where.get("axis", ""))
     effect = term.option.effect
     harmonics = effect is not None and effect.diagnosis.size_name == "amplitude" and is_rotary(axis)
-    return (is_free_curve(term.family.name) or harmonics) and fold.name == f"far zone {axis}"
+    return (is_free_curve(term.family.name) or harmonics) and fold.name == f"{FAR_ZONE}{axis}"
 
 
 def tells(term: Term, fold: Fold) -> bool:

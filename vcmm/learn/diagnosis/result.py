@@ -32,6 +32,7 @@ from vcmm.learn.diagnosis.locate import Place
 from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.power import Detectable
+from vcmm.learn.diagnosis.special_cases import is_stale
 from vcmm.learn.diagnosis.statement_tests import Pull
 from vcmm.learn.diagnosis.thinning import loss
 
@@ -113,8 +114,10 @@ class Answer:
     @property
     def undetermined(self) -> bool:
         """May its size be anything: no size is known to better than half of itself, or next to nothing is explained by it and
-        the interval spans orders of magnitude?
+        the interval spans orders of magnitude? A calibration as a whole has no size of its own: rows held out judge its tables.
         """
+        if is_stale(self.effect, self.where.get("component")):
+            return False
         sizes = [e for name, e in self.parameters.items() if name not in self.scanned and e.value]
         if sizes and all(e.u > HALF * abs(e.value) for e in sizes):
             return True

@@ -6,6 +6,9 @@ Chosen is the better of what forward selection finds and of our names: its steps
 agrees. It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
 goes wrong otherwise. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
 does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
+
+The criterion counts free columns. A calibration that is stale as a whole has none: it is a covariance, wider than stated, over as many columns
+as there are numbers in the tables. So EBIC is not asked of it, and what it takes up is taken off before the others are judged.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from vcmm.learn.diagnosis.confusion import Standing, ranks
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, MOST_TERMS, NOTHING, SAME, SUREST, UNSEEN
 from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.learn.diagnosis.select import Selection, Term, basis_of
+from vcmm.learn.diagnosis.special_cases import is_stale
 from vcmm.learn.diagnosis.stability import same_physics
 
 
@@ -27,18 +31,27 @@ def second_opinion(
     found: Dictionary, selection: Selection, places: Sequence[Standing], dof: int
 ) -> SecondOpinion:
     """What EBIC chooses from a dictionary for the rows of a selection."""
-    theirs, own = _forward(found, selection.y, dof), selection.terms
-    lead = _ebic(own, found, selection.y, dof) - _ebic(theirs, found, selection.y, dof)
+    asked = [not _is_covariance(t) for t in selection.terms]
+    own = tuple(t for t, yes in zip(selection.terms, asked) if yes)
+    y = selection.y - sum(
+        (selection.signal(i) for i, yes in enumerate(asked) if not yes), np.zeros(len(selection.y))
+    )
+    theirs = _forward(found, y, dof)
+    lead = _ebic(own, found, y, dof) - _ebic(theirs, found, y, dof)
     theirs = own if lead <= 0.0 else theirs
-    span = basis_of(theirs, len(selection.y))
-    held = [_share(span, selection.signal(i)) >= SAME for i in range(len(own))]
+    span = basis_of(theirs, len(y))
+    held = [_share(span, selection.signal(i)) >= SAME for i in range(len(asked))]
     lacks = tuple(
-        not (holds or any(same_physics(t, mine) or t.family.name in place.names for t in theirs))
-        for mine, place, holds in zip(own, places, held)
+        yes and not (holds or any(same_physics(t, mine) or t.family.name in place.names for t in theirs))
+        for yes, mine, place, holds in zip(asked, selection.terms, places, held)
     )
     agrees = not any(lacks) and len(theirs) <= len(own)
     share = float(1.0 / (1.0 + np.exp(min(max(lead, 0.0) / 2.0, SUREST))))
     return SecondOpinion(tuple(t.family.id for t in theirs), agrees, share, lacks)
+
+
+def _is_covariance(term: Term) -> bool:
+    return is_stale(term.family.name, term.family.where.get("component"))
 
 
 def _share(basis: Array, signal: Array) -> float:
@@ -66,6 +79,7 @@ def _forward(found: Dictionary, y: Array, dof: int) -> tuple[Term, ...]:
         gain = np.add.reduceat(np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start)  # fmt: skip
         change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
         taken = {t.family.id for t in chosen}
+        taken |= {f.id for f in found.families if is_stale(f.name, f.where.get("component"))}
         change = np.where([found.families[k].id in taken for k in number], np.inf, change)
         best = int(np.argmin(change))
         if not change[best] < 0.0:

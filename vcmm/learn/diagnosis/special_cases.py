@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from vcmm.learn.diagnosis.mistakes import MISTAKE
 from vcmm.physics import BY_NAME
+from vcmm.physics.structure.geometric_change import GeometricChange
 
 
 def generalises(large: str, small: str) -> bool:
@@ -13,3 +14,8 @@ def generalises(large: str, small: str) -> bool:
     if small == MISTAKE:
         return large in BY_NAME and BY_NAME[large].diagnosis.holds_table_edits
     return small in BY_NAME and large in BY_NAME[small].diagnosis.special_case_of
+
+
+def is_stale(effect: str, component: object) -> bool:
+    """Is an answer the calibration as a whole? Its size is a covariance, not a number: the tables anew say how well each is known."""
+    return component == "all" and effect == GeometricChange.name

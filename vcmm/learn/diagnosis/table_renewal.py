@@ -27,7 +27,6 @@ from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Term
 from vcmm.physics.structure.component import CalibrationModes
-from vcmm.physics.structure.geometric_change import GeometricChange
 
 WIDER = tuple(
     2.0**k for k in range(len(SCALES))
@@ -69,11 +68,6 @@ class _TableInput:
     errors: tuple[str, ...]
     position: Array
     factor: Array
-
-
-def is_stale(effect: str, component: object) -> bool:
-    """Is an answer the calibration as a whole?"""
-    return component == "all" and effect == GeometricChange.name
 
 
 def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: int) -> RenewedTables | None:

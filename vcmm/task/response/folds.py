@@ -13,6 +13,7 @@ from vcmm.task.response.recording import SOURCE_LABEL, Ints
 
 Mask = npt.NDArray[np.bool_]
 SHARE = 0.3  # of the rows held out
+FAR_ZONE = "far zone "  # before the letter of an axis
 MOST_POSES = 4
 
 
@@ -37,7 +38,7 @@ def fold_masks(run: Run, row: Ints) -> list[tuple[str, Mask]]:
         speed = np.linalg.norm(run.vector(*speeds), axis=1)[row]
         out.append(("speed", _upper(np.round(speed, 6))))
     axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
-    out += [(f"far zone {a}", _upper(run.position[a][row])) for a in axes]
+    out += [(f"{FAR_ZONE}{a}", _upper(run.position[a][row])) for a in axes]
     return out
 
 
