@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm.files.learned.last_checks import CheckPart
 from vcmm.show import charts
 from vcmm.show.charts import ChartSheet, PlotSeries, PolarTrace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.files.learned.last_checks import CheckPart
 
 WAYS = ((1.0, "forwards", "o"), (-1.0, "backwards", "s"), (0.0, "read", "o"))
 

@@ -14,7 +14,7 @@ from vcmm.files.learned.fleet import Change
 from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.diagnosis.trend import STEP, Trend
 from vcmm.show.report.answers import answer_text
-from vcmm.show.tables import answers_parts, answers_runs
+from vcmm.show.tables import answers_machine, answers_parts, answers_runs
 from vcmm.show.tables.answers import answer_of
 
 
@@ -164,13 +164,13 @@ def test_a_part_that_departs_says_where_and_a_part_as_predicted_too():
 def test_the_loop_says_first_whether_the_next_part_is_right(
     met: bool, proof_met: bool, refused: str, verdict: str, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(answers_parts, "diagnosis_answers", lambda d: [])
+    monkeypatch.setattr(answers_machine, "diagnosis_answers", lambda d: [])
     proof = SimpleNamespace(allowed=0.0015, met=proof_met, after=SimpleNamespace(largest=0.001, worst="top"))
     loop: Any = SimpleNamespace(
         cut=SimpleNamespace(off=np.array([0.012, -0.02])), proof=proof, refused=refused, left="", setting="", met=met,
         program="next.nc", diagnosis=None,
     )  # fmt: skip
-    (line,) = answers_parts.loop_answers(loop)
+    (line,) = answers_machine.loop_answers(loop)
     assert line.verdict == verdict
     assert "this part 20.00 µm (2 measured points)" in line.result
     assert line.limits == "at most 1.50 µm"

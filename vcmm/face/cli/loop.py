@@ -31,7 +31,7 @@ from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say_warnings, show_answers
 from vcmm.show.pages.diagnosis import sentences
-from vcmm.show.tables.answers_parts import loop_answers
+from vcmm.show.tables.answers_machine import loop_answers
 from vcmm.show.tables.loops import loop_json, loop_text
 
 

@@ -66,7 +66,7 @@ def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
     problem = make_problem(recording, followed.tracked.machine)
     seen, forecast, u = _beside(followed, track.states_before(number), problem, followed.seen[number].noise)
     scale, unit = (1e6, "µrad") if recording.kind == "angle" else (1e3, "µm")
-    values = tuple(v * scale for v in (seen, forecast, u))
+    values = (seen * scale, forecast * scale, u * scale)
     parts = _circles(problem, (file, track.checks[number].date, unit), values)
     parts = parts or (_along(problem, (file, track.checks[number].date, unit), values),)
     return tuple(p for p in parts if name in (file, p.name)) or parts

@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.core.run import Array
 from vcmm.show.charts.canvas import ChartSheet, add_legend, as_data, canvas, carrying, plain, plain_label
 from vcmm.show.report.palette import LIGHT, SERIES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.core.run import Array
 
 SENSES = ((1.0, "upwards", "o"), (-1.0, "downwards", "s"), (0.0, "at rest", "."))
 

@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.core.run import Array
 from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, add_legend, canvas, carrying, plain, plain_label
 from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.core.run import Array
 
 
 def distribution(

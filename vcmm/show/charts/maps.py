@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.core.run import Array
 from vcmm.show.charts.canvas import (
     INK,
     MUTED,
@@ -28,6 +27,8 @@ from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.core.run import Array
 
 
 def heat_map(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.run import Array
 from vcmm.show.charts.canvas import ChartSheet, add_title, canvas, plain_label
 from vcmm.show.charts.maps import add_colour_bar, colours_of
 from vcmm.show.report.colormap import bands
@@ -15,6 +14,8 @@ from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.core.run import Array
 
 LONGEST = 0.12  # of the extent: the length of the largest arrow
 FLAT = 0.2  # of the longest edge: the shortest that is drawn

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm.core.run import Array
-from vcmm.show.charts.canvas import ChartSheet
 from vcmm.show.charts.curves import PlotSeries, curve
 from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.core.run import Array
+    from vcmm.show.charts.canvas import ChartSheet
 
 BAND = 1.96  # of the standard uncertainty: 95 %
 

@@ -20,12 +20,14 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vcmm import __version__
-from vcmm.answer.evaluation.declaration import DeclaredInfluence
 from vcmm.core.errors import DataError, Environment, UsageError
 from vcmm.core.text import brief
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.declaration import DeclaredInfluence
 
 SCHEMA = "vcmm.evidence/1"
 EVIDENCE, DOCUMENT, FILES = "evidence.json", "document.json", "files"

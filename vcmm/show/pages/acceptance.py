@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from vcmm import __version__
 from vcmm.core.axes import is_rotary
-from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.recorded_circles import circle_paths
 from vcmm.learn.calibration.recorded_lines import axis_line, axis_of
 from vcmm.show import charts as draw
@@ -16,6 +15,10 @@ from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers_runs import acceptance_answers
 from vcmm.show.tables.calibration import figures as figures_table
 from vcmm.show.tables.table import html
+
+if TYPE_CHECKING:
+    from vcmm.learn.calibration.acceptance import Figure
+    from vcmm.learn.calibration.deviations import RecordedTest
 
 SHOWN = ("A", "R", "E", "B", "M")
 NAMES = {"230-2": "positioning of an axis", "230-4": "circles"}

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm import __version__
-from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.show import charts as draw
 from vcmm.show import report as r
@@ -17,6 +17,9 @@ from vcmm.show.tables.answers_machine import calibration_answers
 from vcmm.show.tables.calibration import Residuals, errors_by_name, positioning, residuals
 from vcmm.show.tables.table import html, titled_html
 from vcmm.task.response.joining import joined_record
+
+if TYPE_CHECKING:
+    from vcmm.learn.calibration.acceptance import Figure
 
 MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
 

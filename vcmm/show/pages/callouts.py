@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm.answer.evaluation.result import CharacteristicResult
-from vcmm.core.run import Array
-from vcmm.part.part import Feature, Part
 from vcmm.show import charts as draw
 from vcmm.show.charts import Callout
 from vcmm.show.pages.view import feature_mesh
 from vcmm.show.report.answers import SMALL, STATE, is_about_value, places_of, signed_value
 from vcmm.show.report.scene_items import mesh_arrays
 from vcmm.show.report.scene_mesh import creases
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import CharacteristicResult
+    from vcmm.core.run import Array
+    from vcmm.part.part import Feature, Part
 
 MOST_LABELS = 14  # more than seven on either side cannot be read
 MOST_LINES = 3000  # of the outline: a mesh with more creases is drawn by its features

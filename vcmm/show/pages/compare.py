@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm import __version__
-from vcmm.core.run import Array
-from vcmm.learn.diagnosis.comparison import Comparison, Misfit
 from vcmm.learn.diagnosis.locate import short
 from vcmm.show import charts as draw
 from vcmm.show import report as r
@@ -16,6 +15,10 @@ from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import compare_answers
 from vcmm.show.tables.comparison import short_names, tables
 from vcmm.show.tables.table import html
+
+if TYPE_CHECKING:
+    from vcmm.core.run import Array
+    from vcmm.learn.diagnosis.comparison import Comparison, Misfit
 
 
 def compare_page(rows: Sequence[Comparison]) -> str:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm import __version__
 from vcmm.shop.cutting.solid import picture as stock_mesh
-from vcmm.shop.machining.result import CutResult, Patch
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.turned_blank import TurnedBlank, mesh
 from vcmm.shop.motion.toolpath import clock
 from vcmm.show import charts as draw
@@ -22,6 +21,10 @@ from vcmm.show.pages.uncertainty import characteristic_blocks
 from vcmm.show.tables.cut import finished_part, owners, surface
 from vcmm.show.tables.table import html
 from vcmm.show.tables.uncertainty import computation_table
+
+if TYPE_CHECKING:
+    from vcmm.shop.machining.result import CutResult, Patch
+    from vcmm.shop.machining.scenario import CutScenario
 
 
 def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = ()) -> str:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from inspect import cleandoc
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm import __version__
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
 from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.comparison import left_by
 from vcmm.learn.diagnosis.constants import LEAST_TOLD
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.plain_words import plain_words
-from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.row_order import as_in_the_file
-from vcmm.learn.diagnosis.several import Several
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.physics import BY_NAME
@@ -45,7 +42,13 @@ from vcmm.show.tables.diagnosis import (
 )
 from vcmm.show.tables.several import by_itself, sizes
 from vcmm.show.tables.table import ResultTable, html
-from vcmm.task.response.recording import Recording
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.core.run import Array
+    from vcmm.learn.diagnosis.result import Answer, Diagnosis
+    from vcmm.learn.diagnosis.several import Several
+    from vcmm.task.response.recording import Recording
 
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",

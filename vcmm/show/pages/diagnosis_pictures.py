@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vcmm.core.errors import UsageError
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
 from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.recorded_circles import radial_of
-from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.show import charts as draw
 from vcmm.show import report as r
-from vcmm.task.response.recording import Recording
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.core.run import Array
+    from vcmm.learn.diagnosis.result import Diagnosis
+    from vcmm.task.response.recording import Recording
 
 CELLS = (10, 8)  # of the map over two axes
 MOST_ARROWS = 400

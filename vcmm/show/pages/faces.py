@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vcmm import __version__
-from vcmm.learn.calibration.face_map import FaceMap
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import PlotSeries
@@ -15,6 +14,8 @@ from vcmm.show.tables.table import html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.learn.calibration.face_map import FaceMap
 
 
 def face_page(found: FaceMap) -> str:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vcmm import __version__, charts
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import field_answers
 from vcmm.show.tables.error_field import diagonals, summary
 from vcmm.show.tables.table import html
 from vcmm.task.response.volumetric import ErrorField, field, linear_axes
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.core.run import Array
 
 LINES = 5  # grid lines per axis in the picture
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+from typing import TYPE_CHECKING
+
 from vcmm.show import report as r
 from vcmm.show.pages.uncertainty import characteristic_charts, scenes
-from vcmm.task.measuring.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
+    from vcmm.task.measuring.scenario import Scenario
 
 
 def first_lines(scenario: Scenario, c: CharacteristicResult) -> list[str]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from vcmm import __version__
-from vcmm.files.learned.fleet import Change
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables import fleet as tables
 from vcmm.show.tables.answers_runs import folder_answers
 from vcmm.show.tables.table import html
+
+if TYPE_CHECKING:
+    from vcmm.files.learned.fleet import Change
 
 
 def fleet_page(folder: str, records: Sequence[tables.Record], found: Sequence[Change]) -> str:

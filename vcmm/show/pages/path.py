@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,19 +13,21 @@ from vcmm import __version__
 from vcmm.compensation.field import field_of, known_errors_of
 from vcmm.compensation.path_deviations import FollowedPath, follow_path
 from vcmm.compensation.proof import errors_on, walk
-from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.errors import ModelLimit
 from vcmm.program.reading import read_bytes
 from vcmm.program.setup import turns_with
 from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.proof import CutProof
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.report.path import PathPicture, path_picture
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import before_and_after, departures, shifts
 from vcmm.show.tables.table import html
+
+if TYPE_CHECKING:
+    from vcmm.compensation.result import CompensatedProgram
+    from vcmm.shop.machining.proof import CutProof
+    from vcmm.shop.machining.scenario import CutScenario
 
 MOST_LISTED = 4000  # lines of a program beside its path
 MOST = 40_000  # pieces of a picture, about 2 MB

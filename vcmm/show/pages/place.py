@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vcmm import __version__
 from vcmm.answer.placing.advice import room_and_shares
-from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import UNITS, changes, goal_text, pose_text, region_text
 from vcmm.show import charts as draw
 from vcmm.show import report as r
@@ -18,6 +17,9 @@ from vcmm.show.tables.answers import place_answers
 from vcmm.show.tables.placement import OTHER_DRAWS, compared_poses
 from vcmm.show.tables.table import html
 from vcmm.task.measuring.fixture import DOFS, pose_of
+
+if TYPE_CHECKING:
+    from vcmm.answer.placing.result import PlacementResult
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from vcmm import __version__
 from vcmm.answer.placing.words import region_text
-from vcmm.shop.machining.placement import PlacedCut
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import placed_cut_answers
 from vcmm.show.tables.placement import compared_cut_poses, gains
 from vcmm.show.tables.table import html, listing
+
+if TYPE_CHECKING:
+    from vcmm.shop.machining.placement import PlacedCut
+    from vcmm.shop.machining.scenario import CutScenario
 
 
 def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:

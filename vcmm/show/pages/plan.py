@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vcmm import __version__
-from vcmm.answer.placing.planning import PlanPoint, PlanResult
 from vcmm.core.pose import Pose
 from vcmm.part.gps import characteristics as gps
 from vcmm.show import charts as draw
@@ -16,7 +17,10 @@ from vcmm.show.tables.answers import plan_answers
 from vcmm.show.tables.plans import curve
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, html
-from vcmm.task.measuring.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vcmm.answer.placing.planning import PlanPoint, PlanResult
+    from vcmm.task.measuring.scenario import Scenario
 
 
 def plan_page(scenario: Scenario, result: PlanResult) -> str:

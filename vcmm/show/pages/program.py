@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from vcmm import __version__
 from vcmm.core.errors import UsageError
-from vcmm.core.machine import Machine
 from vcmm.program.moves import PLANES, Move, Program
 from vcmm.program.summary import ProgramSummary, arc_angle
-from vcmm.shop.motion.toolpath import Toolpath
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.report.path import PathPicture, path_picture
 from vcmm.show.tables import program as tables
 from vcmm.show.tables.answers_machine import program_answers
 from vcmm.show.tables.table import html
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.shop.motion.toolpath import Toolpath
 
 MOST_PIECES = 200_000  # more are no picture: a browser stands still
 CHORD_ANGLE = math.radians(6.0)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from vcmm import __version__
-from vcmm.answer.routes.job import RoutesResult
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.tables.answers import routes_answers
 from vcmm.show.tables.routes import agreements_table, contributions_table, routes_table
 from vcmm.show.tables.table import html
-from vcmm.task.measuring.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vcmm.answer.routes.job import RoutesResult
+    from vcmm.task.measuring.scenario import Scenario
 
 
 def routes_page(scenario: Scenario, found: RoutesResult) -> str:

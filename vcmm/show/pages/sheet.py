@@ -11,10 +11,9 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vcmm import __version__
-from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult
-from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.core.run import T0_DEG_C
 from vcmm.part.gps.decision import GUARD_BAND, PROBABILITY
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
@@ -24,7 +23,11 @@ from vcmm.show.pages.uncertainty import MEASURED
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html
 from vcmm.show.tables.uncertainty import BUDGET, BudgetRow, budget_rows, not_added_up
-from vcmm.task.measuring.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult
+    from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
+    from vcmm.task.measuring.scenario import Scenario
 
 WORDS = {
     "by": "evaluated by", "date": "date", "laboratory": "laboratory", "machine_serial": "machine, serial number",

@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import __version__
-from vcmm.core.machine import Machine
-from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.learn.calibration.thermal_search import ThermalFit
-from vcmm.learn.calibration.thermal_terms import WarmReadings
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import PlotSeries
@@ -22,6 +19,10 @@ from vcmm.show.tables.thermal import TermRow, terms
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.core.machine import Machine
+    from vcmm.learn.calibration.thermal import ThermalModel
+    from vcmm.learn.calibration.thermal_terms import WarmReadings
 
 MINUTE = 60.0  # s
 DIRECTIONS = "XYZ"

@@ -9,8 +9,6 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm.files.learned.last_checks import last_checks
-from vcmm.files.learned.track_result import Track
-from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries
@@ -22,6 +20,9 @@ from vcmm.show.tables.table import html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from vcmm.files.learned.track_result import Track
+    from vcmm.learn.tracking.doubtful import DoubtfulParts
 
 DRAWN = 9  # numbers with a picture, those that moved most
 

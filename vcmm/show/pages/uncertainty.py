@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm import __version__
-from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.result import (
     CharacteristicResult,
     UncertaintyResult,
@@ -23,9 +23,7 @@ from vcmm.answer.evaluation.result import (
 )
 from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.core.pose import Pose
-from vcmm.core.run import Array
 from vcmm.part.alignment import align
-from vcmm.part.characteristic import Characteristic
 from vcmm.part.gps.reference_circles import least_squares_circle, minimum_zone_circles
 from vcmm.part.gps.zone_points import FlatPoints, PlacedAxis, RoundPoints, zone_points
 from vcmm.show import charts as draw
@@ -48,8 +46,13 @@ from vcmm.show.tables.uncertainty import (
     stated_with,
     undecided_because,
 )
-from vcmm.task.measuring.scenario import Scenario
-from vcmm.task.measuring.task import Task
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.linear import LinearModel
+    from vcmm.core.run import Array
+    from vcmm.part.characteristic import Characteristic
+    from vcmm.task.measuring.scenario import Scenario
+    from vcmm.task.measuring.task import Task
 
 SHARE = 12.0  # the longest needle is at most so small a part of the size of the part
 KINDS = (("bad", "material left over", 1.0), ("accent", "material missing", -1.0))

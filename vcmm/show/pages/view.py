@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm.core.machine import Machine
-from vcmm.core.pose import Pose
-from vcmm.core.run import Array
-from vcmm.part.mesh import Mesh
-from vcmm.part.nominal import NominalPoints
 from vcmm.part.part import Feature, frame
 from vcmm.show.report import (
     Ellipsoids,
@@ -24,9 +20,16 @@ from vcmm.show.report import (
     sphere_mesh,
     torus_mesh,
 )
-from vcmm.task.measuring.plan import Stylus, Touches
-from vcmm.task.measuring.task import Task
-from vcmm.task.response.influence import Influence
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.core.pose import Pose
+    from vcmm.core.run import Array
+    from vcmm.part.mesh import Mesh
+    from vcmm.part.nominal import NominalPoints
+    from vcmm.task.measuring.plan import Stylus, Touches
+    from vcmm.task.measuring.task import Task
+    from vcmm.task.response.influence import Influence
 
 Item = SceneBox | Ellipsoids | Label | Lines | SceneMesh | Points
 STEEL, BORE, GRANITE, PORTAL, RAM = "#9fb4cc", "#c9a46b", "#8d9299", "#c7cdd4", "#a9b3bf"

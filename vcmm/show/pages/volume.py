@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vcmm.core.errors import UsageError
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
 from vcmm.show.pages.field import magnification_of
 from vcmm.show.report import Lines, SceneBox, SceneMesh
 from vcmm.task.response.volumetric import field, linear_axes
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.core.run import Array
 
 NODES = 31  # per axis: 29,791 positions
 UNIT = "tip error / µm"

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.run import Array
 from vcmm.show.report.text import escape, plain
+
+if TYPE_CHECKING:
+    from vcmm.core.run import Array
 
 SEQUENTIAL = (
     "#440154",

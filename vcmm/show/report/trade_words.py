@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.core.declaration import Trade
 from vcmm.physics import BY_NAME
+
+if TYPE_CHECKING:
+    from vcmm.core.declaration import Trade
 
 _PLACE = re.compile(r"\[([^\]]*)\]")
 BY_REDRAW = {  # what helps where an effect says nothing of its own

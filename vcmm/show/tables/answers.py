@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm.answer.placing.planning import PlanResult
-from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import changes, goal_text, pose_text
-from vcmm.answer.routes.job import RoutesResult
-from vcmm.core.machine import Machine
-from vcmm.learn.diagnosis.comparison import Comparison
-from vcmm.shop.machining.placement import PlacedCut
 from vcmm.show.report.answers import AnswerLine, K, answer_of, places_of, signed_value
 from vcmm.show.report.trade_words import contributor
 from vcmm.show.tables.quantities import SMALL_SCALE
-from vcmm.task.response.volumetric import ErrorField
+
+if TYPE_CHECKING:
+    from vcmm.answer.placing.planning import PlanResult
+    from vcmm.answer.placing.result import PlacementResult
+    from vcmm.answer.routes.job import RoutesResult
+    from vcmm.core.machine import Machine
+    from vcmm.learn.diagnosis.comparison import Comparison
+    from vcmm.shop.machining.placement import PlacedCut
+    from vcmm.task.response.volumetric import ErrorField
 
 
 def place_answers(placed: PlacementResult) -> list[AnswerLine]:

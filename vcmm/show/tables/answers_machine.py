@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.error_names import words_of
-from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.result import Calibration
 from vcmm.learn.diagnosis.plain_words import cause_and_cure
-from vcmm.learn.diagnosis.result import Answer, Diagnosis
-from vcmm.program.moves import Program
-from vcmm.program.summary import ProgramSummary
-from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.motion.toolpath import Toolpath, clock
 from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed_value, whole
 from vcmm.show.tables.diagnosis import micro_text
+
+if TYPE_CHECKING:
+    from vcmm.compensation.result import CompensatedProgram
+    from vcmm.learn.calibration.acceptance import Figure
+    from vcmm.learn.calibration.result import Calibration
+    from vcmm.learn.diagnosis.result import Answer, Diagnosis
+    from vcmm.program.moves import Program
+    from vcmm.program.summary import ProgramSummary
+    from vcmm.shop.machining.proof import CutProof
+    from vcmm.show.tables.loops import LoopRecord
 
 MOST_FIGURES = 3  # errors named beside an axis
 
@@ -278,3 +281,32 @@ def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
         numbers={"effect": a.effect, "share": a.share, "probability": a.probability},
         labels=("", "usually", "confirm by:"),
     )
+
+
+def loop_answers(loop: LoopRecord) -> list[AnswerLine]:
+    """Whether the next part is within what is allowed; what was missing from the machine model."""
+    now, proof = np.abs(loop.cut.off) * 1e3, loop.proof
+    was = f"this part {now.max():.2f} µm ({len(now)} measured points)"
+    allowed = f"at most {proof.allowed * 1e3:.2f} µm"
+    if loop.refused or proof.after is None:
+        first = AnswerLine(
+            "The next part", f"no program is written; {was}", limits=allowed, verdict="refused", kind="bad", because=loop.refused,
+            numbers={"met": False, "now_um": float(now.max())}, labels=("limits", "", ""),
+        )  # fmt: skip
+    else:
+        open_words = loop.left or loop.setting
+        verdict, kind = ("met", "good") if loop.met else ("not met", "bad")
+        if proof.met and not loop.met:
+            verdict, kind = "met by the cut, the real part open", "warning"
+        first = AnswerLine(
+            "The next part",
+            f"at most {proof.after.largest * 1e3:.2f} µm; {was}",
+            coverage=f"cut by {loop.program}, at {proof.after.worst}",
+            limits=allowed,
+            verdict=verdict,
+            kind=kind,  # type: ignore[arg-type]
+            because=open_words,
+            numbers={"met": loop.met, "next_um": proof.after.largest * 1e3, "now_um": float(now.max())},
+            labels=("limits", "open:", ""),
+        )
+    return [first, *diagnosis_answers(loop.diagnosis)]

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.result import CharacteristicResult
-from vcmm.answer.evaluation.virtual_measurement import MeasuredValue, Measurement
-from vcmm.answer.inference.job import EvaluatedPart
-from vcmm.files.learned.certificate_comparison import CertificateWorth
-from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
 from vcmm.show.report.answers import (
     SMALL,
     STATE,
@@ -24,8 +19,13 @@ from vcmm.show.report.answers import (
     signed_value,
     value_and_U,
 )
-from vcmm.show.tables.answers_machine import diagnosis_answers
-from vcmm.show.tables.loops import LoopRecord
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import CharacteristicResult
+    from vcmm.answer.evaluation.virtual_measurement import MeasuredValue, Measurement
+    from vcmm.answer.inference.job import EvaluatedPart
+    from vcmm.files.learned.certificate_comparison import CertificateWorth
+    from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
 
 ORDER = ("does not conform", "undecided", "conforms")  # the worst first
 PLURAL = {"does not conform": "do not conform", "undecided": "undecided", "conforms": "conform"}
@@ -119,35 +119,6 @@ def _beside(r: BesidePrediction) -> AnswerLine:
         kind="warning" if far else "good",
         numbers={"name": r.name, "E_n": r.e_n},
     )
-
-
-def loop_answers(loop: LoopRecord) -> list[AnswerLine]:
-    """Whether the next part is within what is allowed; what was missing from the machine model."""
-    now, proof = np.abs(loop.cut.off) * 1e3, loop.proof
-    was = f"this part {now.max():.2f} µm ({len(now)} measured points)"
-    allowed = f"at most {proof.allowed * 1e3:.2f} µm"
-    if loop.refused or proof.after is None:
-        first = AnswerLine(
-            "The next part", f"no program is written; {was}", limits=allowed, verdict="refused", kind="bad", because=loop.refused,
-            numbers={"met": False, "now_um": float(now.max())}, labels=("limits", "", ""),
-        )  # fmt: skip
-    else:
-        open_words = loop.left or loop.setting
-        verdict, kind = ("met", "good") if loop.met else ("not met", "bad")
-        if proof.met and not loop.met:
-            verdict, kind = "met by the cut, the real part open", "warning"
-        first = AnswerLine(
-            "The next part",
-            f"at most {proof.after.largest * 1e3:.2f} µm; {was}",
-            coverage=f"cut by {loop.program}, at {proof.after.worst}",
-            limits=allowed,
-            verdict=verdict,
-            kind=kind,  # type: ignore[arg-type]
-            because=open_words,
-            numbers={"met": loop.met, "next_um": proof.after.largest * 1e3, "now_um": float(now.max())},
-            labels=("limits", "open:", ""),
-        )
-    return [first, *diagnosis_answers(loop.diagnosis)]
 
 
 def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.answer.inference.audit import AuditResult
-from vcmm.files.learned.fleet import Change
-from vcmm.files.learned.track_result import NumberOverTime, Track
-from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.design import Proposal
-from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.learn.tracking.dates import date_of
 from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed_value
 from vcmm.show.report.text import micro
 from vcmm.show.tables.audit import verdict as audit_verdict
 from vcmm.show.tables.fleet import trend_text
-from vcmm.show.tables.track import Planned
+
+if TYPE_CHECKING:
+    from vcmm.answer.inference.audit import AuditResult
+    from vcmm.files.learned.fleet import Change
+    from vcmm.files.learned.track_result import NumberOverTime, Track
+    from vcmm.learn.calibration.acceptance import Figure
+    from vcmm.learn.calibration.design import Proposal
+    from vcmm.learn.calibration.thermal import ThermalModel
+    from vcmm.show.tables.track import Planned
 
 MOST = 5  # lines of figures without a limit, numbers that moved
 NOTHING = "nothing missing"  # verdict of a diagnosis

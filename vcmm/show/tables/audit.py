@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
-from vcmm.answer.inference.audit import AuditResult
 from vcmm.show.tables.quantities import SIZE, percent
 from vcmm.show.tables.table import COUNT, WORDS, Column, ResultTable, entry, records
+
+if TYPE_CHECKING:
+    from vcmm.answer.inference.audit import AuditResult
 
 
 def verdict(a: AuditResult) -> str:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from vcmm.core.error_names import words_of
-from vcmm.core.run import Array
-from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.cross_validation import PredictedPositions
-from vcmm.learn.calibration.design import Proposal
-from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.result import Calibration, rms
-from vcmm.learn.calibration.solve import ReadingNoise
-from vcmm.learn.calibration.verification import IndependentTest
 from vcmm.show.report.answers import K, signed_value
 from vcmm.show.tables.quantities import DASH, SIZE, fixed
 from vcmm.show.tables.table import Column, ResultTable, entry, listing
+
+if TYPE_CHECKING:
+    from vcmm.core.run import Array
+    from vcmm.learn.calibration.acceptance import Figure
+    from vcmm.learn.calibration.cross_validation import PredictedPositions
+    from vcmm.learn.calibration.design import Proposal
+    from vcmm.learn.calibration.readings import Readings
+    from vcmm.learn.calibration.solve import ReadingNoise
+    from vcmm.learn.calibration.verification import IndependentTest
 
 COUNT_OR_NONE = fixed(0)
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.answer.evaluation.at_limit import CoveredMachines
-from vcmm.files.learned.certificate_comparison import CertificateWorth, CertifiedU
-from vcmm.learn.calibration.acceptance import Figure
 from vcmm.show.tables.calibration import FIGURES
 from vcmm.show.tables.quantities import SIZE, percent
 from vcmm.show.tables.table import COUNT, WORDS, Column, ResultTable, records
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.at_limit import CoveredMachines
+    from vcmm.files.learned.certificate_comparison import CertificateWorth, CertifiedU
+    from vcmm.learn.calibration.acceptance import Figure
 
 U_KNOWN: tuple[Column[CertifiedU], ...] = (
     Column("known", lambda r: r.known, WORDS, key="known", csv="known"),

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from vcmm.learn.diagnosis.comparison import Comparison
 from vcmm.show.tables.table import ResultTable, listing
+
+if TYPE_CHECKING:
+    from vcmm.learn.diagnosis.comparison import Comparison
 
 CAPTION = (
     "rows as they are: nuisance refitted by weighted least squares, nothing clipped; chi-square counts the stated noise "

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from vcmm.compensation.points import CorrectedPoints
 from vcmm.compensation.result import CompensatedProgram, Departure, OrientationProof
 from vcmm.core.run import Array
 from vcmm.show.tables.quantities import fixed, in_file
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, csv_text, entry, records
+
+if TYPE_CHECKING:
+    from vcmm.compensation.points import CorrectedPoints
 
 NamedDeparture = tuple[str, Departure]
 Shift = tuple[str, Array]

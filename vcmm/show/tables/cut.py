@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vcmm.answer.evaluation.result import CharacteristicResult, budget_interaction
-from vcmm.core.run import Array
 from vcmm.shop.machining.result import CutResult, SurfaceExtremes, expected_deviation
 from vcmm.show.tables.quantities import (
     DEVIATION,
@@ -32,6 +31,9 @@ from vcmm.show.tables.uncertainty import (
     more_than_rounding,
     p_conform,
 )
+
+if TYPE_CHECKING:
+    from vcmm.core.run import Array
 
 PART: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name),

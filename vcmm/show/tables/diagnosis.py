@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm.core.units import plain
 from vcmm.learn.diagnosis.constants import LEAST_TOLD
-from vcmm.learn.diagnosis.estimates import Estimate
-from vcmm.learn.diagnosis.locate import Place
-from vcmm.learn.diagnosis.power import Detectable
-from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep, Transfer
 from vcmm.learn.diagnosis.verdict import describe_probability
 from vcmm.show.tables.quantities import percent
 from vcmm.show.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
+
+if TYPE_CHECKING:
+    from vcmm.learn.diagnosis.estimates import Estimate
+    from vcmm.learn.diagnosis.locate import Place
+    from vcmm.learn.diagnosis.power import Detectable
+    from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep, Transfer
 
 FOUND_PHYSICS = "effects missing from the machine model"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"

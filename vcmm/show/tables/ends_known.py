@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from vcmm.answer.evaluation.result import CharacteristicResult
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import CharacteristicResult
 
 WORTH = 0.03  # of the length: an end that is known better is not spoken of
 

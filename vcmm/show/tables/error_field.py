@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.machine import Machine
-from vcmm.core.run import Array
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import Column, ResultTable, csv_text, entry, listing, records
-from vcmm.task.response.volumetric import Diagonal, ErrorField
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.core.run import Array
+    from vcmm.task.response.volumetric import Diagonal, ErrorField
 
 
 def _ends(values: tuple[float, ...], between: str = ", ") -> str:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
-from vcmm.answer.evaluation.jointly import JointJudgement
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SPAN, percent
 from vcmm.show.tables.table import Column, ResultTable, csv_text, entry, records
 from vcmm.show.tables.uncertainty import (
@@ -19,6 +17,10 @@ from vcmm.show.tables.uncertainty import (
     p_conform,
     true_value_by_points,
 )
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.jointly import JointJudgement
+    from vcmm.answer.inference.job import EvaluatedCharacteristic, EvaluatedPart
 
 
 def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:

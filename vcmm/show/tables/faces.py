@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vcmm.core.text import csv_of
-from vcmm.learn.calibration.face_map import FaceFigure, FaceMap
 from vcmm.show.tables.table import ResultTable, listing
+
+if TYPE_CHECKING:
+    from vcmm.learn.calibration.face_map import FaceFigure, FaceMap
 
 SIZES = {"mm": (1e3, "µm", "um"), "rad": (1e6, "µrad", "urad")}
 

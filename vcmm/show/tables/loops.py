@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vcmm.answer.evaluation.virtual_measurement import Measurement
-from vcmm.core.run import Array
 from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
-from vcmm.shop.machining.held_out import HeldOutProof
-from vcmm.shop.machining.measured_part import MeasuredCut
-from vcmm.shop.machining.proof import CutProof
 from vcmm.show.tables.proofs import proof_json
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.virtual_measurement import Measurement
+    from vcmm.core.run import Array
+    from vcmm.shop.machining.held_out import HeldOutProof
+    from vcmm.shop.machining.measured_part import MeasuredCut
+    from vcmm.shop.machining.proof import CutProof
 
 
 class LoopRecord(Protocol):

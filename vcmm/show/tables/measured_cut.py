@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
-from vcmm.shop.machining.mismatch import MismatchEntry
 from vcmm.shop.machining.significance import LEAST_P
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry, records
+
+if TYPE_CHECKING:
+    from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
+    from vcmm.shop.machining.mismatch import MismatchEntry
 
 PREDICTION_COLUMNS: tuple[Column[BesidePrediction], ...] = (
     Column("characteristic", lambda r: r.name, key="name"),

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.answer.evaluation.virtual_measurement import MeasuredValue, Measurement
-from vcmm.core.run import Array
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, in_file
 from vcmm.show.tables.table import Column, ResultTable, csv_text, entry, records
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.virtual_measurement import MeasuredValue, Measurement
+    from vcmm.core.run import Array
 
 VALUES: tuple[Column[MeasuredValue], ...] = (
     Column("characteristic", lambda v: v.name, key="name"),

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcmm.core.run import Array
-from vcmm.learn.calibration.field_process import ProcessFit
-from vcmm.learn.calibration.nodes import NodeScatter
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry
+
+if TYPE_CHECKING:
+    from vcmm.core.run import Array
+    from vcmm.learn.calibration.field_process import ProcessFit
+    from vcmm.learn.calibration.nodes import NodeScatter
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from vcmm.answer.evaluation.result import CharacteristicResult
-from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import UNITS, amount, changes, goal_text, poses, region_text
-from vcmm.core.run import Array
 from vcmm.part.gps.characteristics import unit
-from vcmm.shop.machining.placement import PlacedCut
 from vcmm.show.tables.quantities import DEVIATION, LEAST_SMALL, SHARE, Writing, percent
 from vcmm.show.tables.table import Column, ResultTable, entry, listing
 from vcmm.show.tables.uncertainty import p_conform
+
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import CharacteristicResult
+    from vcmm.answer.placing.result import PlacementResult
+    from vcmm.core.run import Array
+    from vcmm.shop.machining.placement import PlacedCut
 
 VALUE = Writing(lambda text, unit: text)  # the objective in the words of its unit
 

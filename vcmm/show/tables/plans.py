@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
-from vcmm.answer.placing.planning import PlanPoint, PlanResult
 from vcmm.part.gps.characteristics import unit
 from vcmm.show.tables.quantities import deviation_text, fixed, small
 from vcmm.show.tables.table import Column, ResultTable, Writing
-from vcmm.task.measuring.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vcmm.answer.placing.planning import PlanPoint, PlanResult
+    from vcmm.task.measuring.scenario import Scenario
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,16 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.core.machine import Machine
-from vcmm.program.moves import Move, Program
-from vcmm.program.summary import ProgramSummary
 from vcmm.shop.motion.toolpath import Toolpath, clock
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry, listing, records
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.program.moves import Move, Program
+    from vcmm.program.summary import ProgramSummary
 
 RIGHT = NUMBER_TEXT
 UPRIGHT = 1.0 - 1e-15

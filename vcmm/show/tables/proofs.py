@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.shop.machining.proof import CutProof, InspectedCut
+if TYPE_CHECKING:
+    from vcmm.shop.machining.proof import CutProof, InspectedCut
 
 
 def proof_json(proof: CutProof) -> dict[str, Any]:

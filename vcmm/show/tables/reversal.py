@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from vcmm.learn.calibration.acceptance import Figure
-from vcmm.learn.calibration.reversal import ReversalResult
 from vcmm.learn.calibration.spindle import ANGLE
 from vcmm.show.tables.quantities import DASH, fixed
 from vcmm.show.tables.table import Column, ResultTable, listing
+
+if TYPE_CHECKING:
+    from vcmm.learn.calibration.acceptance import Figure
+    from vcmm.learn.calibration.reversal import ReversalResult
 
 
 def reversals(found: Sequence[ReversalResult]) -> ResultTable[Sequence[str]]:

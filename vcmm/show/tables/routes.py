@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vcmm.answer.routes.estimate import Contribution, RouteAgreement, RouteEstimate
-from vcmm.answer.routes.job import RoutedCharacteristic, RoutesResult
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.show.tables.table import WORDS, Column, ResultTable, entry, records
+
+if TYPE_CHECKING:
+    from vcmm.answer.routes.estimate import Contribution, RouteAgreement, RouteEstimate
+    from vcmm.answer.routes.job import RoutedCharacteristic, RoutesResult
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from vcmm.core.units import plain
-from vcmm.learn.diagnosis.result import Answer, Diagnosis
-from vcmm.learn.diagnosis.several import Several, SharedAnswer, Size
 from vcmm.show.tables.diagnosis import values_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+
+if TYPE_CHECKING:
+    from vcmm.learn.diagnosis.result import Answer, Diagnosis
+    from vcmm.learn.diagnosis.several import Several, SharedAnswer, Size
 
 NOT_SEEN_TEXT = "not seen"
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from vcmm.answer.evaluation.result import CharacteristicResult
+if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import CharacteristicResult
 
 UPPER = "upper"  # as `interval_kind`: the interval begins at 0, which is no limit, and all that it leaves out lies above
 

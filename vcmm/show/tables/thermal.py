@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vcmm.core.effect import parameter
 from vcmm.core.units import parse_unit
-from vcmm.files.learned.thermal_terms import WrittenTerms
-from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import Column, ResultTable
+
+if TYPE_CHECKING:
+    from vcmm.files.learned.thermal_terms import WrittenTerms
+    from vcmm.learn.calibration.thermal import ThermalModel
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from vcmm.files.learned.track_result import NumberOverTime, Track, last_good
 from vcmm.learn.tracking.dates import date_of
-from vcmm.learn.tracking.doubtful import CharacteristicShift, DoubtfulParts
-from vcmm.learn.tracking.follow import FollowedCheck
 from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
 from vcmm.learn.tracking.task_limits import TaskLimit
 from vcmm.show.tables.fleet import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+
+if TYPE_CHECKING:
+    from vcmm.learn.tracking.doubtful import CharacteristicShift, DoubtfulParts
+    from vcmm.learn.tracking.follow import FollowedCheck
 
 MOST = 12  # numbers that people see; all stand in the document
 
