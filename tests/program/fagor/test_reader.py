@@ -107,5 +107,5 @@ def test_fagor_is_recognised_and_read_from_the_command_line(tmp_path, capsys):
 @pytest.mark.parametrize("text", ["G83 Z2 I J3 F100\n", "G1 X0 Y F100\n"])
 def test_a_word_without_its_number_is_refused_on_both_levels(text: str):
     for setup in (SETUP, Setup(strict=False)):
-        with pytest.raises(DataError, match=":5:.*has no number"):
+        with pytest.raises(DataError, match=r":5:.*has no number"):
             read(text + "M30\n", setup)
