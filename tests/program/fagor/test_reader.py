@@ -31,6 +31,9 @@ def test_g81_goes_to_the_reference_plane_z_and_down_to_i():
         ("rapid", (10, 5, 20)), ("rapid", (10, 5, 2)), ("line", (10, 5, -10)), ("rapid", (10, 5, 2)),
         ("rapid", (20, 5, 2)), ("line", (20, 5, -10)), ("rapid", (20, 5, 20)),
     ]  # fmt: skip
+    assert not any(
+        "decimal point" in r.text for r in read("G0 X10\nM30\n").warnings
+    )  # X10 is 10 mm on a Fagor
     dwells = [m.seconds for m in read("G81 X10 Z2 I-10 K150 F100\nG80\nM30\n").moves if m.kind == "dwell"]
     assert dwells == [1.5]
 

@@ -44,7 +44,7 @@ def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
             "; the sign of the values: a positive value moves the axis in the negative direction",
             f"; before: MD32700 $MA_ENC_COMP_ENABLE[0,{name}]=0 and MD38000 $MA_MM_ENC_COMP_MAX_POINTS[0,{name}] of {nodes} or more; "
             f"behind it $MA_ENC_COMP_ENABLE[0,{name}]=1; MD32450 $MA_BACKLASH[0,{name}]={gap:.6f}",
-            *(f"$AA_ENC_COMP[0,{k},{name}]={value:.6f}" for k, value in enumerate(up)),
+            *(f"$AA_ENC_COMP[0,{k},{name}]={value + 0.0:.6f}" for k, value in enumerate(np.round(up, 6))),
             f"$AA_ENC_COMP_STEP[0,{name}]={(q[-1] - q[0]) / (nodes - 1):.9f}",
             f"$AA_ENC_COMP_MIN[0,{name}]={q[0]:.6f}",
             f"$AA_ENC_COMP_MAX[0,{name}]={q[-1]:.6f}",

@@ -32,6 +32,7 @@ _STATEMENT = re.compile(
     re.IGNORECASE,
 )
 _COMMENT = re.compile(r"\([^()\n]*\)|;.*")
+LENGTHS = "XYZABCIJKRQ"  # 10 is 10 mm here, with and without its point
 Words = list[tuple[str, str]]
 
 
@@ -76,7 +77,11 @@ class FagorLines:
         words = [(m[1], m[2] or "") for m in _WORD.finditer(code)]
         if not words or "".join(re.sub(r"[-+.\w\s]", "", code)):
             return self.tell(line, f"the block {code}") if code else ""
-        return skip + " ".join(f"{letter}{number}" for letter, number in self.words(line, words))
+        made = (
+            (letter, number + "." * (letter[-1] in LENGTHS and number.lstrip("+-").isdigit()))
+            for letter, number in self.words(line, words)
+        )
+        return skip + " ".join(letter + number for letter, number in made)
 
     def words(self, line: int, words: Words) -> Words:
         """The words of a block as the G-code family has them."""
