@@ -26,6 +26,7 @@ SCRATCHED = {
     "flatness": (81, 114),
     "parallelism": (89, 106),
 }
+DENTED = ", with dents 1.5 to 8 mm wide between points 14 mm apart 199 of 226"  # flatness by 25 points, family dent
 COUNTED = ": of {kind} with a scratch 1 mm wide an outside count held {held} of {claimed}"
 
 
@@ -45,11 +46,9 @@ def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
         )
         if 1.0 - shown > UNSEEN:
             ends.append(f"{left:.2g} mm from the end of {name}: a cubic shows {shown:.0%} of itself")
-    counted = (
-        COUNTED.format(kind=c.type, held=SCRATCHED[c.type][0], claimed=SCRATCHED[c.type][1])
-        if c.type in SCRATCHED
-        else ""
-    )
+    held, claimed = SCRATCHED.get(c.type, (0, 0))
+    counted = COUNTED.format(kind=c.type, held=held, claimed=claimed) if claimed else ""
+    counted += DENTED if c.type == "flatness" else ""
     out = [NARROW.format(where=", ".join(places)) + counted] if places else []
     return (*out, *([BEYOND.format(where=", ".join(ends))] if ends else []))
 
