@@ -5,11 +5,14 @@ import math
 import numpy as np
 import pytest
 
+import vcmm
+from tests.learn.tracking.small_folder import write_machine
 from vcmm.learn.tracking import alarms, changes, rates
 from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.compress import SeenRecording
 from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
 from vcmm.learn.tracking.learn_rates import columns_for, is_due, log_likelihood
+from vcmm.learn.tracking.quantities import tracked_machine
 
 
 def one(mean, u):
@@ -174,3 +177,18 @@ def test_the_chance_of_a_sum_of_squares():
     assert chance_beyond(1, 3.841459) == pytest.approx(0.05, rel=1e-5)
     for count, square in ((1, 0.1), (3, 7.0), (10, 200.0), (337, 350.0), (338, 1.0), (5, 0.0)):
         assert chance_beyond(count, square) == pytest.approx(chdtrc(count, square), rel=1e-10)
+
+
+def test_a_scale_is_a_shape_of_a_table(tmp_path):
+    # a new encoder makes a straight line; the smooth modes alone left 0.04 um of 15 um beside a second mode of 2.6
+    machine = write_machine(tmp_path)
+    text = machine.read_text()
+    (tmp_path / "errors.csv").write_text("X EXX\n" + "".join(f"{q} 0\n" for q in range(0, 501, 100)))
+    head = text[: text.index("[[effects]]")]
+    machine.write_text(f'{head}[errors]\ntable = "errors.csv"\nuncertainty = {{ translation = "2 um" }}\n')
+    tracked = tracked_machine(vcmm.load_machine(machine))
+    shape = next(q for q in tracked.quantities if q.effect.where == "EXX").shape
+    # positions less their mean, of unit rms times the usual size: (-250 ... 250) / 170.78, for (250^2 + 150^2 + 50^2) / 3 = 170.78^2
+    line = np.linspace(-250.0, 250.0, 6) / np.sqrt((250**2 + 150**2 + 50**2) / 3)
+    assert shape[:, 0] / np.sqrt((shape[:, 0] ** 2).mean()) == pytest.approx(line)
+    assert shape[:, 1:].T @ line == pytest.approx(0.0, abs=1e-12)  # bends stand beside it

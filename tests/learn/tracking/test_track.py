@@ -275,7 +275,7 @@ def test_a_check_stands_beside_its_forecast(tmp_path):
     # u^2 of a half of 0.5 m x k, with var k = 16 / 3 and what a day brings, and 1 um of a reading: (0.25^2 x 16 / 3 + 1) = 1.1547^2
     assert part.u == pytest.approx([1.1547, 1.1547], rel=0.02)
     drawn = found.plot(name)
-    assert drawn.get_lines()[1].get_ydata() == pytest.approx([1.5])  # both forwards
+    assert drawn.get_lines()[1].get_ydata() == pytest.approx([1.5, -1.5])  # both forwards
     assert "Last checks beside their forecast" in track_page(found)
     with pytest.raises(KeyError, match="no recording"):
         check_parts(found, "no.toml")

@@ -90,8 +90,8 @@ class Track:
         if days <= WEEKS:
             return ()
         return (
-            f"{self.at} is {days:.0f} days after the last check: on drawn machines with a season and wear the 95 % bands of a forecast of 30 days and more "
-            "held 0.9 and less (docs/track.md); the line time since calibration is the least that time has brought",
+            f"{self.at} is {days:.0f} days after the last check: on drawn machines with a season and wear the 95 % bands of a forecast of 90 days "
+            "held 0.93 (0.90 to 0.96; docs/track.md); the line time since calibration is the least that time has brought",
         )
 
     @property

@@ -23,8 +23,8 @@ def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axe
     if part.circle:
         low, high = part.forecast - 1.96 * part.u, part.forecast + 1.96 * part.u
         lines = [
-            PolarTrace("forecast, 95 %", part.place, low, "c2", thin=True),
-            PolarTrace("and its other end", part.place, high, "c2", thin=True),
+            PolarTrace("low end", part.place, low, "c2", thin=True),
+            PolarTrace("high end", part.place, high, "c2", thin=True),
             PolarTrace("forecast", part.place, part.forecast, "c2"),
             PolarTrace("read", part.place, part.seen, "c1"),
         ]
