@@ -110,15 +110,47 @@ def _commands(honest: bytes, out: Path) -> Iterator[Pack]:
     yield words("scenario outside", ["evaluate", f"{out}/plate.toml", *command[2:]], True)
     yield words("scenario outside behind the options", ["evaluate", *command[2:], f"{out}/plate.toml"], True)
     yield words("two scenarios", [*command, f"{out}/plate.toml"], True)
-    for verb in ("new", "demo", "serve", "rerun", "compensate", "merge", "convert", "../evaluate", "", "-", "--version", "EVALUATE"):
+    for verb in (
+        "new",
+        "demo",
+        "serve",
+        "rerun",
+        "compensate",
+        "merge",
+        "convert",
+        "../evaluate",
+        "",
+        "-",
+        "--version",
+        "EVALUATE",
+    ):
         yield words(f"verb {verb!r}", [verb, *command[1:]])
-    for option in ("--out", "--report", "--evidence", "--sheet", "--plot", "--export", "--workers", "--cluster", "--shard", "-o", "--help", "--json", "--install-completion", "--", "---", "--no-values"):
+    for option in (
+        "--out",
+        "--report",
+        "--evidence",
+        "--sheet",
+        "--plot",
+        "--export",
+        "--workers",
+        "--cluster",
+        "--shard",
+        "-o",
+        "--help",
+        "--json",
+        "--install-completion",
+        "--",
+        "---",
+        "--no-values",
+    ):
         yield words(f"option {option}", [*command, option, f"{out}/new"])
     huge = "99999999999"
     i = command.index("--trials") + 1
     yield words("10^11 trials", [*command[:i], huge, *command[i + 1 :]])
     yield words("10^11 trials as the second number", [*command, "--trials", huge])
-    yield words("10^11 trials with an equals sign", [*command[: i - 1], f"--trials={huge}", *command[i + 1 :]])
+    yield words(
+        "10^11 trials with an equals sign", [*command[: i - 1], f"--trials={huge}", *command[i + 1 :]]
+    )
     yield words("trials with exponent", [*command[:i], "1e11", *command[i + 1 :]])
     yield words("trials in other digits", [*command[:i], "９" * 11, *command[i + 1 :]])
     yield words("trials of 5000 digits", [*command[:i], "9" * 5000, *command[i + 1 :]])
@@ -137,7 +169,14 @@ def _commands(honest: bytes, out: Path) -> Iterator[Pack]:
     yield words("a file of the pack beside the options", [*command, "files/values.csv"])
     yield words("a job alone", command[:1])
     yield words("seed of 5000 digits", [*command[: command.index("--seed") + 1], "9" * 5000])
-    for name, value in (("no command", None), ("command as text", "evaluate x"), ("command of numbers", [1, 2]), ("an empty command", []), ("a command of a million words", ["evaluate"] * 10**6), ("a command that paints", ["evaluate\x1b[2J", "\x1b]0;owned\x07"])):
+    for name, value in (
+        ("no command", None),
+        ("command as text", "evaluate x"),
+        ("command of numbers", [1, 2]),
+        ("an empty command", []),
+        ("a command of a million words", ["evaluate"] * 10**6),
+        ("a command that paints", ["evaluate\x1b[2J", "\x1b]0;owned\x07"]),
+    ):
         yield words(name, value)
 
 
@@ -147,11 +186,33 @@ def _members(honest: bytes) -> Iterator[Pack]:
 
     def renamed(name: str, listed: str = "") -> bytes:
         new = {(name if n == VALUES else n): c for n, c in data.items()}
-        return packed(_said(new, lambda s: [f.update(file=listed or name) for f in s["files"] if f["file"] == VALUES]))
+        return packed(
+            _said(new, lambda s: [f.update(file=listed or name) for f in s["files"] if f["file"] == VALUES])
+        )
 
-    for name in ("../values.csv", "/tmp/values.csv", "files/../../values.csv", "..\\values.csv", "C:\\values.csv", "C:values.csv", "files/./../../v.csv", "//server/v.csv", "files/" + "x" * 300, "files/" + "a/" * 900 + "v", "./../v.csv"):
+    for name in (
+        "../values.csv",
+        "/tmp/values.csv",
+        "files/../../values.csv",
+        "..\\values.csv",
+        "C:\\values.csv",
+        "C:values.csv",
+        "files/./../../v.csv",
+        "//server/v.csv",
+        "files/" + "x" * 300,
+        "files/" + "a/" * 900 + "v",
+        "./../v.csv",
+    ):
         yield Pack(f"member {name[:30]}", renamed(name))
-    yield Pack("a file where a folder is", packed(_said(data | {"files": b"x"}, lambda s: s["files"].append({"file": "files", "sha256": hashlib.sha256(b"x").hexdigest()}))))
+    yield Pack(
+        "a file where a folder is",
+        packed(
+            _said(
+                data | {"files": b"x"},
+                lambda s: s["files"].append({"file": "files", "sha256": hashlib.sha256(b"x").hexdigest()}),
+            )
+        ),
+    )
     yield Pack("a member that is not listed", packed(data | {"files/more.csv": b"x"}))
     yield Pack("a listed file that is missing", packed({n: c for n, c in data.items() if n != VALUES}))
     yield Pack("a file that was changed", packed(data | {VALUES: data[VALUES] + b"\n"}))
@@ -202,24 +263,57 @@ def _documents(honest: bytes) -> Iterator[Pack]:
     document = data["document.json"].decode()
     spot = '"measured_mm": 30.01'
     assert spot in document
-    for name, text in (("NaN", "NaN"), ("Infinity", "Infinity"), ("10^400", "1" + "0" * 400), ("1e400", "1e400"), ("true", "true"), ("a text", '"30.01"'), ("null", "null"), ("a list", "[30.01]"), ("an object", '{"x": 30.01}'), ("one part in 10^5", "30.0103")):
+    for name, text in (
+        ("NaN", "NaN"),
+        ("Infinity", "Infinity"),
+        ("10^400", "1" + "0" * 400),
+        ("1e400", "1e400"),
+        ("true", "true"),
+        ("a text", '"30.01"'),
+        ("null", "null"),
+        ("a list", "[30.01]"),
+        ("an object", '{"x": 30.01}'),
+        ("one part in 10^5", "30.0103"),
+    ):
         new = document.replace(spot, f'"measured_mm": {text}', 1)
         yield Pack(f"a value that is {name}", packed(data | {"document.json": new.encode()}), codes=DIFFERS)
         close = new.replace('"p": 0.95', '"p": 0.9500000009', 1)
-        yield Pack(f"the same behind a change of 1e-9: {name}", packed(data | {"document.json": close.encode()}), codes=DIFFERS)
+        yield Pack(
+            f"the same behind a change of 1e-9: {name}",
+            packed(data | {"document.json": close.encode()}),
+            codes=DIFFERS,
+        )
     lone = json.loads(document)
     lone["characteristics"] = []
     yield Pack("no results", packed(data | {"document.json": json.dumps(lone).encode()}), codes=DIFFERS)
     yield Pack("an empty document", packed(data | {"document.json": b"{}"}), codes=DIFFERS)
     for file in ("evidence.json", "document.json"):
-        for name, content in (("a list", b"[]"), ("a number", b"3"), ("null", b"null"), ("nothing", b""), ("10^5 levels", b"[" * 100_000), ("10^5 levels, closed", b"[" * 100_000 + b"]" * 100_000), ("5000 digits", b'{"x": ' + b"9" * 5000 + b"}"), ("no text", b"\xff\xfe\x00"), ("half of itself", data[file][: len(data[file]) // 2]), ("UTF-16", data[file].decode().encode("utf-16"))):
+        for name, content in (
+            ("a list", b"[]"),
+            ("a number", b"3"),
+            ("null", b"null"),
+            ("nothing", b""),
+            ("10^5 levels", b"[" * 100_000),
+            ("10^5 levels, closed", b"[" * 100_000 + b"]" * 100_000),
+            ("5000 digits", b'{"x": ' + b"9" * 5000 + b"}"),
+            ("no text", b"\xff\xfe\x00"),
+            ("half of itself", data[file][: len(data[file]) // 2]),
+            ("UTF-16", data[file].decode().encode("utf-16")),
+        ):
             codes = (0,) if (file, name) == ("document.json", "UTF-16") else REFUSED
             if (file, name) != ("evidence.json", "UTF-16"):  # JSON as good as any, and the same
                 yield Pack(f"{file} is {name}", packed(data | {file: content}), codes=codes)
     for key in ("schema", "version", "libraries", "influences", "files", "command"):
-        for name, value in (("null", None), ("a number", 3), ("an object", {"x": 1}), ("a list of null", [None])):
+        for name, value in (
+            ("null", None),
+            ("a number", 3),
+            ("an object", {"x": 1}),
+            ("a list of null", [None]),
+        ):
             if (key, name) != ("libraries", "an object"):
-                yield Pack(f"{key} is {name}", packed(_said(data, lambda s, k=key, v=value: s.update({k: v}))))
+                yield Pack(
+                    f"{key} is {name}", packed(_said(data, lambda s, k=key, v=value: s.update({k: v})))
+                )
     paints = _said(data, lambda s: s.update(version="\x1b[2J\x1b]0;owned\x07"))
     yield Pack("a version that paints", packed(paints), codes=(0,))
 
@@ -232,8 +326,14 @@ def _archives(honest: bytes) -> Iterator[Pack]:
     yield Pack("an empty archive", packed({}))
     yield Pack("half an archive", honest[: len(honest) // 2])
     yield Pack("without its end", honest[:-22])
-    yield Pack("something before it", b"\x1f\x8b" + honest, codes=(0,))  # as programs that unpack themselves have it
-    for name, method in (("LZMA", zipfile.ZIP_LZMA), ("BZ2", zipfile.ZIP_BZIP2), ("deflate", zipfile.ZIP_DEFLATED)):
+    yield Pack(
+        "something before it", b"\x1f\x8b" + honest, codes=(0,)
+    )  # as programs that unpack themselves have it
+    for name, method in (
+        ("LZMA", zipfile.ZIP_LZMA),
+        ("BZ2", zipfile.ZIP_BZIP2),
+        ("deflate", zipfile.ZIP_DEFLATED),
+    ):
         whole = bytearray(packed(data, method))
         at = whole.index(b"evidence.json") + 30
         whole[at : at + 20] = b"\xff" * 20
