@@ -8,7 +8,7 @@ import pytest
 from tests.build import machine
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.scale import ScaleFactor
-from vcmm.show.pages.field import magnification_of, _segments, field_page
+from vcmm.show.pages.field import _segments, field_page, magnification_of
 from vcmm.task.response.volumetric import field
 
 
