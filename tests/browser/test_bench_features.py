@@ -61,8 +61,10 @@ def test_the_part_moves_before_the_evaluation_and_figures_stay_within_the_stated
 
 
 def test_the_picture_of_iso_14253_and_the_pill_stand_there(seen: Watched) -> None:
-    assert seen.page.locator("#pictures svg").count() == 3
-    pills = seen.page.locator("#rows .pill, #rows [class*=pill]")
+    pills = seen.page.locator("#rows .badge")
+    assert (
+        seen.page.locator("#pictures svg").count() == pills.count() == 2
+    )  # the distance of this plate has no limits
     assert "conforms" in pills.first.inner_text()
 
 
@@ -79,8 +81,10 @@ def test_what_is_saved_is_the_file_with_the_knobs(seen: Watched) -> None:
 def test_a_sweep_draws_u_against_the_knob(seen: Watched) -> None:
     seen.page.select_option("#along", "spread")
     seen.page.click("#sweep")
-    said(seen, "sweep: previews")
-    assert seen.page.locator("#swept svg").count() >= 1
+    seen.page.wait_for_selector(
+        "#swept svg", timeout=120_000
+    )  # the words of the status go when the evaluation comes back
+    assert "bore diameter" in (seen.page.locator("#swept").text_content() or "")
 
 
 def test_a_and_b_are_exchanged(seen: Watched) -> None:
@@ -94,10 +98,9 @@ def test_a_and_b_are_exchanged(seen: Watched) -> None:
 
 def test_measure_and_place_answer(seen: Watched) -> None:
     seen.page.click("#measure")
-    said(seen, "measure: done")
-    assert "bore diameter" in seen.page.locator("#found").inner_text()
+    said(seen, "bore diameter", "found")
     seen.page.click("#place")
-    said(seen, "place: done")
+    said(seen, "A short search", "found")
     assert seen.page.locator("#report").is_visible()
 
 
