@@ -8,15 +8,15 @@ import pytest
 from tests.build import machine
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.scale import ScaleFactor
-from vcmm.show.pages.field import _magnification, _segments, field_page
+from vcmm.show.pages.field import _segments, field_page, magnification_of
 from vcmm.task.response.volumetric import field
 
 
 def test_magnification_is_round_and_shows_an_eighth_of_the_size():
     """0.12 x 1000 mm / 10 um = 12 000: rounded down to 10 000."""
     points = np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0]])
-    assert _magnification(points, np.array([[0.0, 0.0, 0.01]])) == pytest.approx(10_000.0)
-    assert _magnification(points, np.zeros((1, 3))) == 1.0
+    assert magnification_of(points, np.array([[0.0, 0.0, 0.01]])) == pytest.approx(10_000.0)
+    assert magnification_of(points, np.zeros((1, 3))) == 1.0
 
 
 def test_edges_of_a_grid():

@@ -29,6 +29,7 @@ from vcmm.files.own.placement_writer import number_text, placed_text
 from vcmm.files.own.scenario import turned_knobs
 from vcmm.show.console.documents import document
 from vcmm.show.pages.uncertainty import decision_chart, scenes
+from vcmm.show.pages.view import task_in_machine
 from vcmm.show.report.scene import figure_of
 from vcmm.show.tables.uncertainty import uncertainty_json
 from vcmm.task.measuring.knobs import POSE, knobs_of, with_knobs
@@ -287,12 +288,13 @@ class Bench:
             self._done.pop(page, None)
 
     def preview(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
-        """Raises UsageError for knobs that do not exist; GivenUp when the page has asked something newer meanwhile."""
+        """Figures and the part where it lies now. UsageError: knobs that do not exist. GivenUp: the page has asked something newer meanwhile."""
         mine = self._ask(page)
         chosen = with_knobs(self.scenario, values)
         with self._working:
             self._check_newest(mine)
-            return preview(chosen, chosen.settings.seed)
+            figure = figure_of(task_in_machine(chosen.task()))[0]
+            return preview(chosen, chosen.settings.seed) | {"figures": [figure]}
 
     def settle(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
         """The whole evaluation with its scenes. GivenUp as soon as the page has asked something newer."""

@@ -59,6 +59,16 @@
     by("pin").disabled = true;
     status.textContent = error.message;
   };
+  const draw = async figures => {  // the scenes, as far as they are there: a preview has the first
+    if (!window.vcmmScenes) return;
+    const plotly = await vcmmScenes.load();
+    await Promise.all(figures.map(async (figure, i) => {
+      const {data, layout} = vcmmScenes.ready(figure), now = scenes[i].layout;
+      if (now) layout.scene.camera = now.scene.camera;
+      await plotly.react(scenes[i], data, layout, vcmmScenes.options);
+      vcmmScenes.silence(scenes[i]);
+    }));
+  };
   const settle = async () => {
     status.textContent = "computing";
     const at = {...knobs};
@@ -76,21 +86,18 @@
         return box;
       }).filter(box => box.children.length));
       document.body.dataset.settled = JSON.stringify(at);
-      if (window.vcmmScenes) {
-        const plotly = await vcmmScenes.load();
-        found.figures.forEach(async (figure, i) => {
-          const {data, layout} = vcmmScenes.ready(figure), now = scenes[i].layout;
-          if (now) layout.scene.camera = now.scene.camera;
-          await plotly.react(scenes[i], data, layout, vcmmScenes.options);
-          vcmmScenes.silence(scenes[i]);
-        });
-      }
+      await draw(found.figures);
     } catch (error) { status.textContent = `evaluated; the scenes cannot be drawn: ${error.message}`; }
   };
   const preview = async () => {
     if (busy) { waiting = true; return; }
     busy = true;
-    try { show(await ask("/preview", {knobs})); status.textContent = "preview"; } catch (error) { failed(error); }
+    try {
+      const found = await ask("/preview", {knobs});
+      show(found);
+      status.textContent = "preview";
+      await draw(found.figures).catch(() => {});  // of which the settled one tells
+    } catch (error) { failed(error); }
     busy = false;
     if (waiting) { waiting = false; preview(); }
   };

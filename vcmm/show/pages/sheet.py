@@ -188,7 +188,7 @@ def _indication_text(e: EvaluatedCharacteristic) -> str:
 def _budget(c: CharacteristicResult) -> str:
     """EA-4/02: the largest lines, the rest together, and y, u, degrees of freedom, k and U."""
     first, rest = shown_lines(sorted(budget_rows(c), key=lambda row: -row.line.u))
-    columns = tuple(column for column in BUDGET if column.head != "redraw")
+    columns = tuple(column for column in BUDGET if column.head != "varies per")
     table = ResultTable("", columns, first)
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     nu = effective_dof(c.budget, c.u)

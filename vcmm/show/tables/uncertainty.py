@@ -289,7 +289,7 @@ BUDGET: tuple[Column[BudgetRow], ...] = (
     Column(None, lambda b: b.line.unit, key="unit", csv="unit"),
     Column("law", lambda b: b.line.distribution, WORDS, key="distribution", csv="distribution"),
     Column("ν", _dof, DOF, key="dof", csv="dof", on="page"),
-    Column("redraw", lambda b: b.line.redraw, key="redraw", csv="redraw", page_head="varies per"),
+    Column("varies per", lambda b: b.line.redraw, key="redraw", csv="redraw"),
     entry("sensitivity_{unit}_per_unit", lambda b: b.line.sensitivity),
     Column(
         "c / ({small}/unit)",
