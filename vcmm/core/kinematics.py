@@ -110,7 +110,8 @@ def parse_structure(text: str) -> Chain:
     for letter in letters:
         if letters.count(letter) > 1:
             raise UsageError(
-                f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once'
+                f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once: where a chain has'
+                f" several of one letter, number them ({letter}1, {letter}2)"
             )
     return Chain(text, tuple(tool), tuple(word.removesuffix("'") for word in reversed(work)))
 
