@@ -109,8 +109,9 @@ def parse_structure(text: str) -> Chain:
     letters = [word.removesuffix("'") for word in work + tool]
     for letter in letters:
         if letters.count(letter) > 1:
+            cure = f": number them, {letter}1 and {letter}2" if is_axis(f"{letter}1") else ""
             raise UsageError(
-                f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once'
+                f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once{cure}'
             )
     return Chain(text, tuple(tool), tuple(word.removesuffix("'") for word in reversed(work)))
 

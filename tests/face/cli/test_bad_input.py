@@ -68,6 +68,7 @@ MISTYPED = [
     ('zone = "0.01 mm"', "zone = 0.01", ["zone = 0.01 must be a text in quotes", 'zone = "0.01 mm"']),
     # structure
     ('"w b Y X Z t"', '"w b Y X X t"', ["names axis X 2 times; each axis once"]),
+    ('"w b Y X Z t"', '"w b C C t"', ["names axis C 2 times; each axis once: number them, C1 and C2"]),
     ('"w b Y X Z t"', '"w b Y X t"', ['axis Z is not in structure = "w b Y X t"']),
     ('"w b Y X Z t"', '"w b Y X Z C t"', ["names axis C, but there is no [axes.C]"]),
     ('"w b Y X Z t"', '"w Y b X Z t"', ["take a prime"]),

@@ -52,6 +52,7 @@ MOST_TERMS = 6  # names of one recording; more have never been asked for
 CLOSING = 2  # names of one number that may close the account of the noise: with more, any would
 MOST_SHAPES = 10  # shapes without a name that are looked at one by one beside an answer: chosen
 FEWEST = 20  # observations of a fold: their scatter is known to 16 %
+BLOCKS = 10  # along an axis, every second one held out: each is a third of the far zone, so that they lie between rows
 VANISHING_SHARE = 1e-3  # of a signal that must survive nuisance and calibration: of 1 mm that is 1 um
 NOTHING = 1e-300  # in place of a zero below a fraction
 

@@ -17,6 +17,7 @@ from vcmm.core.axes import axis_of, is_rotary
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import (
+    BLOCKS,
     EXCITATION_DELTA,
     FAR,
     FEWEST,
@@ -29,8 +30,6 @@ from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.select import Selection, Term
 from vcmm.physics import BY_NAME
 from vcmm.task.response.folds import FAR_ZONE, Mask, fold_masks
-
-BLOCKS = 10  # along an axis: each a third of the far zone
 
 
 @dataclass(frozen=True)
