@@ -75,5 +75,5 @@ def test_the_zone_is_the_smallest():
     (first, last), middle = ends(BORE), BORE.point
     a, b = first + [3e-3, 0, 0], last + [0, 4e-3, 0]
     axis = (b - a) / (b - a)[2]
-    leaning = at(BORE, a + axis * (middle - a)[2], axis / np.linalg.norm(axis))
+    leaning = replace(at(BORE, a + axis * (middle - a)[2]), axis=axis / np.linalg.norm(axis))
     assert position(POSITION, leaning, [TOP, SIDE]) == pytest.approx(6.25e-3, rel=1e-3)
