@@ -153,5 +153,5 @@ def test_a_copied_row_is_told() -> None:
     points = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.000001], [1.0, 2.0, 3.0]])
     where = ("p.csv:2", "p.csv:3", "p.csv:4")
     (said,) = repetition_remarks(GivenPoints("", points, where))
-    assert said.startswith("p.csv:2: 1 more row holds a point")
+    assert said.startswith("p.csv:4 as p.csv:2: the same point")
     assert repetition_remarks(GivenPoints("", points[:2], where[:2])) == ()

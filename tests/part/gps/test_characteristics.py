@@ -278,8 +278,8 @@ def test_position_follows_the_alignment_or_its_own_datums() -> None:
     assert value("position", *shifted, hole, of="hole", datums=("top", "bore", "front")) == pytest.approx(
         0.02
     )
-    # bore alone leaves the turn free: it follows the pose
-    assert value("position", *shifted, hole, of="hole", datums=("bore",), pose=pose) == pytest.approx(0.02)
+    # bore alone leaves the turn about it free: of 0.01 along x at (30, 40) that takes up what is across, 0.8, and leaves 0.6 along the arm
+    assert value("position", *shifted, hole, of="hole", datums=("bore",), pose=pose) == pytest.approx(0.012)
 
 
 def test_coaxiality() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.plate import edited
 from vcmm.face.cli import run
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
-from vcmm.part.gps.contradictions import free_words, left_free
+from vcmm.part.gps.contradictions import always_kept, free_words, left_free
 from vcmm.part.part import Characteristic
 
 MORE = "[pose]\n"
@@ -64,14 +65,20 @@ def test_datums_that_leave_a_feature_free(tmp_path: Path, capsys: pytest.Capture
         code, said = told(capsys, tmp_path, place.format(datums))
         assert code == 0
         assert f"leave bore free to move ({free}" in said
-        assert "follows the alignment of the plan" in said
-    assert "without datums bore is free to move" in told(capsys, tmp_path, place.format(""))[1]
+        assert "its zone moves with it there (ISO 5459), and its value is the smallest so" in said
+    said = told(capsys, tmp_path, place.format(""))[1]
+    assert "without datums bore is free to move" in said
+    assert "follows the alignment of the plan" in said
     features = load_scenario(example("plate")).part.features
     both = Characteristic("p", "position", of=("bore",), datums=("top", "front"), zone=0.05)
     assert left_free(both, features) == pytest.approx(
         np.array([[1.0, 0, 0, 0, 0, 0]]) * np.sign(left_free(both, features)[0, 0])
     )
     assert free_words(left_free(both, features)) == "shift along x"
+    assert not always_kept(both, features)
+    rim = features | {"bore": replace(features["bore"], kind="circle", extent=())}  # no axis that could lean
+    assert always_kept(replace(both, datums=("top",)), rim)
+    assert not always_kept(replace(both, datums=("top", "front")), rim)
 
 
 @pytest.mark.parametrize(

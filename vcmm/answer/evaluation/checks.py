@@ -10,9 +10,10 @@ from vcmm.core.effect import required
 from vcmm.core.expansions import unusual_expansion
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Law
-from vcmm.core.run import T0_DEG_C
+from vcmm.core.run import T0_DEG_C, Array
+from vcmm.part.characteristic import Characteristic
 from vcmm.part.extent import EDGE, beyond_extent
-from vcmm.part.gps.contradictions import free_words, left_free, redundant_zones
+from vcmm.part.gps.contradictions import always_kept, free_words, left_free, redundant_zones
 from vcmm.part.part import ends, frame
 from vcmm.physics.structure.qualification import StylusQualification
 from vcmm.physics.structure.residual import ResidualField
@@ -98,15 +99,19 @@ def _drawing_warnings(scenario: Scenario) -> list[str]:
     for c in part.characteristics:
         free = left_free(c, part.features)
         if len(free):
-            why = (
-                f"its datums ({', '.join(c.datums)}) leave {c.of[0]}"
-                if c.datums
-                else f"without datums {c.of[0]} is"
-            )
-            out.append(
-                f'"{c.name}": {why} free to move ({free_words(free)}); there it follows {follows}: add a datum that holds it'
-            )
+            out.append(_what_is_free(c, free, always_kept(c, part.features), follows))
     return out
+
+
+def _what_is_free(c: Characteristic, free: Array, kept: bool, follows: str) -> str:
+    of, words = c.of[0], free_words(free)
+    if not c.datums:
+        return f'"{c.name}": without datums {of} is free to move ({words}); there it follows {follows}: add a datum that holds it'
+    what = "so that no part breaks it: its value is 0" if kept else "and its value is the smallest so"
+    return (
+        f'"{c.name}": its datums ({", ".join(c.datums)}) leave {of} free to move ({words}); its zone moves with it there (ISO 5459), '
+        f"{what}: add a datum if the drawing holds it"
+    )
 
 
 SHORT = 90.0  # deg: over less of a circle, size and place are told apart badly

@@ -1,8 +1,10 @@
 """Does the part conform as a whole? All its tolerances judged together, with what their measurements share (JCGM 106:2012, 8.4).
 
 The true values of sizes, distances and angles are drawn together from the linear model: what errs in common (a temperature, a scale,
-a datum) moves them in common. An extreme value is known by itself only; with it the joint probability lies between two bounds:
-at least 1 less all that is doubted, at most the smallest (Frechet).
+a datum) moves them in common. A known bias that is left in a value is carried as its own decision carries it: the probability is
+that of the true values, y - bias, and nothing is decided that values off by |bias|, either way, would decide otherwise. An extreme
+value is known by itself only; with it the joint probability lies between two bounds: at least 1 less all that is doubted, at most
+the smallest (Frechet).
 """
 
 from __future__ import annotations
@@ -57,24 +59,41 @@ def judged_jointly(
         return JointJudgement(names, math.nan, math.nan, math.nan, UNDECIDED, reason)
     alone = [float(c.decision.p_conform or 0.0) for c, _ in toleranced if c.decision is not None]
     together = [pair for pair in toleranced if isinstance(pair[0].truth, Additive)]
-    common = _common(model, together, seed) if together else 1.0
+    common = _common(model, together, seed) if together else _Share(1.0, 1.0, 1.0)
     others = [p for p, (c, _) in zip(alone, toleranced) if not isinstance(c.truth, Additive)]
-    least, most = max(common - sum(1.0 - p for p in others), 0.0), min([common, *others])
-    text = CONFORMS if least >= ACCEPT else REJECTED if most <= REJECT else UNDECIDED
-    return JointJudgement(names, least, most, math.prod(alone), text)
+    doubt = sum(1.0 - p for p in others)
+    least, most = max(common.true - doubt, 0.0), min([common.true, *alone])
+    each = [c.decision.text for c, _ in toleranced if c.decision is not None]
+    reach = common.least - doubt, min([common.most, *others])
+    return JointJudgement(names, min(least, most), most, math.prod(alone), _decision(each, *reach))
 
 
-def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, float]], seed: int) -> float:
-    """Share of common draws in which all true values lie within their limits."""
+def _decision(each: Sequence[str], least: float, most: float) -> str:
+    """A part with a tolerance that is not kept does not conform; it conforms where all are kept, one by one and together."""
+    if REJECTED in each or most <= REJECT:
+        return REJECTED
+    return CONFORMS if set(each) == {CONFORMS} and least >= ACCEPT else UNDECIDED
+
+
+@dataclass(frozen=True)
+class _Share:
+    """Of common draws, in which all lie within their limits: the true values; values off by a bias that is left in, both ways; either way."""
+
+    true: float
+    least: float
+    most: float
+
+
+def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, float]], seed: int) -> _Share:
     order = [c.name for c in model.characteristics]
     numbers = tuple(order.index(c.name) for c, _ in together)
-    held, rng = 0, np.random.default_rng([seed, FORMS])
+    held, rng = np.zeros(3), np.random.default_rng([seed, FORMS])
     for drawn in _drawn_values(model, numbers, seed):
-        inside = np.ones(len(drawn), dtype=bool)
+        inside = np.ones((3, len(drawn)), dtype=bool)
         for k, (c, y) in enumerate(together):
             inside &= _within(c, y, drawn[:, k] + _by_form(c, len(drawn), rng))
-        held += int(inside.sum())
-    return held / TRIALS
+        held += inside.sum(axis=1)
+    return _Share(*(float(x) for x in held / TRIALS))
 
 
 _DRAWN: WeakKeyDictionary[LinearModel, dict[tuple[tuple[int, ...], int], list[Array]]] = WeakKeyDictionary()
@@ -100,8 +119,13 @@ def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> A
 
 
 def _within(c: CharacteristicResult, y: float, drawn: Array) -> Array:
-    """Whether the true value lies within its limits (m,), when y is read and the machine would have indicated `drawn`."""
+    """Whether the true value lies within its limits (3, m), when y is read and the machine would have indicated `drawn`; besides whether
+    values do that are off by a bias that is left in, both ways and either way (`Additive.ways`).
+    """
     assert isinstance(c.truth, Additive)
     low, high = limits_of(c) or (-math.inf, math.inf)
-    true = y - c.truth.shift - (drawn - c.truth.at)
-    return np.asarray((low <= true) & (true <= high))
+    read = y - c.truth.shift - (drawn - c.truth.at)
+    lower, true, upper, middle = (
+        (low <= x) & (x <= high) for x in (read + d for d in (*c.truth.ways(), 0.0))
+    )
+    return np.array([true, lower & upper, lower | middle | upper])

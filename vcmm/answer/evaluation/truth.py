@@ -69,11 +69,12 @@ class Additive:
         interval = (low - abs(self.left), high + abs(self.left))
         if limits is None:
             return replace(said, interval=interval)
-        lower, true, upper = (self.of(y + d).probability(*limits) for d in self._ways())
+        lower, true, upper = (self.of(y + d).probability(*limits) for d in self.ways())
         reach = (min(lower, upper), max(lower, said.p_conform or 0.0, upper))
         return replace(said, interval=interval, p_conform=true, p_reach=reach)
 
-    def _ways(self) -> tuple[float, float, float]:
+    def ways(self) -> tuple[float, float, float]:
+        """What is added to y where a bias is left in: least, for the true value, most."""
         return -abs(self.left), -self.left, abs(self.left)
 
     def of(self, y: float) -> Linear | Summary | WidenedLaw:

@@ -70,14 +70,15 @@ def feature_rows(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
 
 def repetition_remarks(given: GivenPoints) -> tuple[str, ...]:
     """A remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
-    _, first, counts = np.unique(given.points, axis=0, return_index=True, return_counts=True)
-    double = sorted(int(i) for i in first[counts > 1])
-    if not double:
+    _, first, same = np.unique(given.points, axis=0, return_index=True, return_inverse=True)
+    earlier = first[np.ravel(same)]  # the first row that holds the point of each row
+    copies = [i for i, one in enumerate(earlier) if one != i]
+    if not copies:
         return ()
-    alike = int((counts - 1).sum())
+    named = [f"{given.where[i]} as {given.where[earlier[i]]}" for i in copies[:MOST_NAMED]]
+    more = f" and {len(copies) - MOST_NAMED} more" if len(copies) > MOST_NAMED else ""
     return (
-        f"{given.where[double[0]]}: {alike} more row{'s hold' if alike > 1 else ' holds'} a point that stands in the file already, to the "
-        "last digit; each counts as a touch of its own: remove it where it was copied",
+        f"{', '.join(named)}{more}: the same point to the last digit; each row counts as a touch of its own: remove it where it was copied",
     )
 
 

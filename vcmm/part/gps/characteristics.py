@@ -75,7 +75,7 @@ def evaluate(
     """Value (...) in mm or rad. `pose` = part_from_measured, one or a batch; None: fitted in the drawing
     frame.
 
-    A position with datums is evaluated in the system of its datums; freedom they leave follows `pose`.
+    A position with datums is evaluated in the system of its datums, and moved as they leave it free; without datums it follows `pose`.
     UsageError: unknown or unmeasured feature, a feature that does not suit the type. ModelLimit: fitted directions far from the drawing (the pose is missing).
     """
     c = characteristic
@@ -179,7 +179,8 @@ def _value(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredEl
     if c.type in FORM:
         return _form(c, of[0])
     if c.type == "position":
-        return pattern(c, of, [d.feature for d in datums]) if len(of) > 1 else position(c, project(c, of[0]))
+        system = [d.feature for d in datums]
+        return pattern(c, of, system) if len(of) > 1 else position(c, project(c, of[0]), system)
     if c.type in RUNOUT:
         return runout(c, of[0], datums[0])
     if c.type == "coaxiality":

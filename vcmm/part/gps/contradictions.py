@@ -9,7 +9,9 @@ import numpy as np
 from vcmm.core.pose import Array
 from vcmm.part.gps.characteristics import nominal, tolerance
 from vcmm.part.gps.criteria import EXTRACTED_KINDS, ORIENTATION_TYPES
-from vcmm.part.gps.freedom import free_motions, held_displacements
+from vcmm.part.gps.elements import nominal_element
+from vcmm.part.gps.freedom import free_motions, held_displacements, rows_for
+from vcmm.part.gps.location import departures
 from vcmm.part.part import Characteristic, Feature, centre
 
 MEASURED_TYPES = ("size", "distance", "angle")
@@ -85,6 +87,19 @@ def left_free(c: Characteristic, features: Mapping[str, Feature]) -> Array:
     free = free_motions([features[d] for d in c.datums], middle, scale)
     moved = held_displacements(one, middle, scale) @ free
     return np.asarray(free.T[np.abs(moved).max(axis=0) > MOVES]) if free.shape[1] else np.zeros((0, 6))
+
+
+def always_kept(c: Characteristic, features: Mapping[str, Feature]) -> bool:
+    """Whether what the datums of a position leave free takes up whatever its feature is off by: a centre that is free in all that counts."""
+    free = left_free(c, features)
+    if not len(free) or not c.datums:
+        return False
+    one = nominal_element(features[c.of[0]])
+    drawn, rows, _ = departures(c, one)
+    moved = np.concatenate(
+        [rows_for(drawn, np.broadcast_to(r, drawn.shape), centre(one.feature), 100.0) for r in rows]
+    )
+    return int(np.linalg.matrix_rank(moved @ free.T, tol=MOVES)) == len(moved)
 
 
 def free_words(motions: Array) -> str:

@@ -2,7 +2,7 @@
 
 position     spherical zone for sphere, torus and their centres; cylindrical for circles and, at the worse of
              the two ends, for axes; two parallel planes for planes (worst corner), points and lines (along
-             their normal).
+             their normal). Moved as its datums leave it free, until the zone is smallest.
 coaxiality   cylindrical zone about the fitted datum axis, worse end.
 symmetry     two parallel planes about the fitted datum plane, worst end or corner. Two planes in `of` or
              `datums` stand for the plane midway between them (slot, tongue).
@@ -10,6 +10,7 @@ symmetry     two parallel planes about the fitted datum plane, worst end or corn
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,29 +18,44 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length, unit
 from vcmm.part.gps.elements import AXES, CENTRES, MeasuredElement, anchor, axis_ends, from_axis
+from vcmm.part.gps.freedom import free_motions, largest_left, rows_for
 from vcmm.part.gps.orientation import DATUMS
 from vcmm.part.part import Characteristic, Feature, ends, frame, kind_text
 
 DRAWING_TOLERANCE = 1e-6  # mm by which the drawing itself may be off coaxial or symmetrical
 
 
-def position(c: Characteristic, e: MeasuredElement) -> Array:
-    """Zone (...) mm of an element in the drawing frame."""
+def position(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature] = ()) -> Array:
+    """Zone (...) mm of an element in the drawing frame. What a system of `datums` leaves free moves until it is smallest (ISO 1101:2017, 4;
+    ISO 5459:2011, 6: a tolerance zone is locked by its datums alone); without datums the frame is that of the alignment.
+    """
+    drawn, rows, off = departures(c, e)
+    middle = drawn.mean(axis=0)
+    scale = max(float(np.ptp(drawn, axis=0).max()), 1.0)
+    free = np.zeros((6, 0))
+    if datums and not any(d.free for d in datums):
+        free = free_motions(datums, middle, scale)
+    moved = np.stack([rows_for(drawn, np.broadcast_to(r, drawn.shape), middle, scale) for r in rows], axis=1)
+    return 2.0 * largest_left(off, moved @ free, minimax=True)
+
+
+def departures(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]:
+    """Drawn places (k, 3) of an element, the directions (r, 3) that count, and how far it lies off along them (..., k, r) mm."""
     feature = e.feature
     axes = frame(feature)
     if feature.kind in ("plane", "cylinder", "cone"):
         out = corners(e) if feature.kind == "plane" else axis_ends(e)
         drawn = _nominal_corners(feature) if feature.kind == "plane" else ends(feature)
         rows = axes[2:] if feature.kind == "plane" else axes[:2]
-        return np.asarray(2.0 * length((out - drawn) @ rows.T).max(axis=-1))
+        return drawn, rows, (out - drawn) @ rows.T
     if feature.kind == "line":
-        return np.asarray(2.0 * np.abs((axis_ends(e) - ends(feature)) @ axes[0]).max(axis=-1))
+        return ends(feature), axes[:1], (axis_ends(e) - ends(feature)) @ axes[:1].T
     if feature.free:
         raise UsageError(
             f'"{c.name}": "{feature.name}" is a free-form surface and has no position; name another feature.'
         )
     rows = {"point": axes[2:], "circle": axes[:2]}.get(feature.kind, axes)
-    return np.asarray(2.0 * length((e.point - feature.point) @ rows.T))
+    return feature.point[None], rows, ((e.point - feature.point) @ rows.T)[..., None, :]
 
 
 def coaxiality(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:

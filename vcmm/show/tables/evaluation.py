@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from vcmm.answer.evaluation.truth import Additive
+from vcmm.part.gps.decision import ACCEPT, UNDECIDED
 from vcmm.show.tables.quantities import DEVIATION, LENGTH, SPAN, percent
 from vcmm.show.tables.table import Column, ResultTable, csv_text, entry, records
 from vcmm.show.tables.uncertainty import (
@@ -169,7 +170,10 @@ def joint_words(joint: JointJudgement | None) -> list[str]:
         return [f"all {len(joint.names)} tolerances together: {joint.decision}, {joint.reason}"]
     least, most = f"{joint.least:.1%}", f"{joint.most:.1%}"
     p = least if least == most else f"between {least} and {most}"
-    return [f"all {len(joint.names)} tolerances together: {joint.decision}, probability {p}"]
+    why = " (not every tolerance is decided by itself)" * (
+        joint.decision == UNDECIDED and joint.least >= ACCEPT
+    )
+    return [f"all {len(joint.names)} tolerances together: {joint.decision}, probability {p}{why}"]
 
 
 def values_csv(parts: Sequence[EvaluatedPart]) -> str:
