@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vcmm.core._compile_kernels import njit
 from vcmm.shop.cutting._envelope_kernels import first_contact
 from vcmm.shop.cutting._group_kernels import may_meet, nearer_child
+from vcmm.shop.cutting._query_kernels import turn
 from vcmm.shop.cutting._tool_kernels import inside_at
 
 Array = NDArray[Any]
@@ -162,10 +163,7 @@ def material(
                 waiting += 2
                 continue
             group = leaves[at - leaves.shape[0]]
-            for i in range(3):
-                f = frames[group, i]
-                p[i] = f[0] * origins[row, 0] + f[1] * origins[row, 1] + f[2] * origins[row, 2]
-                n[i] = f[0] * direction[0] + f[1] * direction[1] + f[2] * direction[2]
+            turn(frames, group, origins[row], direction, p, n)
             tool = tools[group_tool[group]]
             stack[0], top = roots[group], 1
             while top > 0:

@@ -68,7 +68,6 @@ def set_up(scenario: CutScenario) -> PreparedCut:
 
 
 _PATHS: dict[tuple[tuple[Move, ...], bytes], Toolpath] = {}
-RUNS_OUT = "tool_runout"
 MOST_PATHS = 2  # kept: a job cuts the program as it is and the new one, each several times
 
 
@@ -291,7 +290,7 @@ def _mean_forces(job: PreparedCut) -> list[str]:
 
 def _runs_out_and_bends(job: PreparedCut) -> list[str]:
     """Run-out makes the chip of the tooth that stands out thicker; the forces are those of a tool that runs true."""
-    runs_out = [e.id for e in job.machine.effects if e.name == RUNS_OUT]
+    runs_out = [e.id for e in job.machine.effects if hasattr(e, "harmonic") and e.about.belongs_to == "tool"]
     if not runs_out or job.scenario.force_log or not any(needs_forces(e) for e in job.machine.effects):
         return []
     return [
