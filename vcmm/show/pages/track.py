@@ -14,7 +14,7 @@ from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries
-from vcmm.show.check_pictures import beside_forecast
+from vcmm.show.pages.check_pictures import beside_forecast
 from vcmm.show.pages.header import OF_MACHINES, facts
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
