@@ -8,7 +8,6 @@ the uncertainty of the state before, in quadrature with the noise of the reading
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -66,7 +65,7 @@ def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
     problem = make_problem(recording, followed.tracked.machine)
     seen, forecast, u = _beside(followed, track.states_before(number), problem, followed.seen[number].noise)
     scale, unit = (1e6, "µrad") if recording.kind == "angle" else (1e3, "µm")
-    values = tuple(v * scale for v in (seen, forecast, u))
+    values = (scale * seen, scale * forecast, scale * u)
     parts = _circles(problem, (file, track.checks[number].date, unit), values)
     parts = parts or (_along(problem, (file, track.checks[number].date, unit), values),)
     return tuple(p for p in parts if name in (file, p.name)) or parts
@@ -108,9 +107,6 @@ def _beside(
     spread = free(shown @ factor)
     u = np.hypot(np.sqrt((spread**2).sum(axis=1)), noise * problem.u)
     return free(value), free(value - problem.residual + shown @ mean), u
-
-
-Pick = Callable[[Array], Array]
 
 
 def _circles(
