@@ -8,7 +8,6 @@ the uncertainty of the state before, in quadrature with the noise of the reading
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -108,9 +107,6 @@ def _beside(
     spread = free(shown @ factor)
     u = np.hypot(np.sqrt((spread**2).sum(axis=1)), noise * problem.u)
     return free(value), free(value - problem.residual + shown @ mean), u
-
-
-Pick = Callable[[Array], Array]
 
 
 def _circles(
