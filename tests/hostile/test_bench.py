@@ -85,6 +85,7 @@ def drop(server: WorkbenchServer, files: Files, outside: Path) -> tuple[int, str
     return code, re.sub(r"/[^ \"]*?/vcmm-[a-z0-9_]+", "", said)
 
 
+@pytest.mark.thorough
 def test_files_outside_are_not_read_used_or_told(server: WorkbenchServer, outside: Path) -> None:
     without = {name: drop(server, files, outside) for name, files in file_cases(outside)}
     for name, text in SECRETS.items():

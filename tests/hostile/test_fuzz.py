@@ -10,6 +10,7 @@ from tests.hostile.mutations import Mutation
 SLICES, TOGETHER = 6, 300
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 def test_the_files_are_right_before_they_are_mutated(case, tmp_path):
     case.lay_out(tmp_path)

@@ -64,6 +64,7 @@ def judge(one: Pack, folder: Path, outside: Path, capfd: pytest.CaptureFixture[s
     return code, out, re.sub(r"\S*/tmp[^/ ]*/(?=files|pack)", "", err)
 
 
+@pytest.mark.thorough
 def test_every_hostile_pack_is_refused_or_told(
     archive: bytes, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

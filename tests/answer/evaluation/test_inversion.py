@@ -230,6 +230,7 @@ def test_forms_of_features_without_residuals_are_as_large_as_those_of_others():
     assert max(belts.reach(0, 20e-3)) <= 1
 
 
+@pytest.mark.thorough
 def test_a_hole_far_out_of_place_is_not_taken_for_a_rough_one():
     """A hole 0.1 mm off, touched with residuals of 1 um: parts are drawn that far off, with forms as of any part. Forms of
     half a millimetre were once drawn for its sake, and where some of those parts had no such hole nothing was claimed.

@@ -248,6 +248,7 @@ def test_reach_of_a_bow_by_pencil(tmp_path) -> None:
     assert reach["2 half waves along its second side"] == pytest.approx(0.339, rel=0.015)
 
 
+@pytest.mark.thorough
 def test_distance_of_planes_bowed_between_three_rows_of_points(tmp_path, capsys) -> None:
     """A bow of 3 um moves such a mean by 0.53 um; as a wave it was thought to move it by 0.57 of that, and the truth was lost."""
     rng = np.random.default_rng(14)

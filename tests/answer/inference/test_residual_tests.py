@@ -12,7 +12,7 @@ import pytest
 
 from tests.answer.inference import outside
 from vcmm.answer.evaluation.linear import prepare_model
-from vcmm.answer.inference.doubts import _outward
+from vcmm.answer.inference.doubts import outward
 from vcmm.answer.inference.memory import RHOS, likelihood_ratio, whitening
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.residual_tests import ALARM, ResidualTests, as_large
@@ -36,7 +36,7 @@ def alarms(
         touched = measured_points(task, task.machine.indication_error(task.touches.run))
         fitted = fit_features(task, touched)
         tests = tests or ResidualTests(prepare_model(task), 1)
-        residuals = {"ring": _outward(task, "ring", touched, fitted)}
+        residuals = {"ring": outward(task, "ring", touched, fitted)}
         outliers = tests.outliers(residuals)
         memory = tests.memory(residuals, {"ring": np.argsort(rows, kind="stable")})
         found[0] += bool(outliers)

@@ -88,6 +88,7 @@ def test_field_says_which_line_is_outside(tmp_path, capsys):
     assert f"vcmm: {at}:5: axis X = 601 mm is outside its travel 0 to 600 mm" in err
 
 
+@pytest.mark.thorough
 def test_field_writes_a_folder(tmp_path, capsys):
     folder = tmp_path / "out" / "field"
     assert run(["field", machine_file(tmp_path), "--nodes", "2", "--out", str(folder)]) == 0
@@ -367,6 +368,7 @@ def test_a_reader_that_stops_early(tmp_path):
     assert done.stderr == ""
 
 
+@pytest.mark.thorough
 def test_undecided_by_exit_code(tmp_path, capsys):
     """U of the diameter is 0.76 um: a reading 0.1 um inside its limit is undecided, which --require tells by exit code 1."""
     from vcmm.files.own.library import example

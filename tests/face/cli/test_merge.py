@@ -37,6 +37,7 @@ def merged(*words: str):
     return ask(("merge", *words))
 
 
+@pytest.mark.thorough
 def test_merged_shards_are_the_document_of_one_process(folder):
     answer = merged(FILES[1], FILES[0], "--json")
     assert answer.code == 0, answer.err
@@ -120,6 +121,7 @@ def test_adaptive_trials_cannot_be_split(folder):
     assert "--digits decides on the way" in answer.err
 
 
+@pytest.mark.thorough
 def test_a_cut_is_shared_as_well(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     shop.write(tmp_path, '[repeatability]\nu = "1 um"\n')

@@ -202,6 +202,7 @@ def held(name: str, examples: int) -> None:
     calm(given(drawn=strategy)(one))()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CHECKS)
 def test_what_is_written_is_read_back(name: str) -> None:
     held(name, 10)

@@ -79,6 +79,7 @@ def test_more_change_than_stated_is_said(tmp_path):
     assert said.startswith("EXX: the readings lie")
 
 
+@pytest.mark.thorough
 def test_three_months_of_a_chain_hold_the_truth(tmp_path):
     """A scale that wanders by 0.3 um rms a month, read every month with 0.1 um: the last band holds the last truth."""
     rng = np.random.default_rng(3)

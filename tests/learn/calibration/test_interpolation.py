@@ -66,6 +66,7 @@ def test_a_table_stands_where_lines_were_read(line):
     assert (kept.kind, len(kept.nodes)) == ("table", 13)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", INTERPOLATIONS[:5])
 def test_every_interpolation_finds_the_curve_and_the_file_is_what_was_fitted(line, name, tmp_path, capsys):
     """Read back, the file leaves the residuals of the document; the curve is what was read (a small net may miss half)."""

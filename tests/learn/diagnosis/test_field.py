@@ -111,6 +111,7 @@ def test_bumps_stand_about_rows_and_fall_off_with_distance():
     )
 
 
+@pytest.mark.thorough
 def test_a_free_shape_of_a_component_is_felt_through_the_chain():
     """EZY = 1 mm everywhere moves the tip by 1 mm in z, so a touch along n reads n_z more or less; wide bumps add up to it."""
     problem, *_ = searched((), 0.0, 11)

@@ -39,6 +39,7 @@ def cut(tmp_path, sweep: Sweep, kinds: list[int], **more) -> Blank:
     return found
 
 
+@pytest.mark.thorough
 def test_a_tool_from_another_side_makes_an_undercut(tmp_path):
     """Slot along x, 10 wide and 4 deep, and a bore D 4 along x by a tool that lies along x.
 

@@ -81,6 +81,7 @@ def moved(scenario) -> np.ndarray:
     return rows.mean(axis=0) * 1e3
 
 
+@pytest.mark.thorough
 def test_what_leans_between_probe_and_cutter_stays(tmp_path):
     # Z stands at -356 + 150 = -206 (ball centre 3 above: -203 of the tip that is asked) while probing, at -360 + 100 = -260 while
     # cutting. B0Z = 20 urad leans X by 20e-6 Z of the axis: 20e-6 (-260 + 206) = -1.08 um

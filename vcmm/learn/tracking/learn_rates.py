@@ -1,8 +1,9 @@
 """Rates by their evidence: the likelihood of every recording as the ones before predict it, times the prior of the rates.
 
-The state is integrated out by a filter (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61). Group by group the posterior of its walk, its trend and its
-season is worked out over all levels that are still probable, the other rates at their root mean squares; the root mean square of each takes
-its place (SWEEPS rounds). A swing and its time constant are searched along their grids. What no recording sees is left out first: all numbers
+The state is integrated out by a filter (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61). Walk, trend and
+season of every group are drawn in turn from their posteriors over all levels that are still probable, the other rates as they were drawn last
+(Gibbs sampler: Geman and Geman, IEEE Trans. PAMI 6 (1984) 721); the root of the mean of these posteriors' squares over SWEEPS rounds is
+used. A swing and its time constant are searched along their grids. What no recording sees is left out first: all numbers
 of a group have one prior, so that a group may be turned to the few combinations that are seen, without any change of the evidence.
 
 The likelihood of all recordings for given rates, by covariances alone: fast, and exact enough for a ratio of likelihoods.
@@ -15,8 +16,9 @@ vcmm.learn.tracking.changes, and their mixture is joined to one Gaussian.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -199,9 +201,10 @@ def learn_rates(
         rates = _best_swing(seen, rates, k)
     rng, used = np.random.default_rng(len(recordings)), rates
     variance = {(k, name): 0.0 for k in shown for name in GRIDS}
+    evidence = cache(lambda levels: log_evidence(seen, levels))  # the rounds come back to the same levels
     for sweep in range(SWEEPS + 1):
         for k, name in variance:
-            logs, levels = _conditional(seen, rates, k, name)
+            logs, levels = _conditional(evidence, rates, k, name)
             weights = np.exp(logs - logs.max())
             weights /= weights.sum()
             variance[k, name] += float(weights @ levels**2) / SWEEPS if sweep else 0.0
@@ -211,13 +214,15 @@ def learn_rates(
     return used
 
 
-def _conditional(seen: SeenNumbers, rates: tuple[GroupRates, ...], k: int, name: str) -> tuple[Array, Array]:
+def _conditional(
+    evidence: Callable[[tuple[GroupRates, ...]], float], rates: tuple[GroupRates, ...], k: int, name: str
+) -> tuple[Array, Array]:
     """(ln of the posterior, level) of every level of one rate that is still probable, all others as they are."""
     grid, priors = np.array(GRIDS[name]), log_priors(name)
     found: dict[int, float] = {}
 
     def ask(level: int) -> float:
-        found[level] = float(priors[level]) + log_evidence(seen, _with(rates, k, name, float(grid[level])))
+        found[level] = float(priors[level]) + evidence(_with(rates, k, name, float(grid[level])))
         return found[level]
 
     start = nearest_level(name, getattr(rates[k], name))
