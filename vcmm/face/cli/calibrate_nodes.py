@@ -14,6 +14,8 @@ def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
     from vcmm.files.learned.node_field import check_nodes, node_text
     from vcmm.learn.calibration.field_process import fit_process
     from vcmm.learn.calibration.nodes import node_scatter
+    from vcmm.physics.structure.residual import ResidualField
+    from vcmm.physics.structure.scatter import Scatter
     from vcmm.show.console.documents import document, print_json
     from vcmm.show.console.files import output_folder, write_text
     from vcmm.show.console.terminal import say, show_table
@@ -33,6 +35,8 @@ def nodes_command(wanted: CalibrationFiles, json: bool) -> int:
         names = [f.name for f in wanted.files]
         write_text(out, node_text(found, given.machine, wanted.machine, out, names, fit))
         say(f"wrote {out}")
+        if any(i.effect == Scatter.name for i in given.machine.inputs):
+            say(f"warning: {ResidualField.counted_twice}")
     if json:
         print_json(document("vcmm.nodes/1", node_body(found, fit, out), files=wanted.read()))
         return 0
