@@ -114,7 +114,7 @@ def test_the_upper_end_does_not_grow_where_fewer_parts_are_drawn(count: int) -> 
     """Points that see half of every form, t (0.5 +- 0.02), over three decades: 1 um is read of parts up to 1 / (0.5 - 1.812 x 0.02) = 2.156 um
     (3.5 % at this end alone, MOST_ONE_SIDED). A window of 1/40 of the parts spans 6.9 / 40 of ln t: the largest of it are 9 % larger and lack
     0.5 x 0.09 more, and its neighbours, 2.5 widths to either side with falling weights, 0.5 x 0.016: at most 1 / (0.464 - 0.053) = 2.43 um for
-    any number of parts, and 3 % of chance. Windows of a tenth gave from 6.9 (3000) to 2.4 um (12 000).
+    any number of parts, and 3 % of chance. Windows of a tenth gave 12.0 um with 3000 parts and 2.4 with 12 000.
     """
     rng = np.random.default_rng(7)
     true = 1e-4 * 10 ** (3 * rng.random(count))
