@@ -187,7 +187,11 @@ def test_contact_criteria_are_inverted_too(monkeypatch):
 
 
 def test_a_dense_profile_gives_what_it_indicates_within_the_machine():
-    """219 points with 0.4 um on a ring of 89 um, as scanned: up to 0.05 mm off its section. Noise adds up to 2 x 2.8 sigma."""
+    """219 points with 0.4 um on a ring of 89 um, as scanned: up to 0.05 mm off its section. Noise adds up to 2 x 2.8 sigma.
+
+    Of parts of the other kind 89 % are held, with 5000 trials as with 24 000, less than LEAST_OTHER: nothing is claimed. Windows that blurred
+    half a decade held 91 % with 5000 trials (and 89 % with 24 000), and it was.
+    """
     at, normals = plan_points(RING, Around(219))
     at[:, 2] = np.random.default_rng(1).uniform(-0.025, 0.025, 219)
     one = job(
@@ -198,7 +202,10 @@ def test_a_dense_profile_gives_what_it_indicates_within_the_machine():
     low, high = found.true_value.interval
     assert 89e-3 - 2 * 2.8 * 0.4e-3 - 1e-3 < low < 89e-3 < high < 89e-3 + 2 * 0.4e-3 + 1e-3
     assert found.bias == 89e-3 - found.true_value.estimate  # what the interval takes off is what is shown
-    assert found.coverage_shown
+    own, other = found.true_value.counted
+    assert own >= inversion.LEAST
+    assert other == pytest.approx(0.89, abs=3 * np.sqrt(0.89 * 0.11 / 2000))
+    assert found.coverage_shown == (other >= inversion.LEAST_OTHER)
 
 
 @pytest.mark.thorough

@@ -97,6 +97,9 @@ def test_several_parts_and_what_each_says(tmp_path: Path, capsys: pytest.Capture
             else:
                 assert c["true_value"]["interval_mm"] == [low, high]
                 assert c["true_value"]["estimate_mm"] == c["value_mm"]
+                assert (
+                    c["true_value"]["interval_u_mm"] is None
+                )  # the key is promised; nothing is drawn for it
                 assert c["true_value"]["coverage_claimed"] is False  # eight angles do not see eight lobes
                 assert "at the 16 points of bore" in c["true_value"]["reason"]
                 assert low < c["value_mm"] < high

@@ -86,7 +86,10 @@ def test_quantities_of_a_certificate(tmp_path: Path) -> None:
     assert diameter.value == pytest.approx(50.0012)
     assert diameter.u == pytest.approx(0.00012)  # U = 0.24 um, k = 2
     assert [first.value, second.value, second.u, second.unit] == pytest.approx([0.1, 0.3, 0.1, "um"])
-    assert quantities_csv([diameter]).splitlines()[1] == "ring gauge,diameter,50.0012,mm,0.00024,2,0.00012"
+    assert (
+        quantities_csv([diameter]).splitlines()[1]
+        == "ring gauge,diameter,50.0012,mm,0.00024,2,0.00012,,,0.95"
+    )
 
 
 def test_the_public_example_of_a_certificate() -> None:
@@ -134,6 +137,10 @@ def test_an_interval_that_is_not_value_and_U_stands_with_its_ends(tmp_path: Path
     assert ends is not None
     assert (ends.words("intervalMin"), ends.words("intervalMax")) == ("25.4096", "25.4116")
     assert "K2900/1 true value 25.4096 to 25.4116 mm, 0.95" in dfq_text("part", handed)
+    (back,) = read_dcc(path)  # the ends come back; the standard uncertainty of 0.5 um is no U with k = 1
+    assert (back.U, back.k, back.interval, back.p) == (None, None, (25.4096, 25.4116), 0.95)
+    assert back.u == pytest.approx(5e-4)
+    assert quantities_csv([back]).splitlines()[1].endswith(",mm,,,0.0005,25.4096,25.4116,0.95")
 
 
 def test_ends_that_scatter_as_draws_do_keep_U_and_k(tmp_path: Path) -> None:
@@ -152,7 +159,7 @@ def test_ends_that_scatter_as_draws_do_keep_U_and_k(tmp_path: Path) -> None:
     assert "K2022/1 5\r" in text
     (found,) = read_dcc(path)  # what is written is read
     assert (found.name, found.value, found.U, found.k) == ("D1", 25.41102, 0.00096, 2.0)
-    assert "D1,25.41102,mm,0.00096,2,0.00048" in convert(path).texts["quantities.csv"]
+    assert "D1,25.41102,mm,0.00096,2,0.00048,,,0.95" in convert(path).texts["quantities.csv"]
     far = handed_over(changed(**first, interval_mm=[end + shift for end in ends]))
     assert "true value" in dfq_text("part", far)
 

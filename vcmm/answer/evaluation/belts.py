@@ -26,7 +26,14 @@ from vcmm.part.part import Characteristic
 
 CLASSES = 8  # of roughness, each with as many of the drawn parts
 SMOOTHEST = 0.01  # share of the drawn parts with smaller residuals
-NEIGHBOURS = 300  # parts in a window: the 2.5 % quantile of their departures errs by 0.9 % in probability
+NEIGHBOURS = (
+    300  # parts in a window at most: the 2.5 % quantile of their departures errs by 0.9 % in probability
+)
+WINDOW = (
+    1 / 40
+)  # of all parts: 300 of 12 000; a window of a fixed share blurs as much however many parts are drawn
+ORDER = "weibull"  # place p (n + 1): below it lies the share p on average, however few the parts (Hyndman and Fan 1996, type 6)
+FEWEST = 60  # parts in a window: with fewer than 39 the 2.5 % quantile lies below the least of them
 SMOOTH = 10  # windows on either side over which quantiles are averaged, four to a width
 MOST_ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
 LEVELS = np.concatenate([[0.005, 0.01, 0.02], np.arange(0.025, 0.98, 0.025), [0.98, 0.99, 0.995]])
@@ -233,12 +240,17 @@ def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
         return Belt(np.zeros(1), np.quantile(departure, LEVELS)[None])
     order = np.argsort(true, kind="stable")
     true, departure = true[order], departure[order]
-    width = min(NEIGHBOURS, max(len(true) // 10, 1))
+    width = _width(len(true))
     step = max(width // 4, 1)
     middle = np.median(sliding_window_view(true, width)[::step], axis=1)
-    rows = _smooth(np.quantile(sliding_window_view(departure, width)[::step], LEVELS, axis=1).T)
+    rows = _smooth(np.quantile(sliding_window_view(departure, width)[::step], LEVELS, axis=1, method=ORDER).T)
     keep = np.concatenate([[True], np.diff(middle) > 0])
     return Belt(middle[keep], rows[keep])
+
+
+def _width(count: int) -> int:
+    """Parts in a window. A tenth of few parts spans half a decade of true values, and doubled the upper end of a flatness."""
+    return min(NEIGHBOURS, max(int(WINDOW * count), min(count // 10, FEWEST), 1))
 
 
 def _smooth(rows: Array) -> Array:

@@ -12,6 +12,8 @@ from vcmm.face.job import Job, Progress, Record
 from vcmm.files.learned.node_field import check_nodes, node_text
 from vcmm.learn.calibration.field_process import ProcessFit, fit_process
 from vcmm.learn.calibration.nodes import NodeScatter, node_scatter
+from vcmm.physics.structure.residual import ResidualField
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.show.console.files import output_folder, write_text
 from vcmm.show.console.terminal import say, show_table
 from vcmm.show.tables.nodes import NODE_COLUMNS, nodes_table, process_json, process_sentences, sentences
@@ -61,6 +63,8 @@ class NodesJob(Job[CalibrationInput, Nodes]):
             out, node_text(result.scatter, loaded.machine, self.wanted.machine, out, names, result.fit)
         )
         say(f"wrote {out}")
+        if any(i.effect == Scatter.name for i in loaded.machine.inputs):
+            say(f"warning: {ResidualField.counted_twice}")
 
     def show(self, loaded: CalibrationInput, result: Nodes) -> None:
         show_table(nodes_table(result.scatter))

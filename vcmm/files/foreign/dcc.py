@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import escape
 
 from vcmm.core.errors import DataError
@@ -23,11 +24,18 @@ UNITS = {  # unit of D-SI -> the word here and the factor to it
     r"\degreecelsius": ("degC", 1.0), r"\one": ("1", 1.0), r"\kilogram": ("kg", 1.0), r"\newton": ("N", 1.0),
     r"\second": ("s", 1.0), r"\hertz": ("Hz", 1.0), r"\pascal": ("Pa", 1.0), r"\ohm": ("ohm", 1.0),
 }  # fmt: skip
+STATED = (
+    "uncertainty", "valueExpandedMU", "coverageFactor", "coverageProbability", "valueStandardMU", "standardUnc",
+    "intervalMin", "intervalMax",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """One value of a certificate: where it stands in it, its unit as here, expanded uncertainty U with factor k (None: not stated)."""
+    """One value of a certificate: where it stands in it, its unit as here, expanded uncertainty U with factor k (None: not stated).
+
+    interval: ends of a coverage interval that is stated in place of U, with the standard uncertainty; p: coverage probability of either.
+    """
 
     section: str
     name: str
@@ -36,11 +44,14 @@ class Quantity:
     U: float | None
     k: float | None
     at: str
+    standard: float | None = None
+    interval: tuple[float, float] | None = None
+    p: float | None = None
 
     @property
     def u(self) -> float | None:
-        """Standard uncertainty, U / k."""
-        return None if self.U is None or not self.k else self.U / self.k
+        """Standard uncertainty: as stated beside an interval, or U / k."""
+        return self.standard if self.U is None or not self.k else self.U / self.k
 
 
 def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
@@ -65,18 +76,20 @@ def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
 
 
 def quantities_csv(found: Sequence[Quantity]) -> str:
-    """Quantities as a table: section, name, value, unit, U, k, u."""
+    """Quantities as a table: section, name, value, unit, U, k, u, ends of the interval where one is stated, p."""
     rows = [
         [
             q.section,
             q.name,
             f"{q.value:.12g}",
             q.unit,
-            *("" if v is None else f"{v:.12g}" for v in (q.U, q.k, q.u)),
+            *("" if v is None else f"{v:.12g}" for v in (q.U, q.k, q.u, *(q.interval or (None, None)), q.p)),
         ]
         for q in found
     ]
-    return csv_of([["section", "name", "value", "unit", "U", "k", "u"], *rows])
+    return csv_of(
+        [["section", "name", "value", "unit", "U", "k", "u", "interval_min", "interval_max", "p"], *rows]
+    )
 
 
 def _quantities(node: Node, section: str) -> list[Quantity]:
@@ -93,10 +106,17 @@ def _quantities(node: Node, section: str) -> list[Quantity]:
     if value is None or unit is None:
         raise DataError(f"{held.at}: the quantity {brief(name)} has no value or no unit")
     word, factor = _unit(unit, unit.text.strip())
-    U, k = _uncertainty(held)
     number = float(series(value)[0, 0])
-    wide = None if U is None else factor * U
-    return [Quantity(section=section, name=name, value=factor * number, unit=word, U=wide, k=k, at=held.at)]
+    return [
+        Quantity(
+            section=section,
+            name=name,
+            value=factor * number,
+            unit=word,
+            at=held.at,
+            **_uncertainty(held, factor),
+        )
+    ]
 
 
 def _list(held: Node, section: str, name: str) -> list[Quantity]:
@@ -136,17 +156,22 @@ def _spread(held: Node, name: str, count: int) -> list[float] | None:
     return found * count if len(found) == 1 else found
 
 
-def _uncertainty(held: Node) -> tuple[float | None, float | None]:
-    """Expanded uncertainty and factor; a standard uncertainty has the factor 1."""
-    numbers = {n.name: n for n in held.below()}
+def _uncertainty(held: Node, factor: float) -> dict[str, Any]:
+    """Keys of a Quantity: an expanded uncertainty with its factor (of a standard uncertainty alone 1), or an interval with its ends; p."""
+    nodes = {n.name: n for n in held.below()}
+    found = {name: float(series(n)[0, 0]) for name, n in nodes.items() if name in STATED}
+    p = found.get("coverageProbability")
     for name in ("uncertainty", "valueExpandedMU"):
-        if name in numbers:
-            factor = numbers.get("coverageFactor")
-            if factor is None:
-                raise DataError(f"{numbers[name].at}: an expanded uncertainty without its coverage factor")
-            return float(series(numbers[name])[0, 0]), float(series(factor)[0, 0])
-    standard = numbers.get("valueStandardMU")
-    return (None, None) if standard is None else (float(series(standard)[0, 0]), 1.0)
+        if name in found:
+            if "coverageFactor" not in found:
+                raise DataError(f"{nodes[name].at}: an expanded uncertainty without its coverage factor")
+            return {"U": factor * found[name], "k": found["coverageFactor"], "p": p}
+    standard = found.get("valueStandardMU", found.get("standardUnc"))
+    standard = None if standard is None else factor * standard
+    if "intervalMin" in found and "intervalMax" in found:
+        ends = factor * found["intervalMin"], factor * found["intervalMax"]
+        return {"U": None, "k": None, "p": p, "standard": standard, "interval": ends}
+    return {"U": standard, "k": None if standard is None else 1.0}
 
 
 def _unit(node: Node, word: str) -> tuple[str, float]:

@@ -19,6 +19,7 @@ from vcmm.files.own.certificate_keys import certificate_remarks
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.own.known_errors import known_errors
+from vcmm.files.own.machine_remarks import repeatability_remarks
 from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
 from vcmm.files.own.tracked import tracked_inputs
 from vcmm.files.problems import Problems
@@ -103,7 +104,8 @@ def _checked_machine(
             name=model.name or document.path.stem, kind=model.kind, chain=chain, axes=axes,  # type: ignore[arg-type]
             state=errors.state if errors else "residual", load_limit=model.load_limit,
             compensation=tuple(errors.compensation) if errors else (), large_errors=model.large_errors,
-            remarks=_of_scales(model), record=model.record.stated,
+            remarks=(*_of_scales(model), *repeatability_remarks(model, tables_in(data, "inputs"))),
+            record=model.record.stated,
         ),
     )  # fmt: skip
     if bare is not None and model.certificate is not None:

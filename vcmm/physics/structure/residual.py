@@ -64,6 +64,10 @@ class ResidualField(Effect, WithResponse, Tabulated):
         "pose may gain from that and not from the machine; write the field anew with `vcmm calibrate --nodes`, or give "
         "correlated_field its covariance, as `vcmm place gaska2014` does"
     )
+    counted_twice: ClassVar[str] = (
+        "[repeatability] and the random share of residual_field both add to every touch: the scatter of the approaches of which the field was "
+        "found holds that of the machine, and may be counted twice; take [repeatability] out, or keep in it what the probe alone adds"
+    )
     nodes: Any = field(
         default_factory=lambda: _unit_cube(),
         metadata={"kind": POINTS, "doc": "(nodes, 3) mm: places, those that were read first"},

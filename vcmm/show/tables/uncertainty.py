@@ -149,6 +149,7 @@ def true_value_by_points(c: CharacteristicResult) -> dict[str, Any] | None:
     return {
         f"estimate_{c.unit}": c.value - (c.bias if c.bias_in_U else 0.0),
         f"interval_{c.unit}": list(c.interval),
+        f"interval_u_{c.unit}": None,  # no parts are drawn for it
         "coverage_claimed": c.coverage_shown,
         "reason": c.why_not_shown or None,
         "not_covered": list(c.not_covered),
