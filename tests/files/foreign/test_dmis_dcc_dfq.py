@@ -86,7 +86,10 @@ def test_quantities_of_a_certificate(tmp_path: Path) -> None:
     assert diameter.value == pytest.approx(50.0012)
     assert diameter.u == pytest.approx(0.00012)  # U = 0.24 um, k = 2
     assert [first.value, second.value, second.u, second.unit] == pytest.approx([0.1, 0.3, 0.1, "um"])
-    assert quantities_csv([diameter]).splitlines()[1] == "ring gauge,diameter,50.0012,mm,0.00024,2,0.00012,,,0.95"
+    assert (
+        quantities_csv([diameter]).splitlines()[1]
+        == "ring gauge,diameter,50.0012,mm,0.00024,2,0.00012,,,0.95"
+    )
 
 
 def test_the_public_example_of_a_certificate() -> None:
