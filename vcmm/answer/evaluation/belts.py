@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -32,7 +33,9 @@ NEIGHBOURS = (
 WINDOW = (
     1 / 40
 )  # of all parts: 300 of 12 000; a window of a fixed share blurs as much however many parts are drawn
-ORDER = "weibull"  # place p (n + 1): below it lies the share p on average, however few the parts (Hyndman and Fan 1996, type 6)
+ORDER: Literal["weibull"] = (
+    "weibull"  # place p (n + 1): below it lies the share p on average, however few the parts (Hyndman and Fan 1996, type 6)
+)
 FEWEST = 60  # parts in a window: with fewer than 39 the 2.5 % quantile lies below the least of them
 SMOOTH = 10  # windows on either side over which quantiles are averaged, four to a width
 MOST_ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
