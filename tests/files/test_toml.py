@@ -96,6 +96,10 @@ def test_where_falls_back_to_the_table(tmp_path):
         ("[t]\nx = 1\n[t]\ny = 2\n", 3, ["each key and each table is written once"]),
         ('a = "open\n', 1, ['a = "open']),
         ("a = [1,\n2\n", 1, ["not valid TOML", "is not closed before line 2"]),  # where the bracket stands
+        ("a = [1,\nb = 2\n", 1, ['the "[" is not closed before line 2', 'close it with "]"']),
+        ("a = [1, 2\n\n[machine]\n", 1, ['the "[" is not closed before line 3']),
+        ("a = { b = 1,\nc = 2 }\n", 1, ['the "{" is not closed', "stays on one line"]),
+        ("a = [\n 1,\n abc,\n]\n", 3, ["texts need quotes"]),  # a list over lines, closed: the value is wrong
     ],
 )
 def test_syntax_errors_show_the_line(tmp_path, text, line, words):

@@ -121,12 +121,12 @@ def _syntax(path: Path, text: str, message: str) -> str:
     lines = lines_of(text)
     number = int(found[1]) if found else len(lines)
     fix = "texts need quotes, keys need ="
-    if message.startswith("Unclosed") and (
-        opened := _last_open_bracket(lines_of(_QUOTED_TEXT.sub(_blank_text, text)), number)
-    ):
+    blank = lines_of(_QUOTED_TEXT.sub(_blank_text, text))
+    if opened := _unclosed(blank, number, message):
         seen, (number, bracket) = number, opened
         until = f" before line {seen}" if seen > number else ""
         message, fix = f'the "{bracket}" is not closed{until}', f'close it with "{CLOSES[bracket]}"'
+        fix += "; what stands in braces stays on one line" if bracket == "{" else ""
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     if "verwrite" in message or "twice" in message or "more than once" in message:
         fix = "each key and each table is written once"
@@ -136,16 +136,37 @@ def _syntax(path: Path, text: str, message: str) -> str:
 CLOSES = {"[": "]", "{": "}"}
 
 
-def _last_open_bracket(lines: Sequence[str], most: int) -> tuple[int, str] | None:
-    """Line and kind of the last bracket that was opened before line `most` and not closed (on that line by one of its own kind)."""
+_BEGINS_ANEW = re.compile(
+    r"""\s*(?:[\w.-]+\s*=|\[\[?\s*[\w."'-]+\s*\]\]?\s*(?:#.*)?$)"""
+)  # key = ..., [table]
+
+
+def _unclosed(lines: Sequence[str], number: int, message: str) -> tuple[int, str] | None:
+    """Line and kind of the bracket whose missing end is what the reader stumbled over on line `number`; None where it is something else.
+
+    A list may go on over lines, so one that is open there is only the cause where the line begins a new key or table, or the file ends.
+    """
+    before = _open_brackets(lines[: number - 1])
+    line = lines[number - 1] if number <= len(lines) else ""
+    is_end = "at end of document" in message
+    if before and (is_end or message.startswith("Unclosed") or _BEGINS_ANEW.match(line)):
+        return before[-1]
+    here = _open_brackets([line])
+    if here and (is_end or message.startswith("Unclosed") or here[-1][1] == "{"):
+        return number, here[-1][1]
+    return None
+
+
+def _open_brackets(lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Line and kind of the brackets that are opened in these lines and not closed by one of their own kind."""
     waiting: list[tuple[int, str]] = []
-    for number, line in enumerate(lines[:most], 1):
+    for number, line in enumerate(lines, 1):
         for character in line.partition("#")[0]:
-            if character in CLOSES and (number < most or not waiting or waiting[-1][0] == most):
+            if character in CLOSES:
                 waiting.append((number, character))
             elif waiting and character == CLOSES[waiting[-1][1]]:
                 waiting.pop()
-    return waiting[-1] if waiting else None
+    return waiting
 
 
 def find_file(text: str, folder: Path) -> Path | None:
