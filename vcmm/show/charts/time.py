@@ -9,6 +9,7 @@ import numpy as np
 
 from vcmm.show.charts.curves import PlotSeries, curve
 from vcmm.show.report.palette import LIGHT
+from vcmm.show.report.text import unit_word
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +35,9 @@ def over_time(
         ),
     ]  # fmt: skip
     title = f"{name}{f' ({what})' if what else ''}"
-    drawn = curve(series, x_label=f"days since {start}", y_label=unit, title=title, zero_line=False, ax=ax)
+    drawn = curve(
+        series, x_label=f"days since {start}", y_label=unit_word(unit), title=title, zero_line=False, ax=ax
+    )
     for day in alarms:
         drawn.axvline(day, color=LIGHT["bad"], linewidth=1.0, linestyle=":")
     return drawn

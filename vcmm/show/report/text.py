@@ -42,6 +42,11 @@ def micro(text: str) -> str:
     return '"'.join(_MICRO.sub(r" µ\1", t) if k % 2 == 0 else t for k, t in enumerate(text.split('"')))
 
 
+def unit_word(unit: str) -> str:
+    """um/m -> µm/m, as people write it; documents and files keep um/m."""
+    return re.sub(r"\bu(m|rad)\b", r"µ\1", unit)
+
+
 def number(value: float | None, digits: int = 3) -> str:
     """`value` with `digits` significant digits, a true minus sign, no loss of integer digits.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vcmm.learn.tracking.dates import date_of
 from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed_value
-from vcmm.show.report.text import micro
+from vcmm.show.report.text import micro, unit_word
 from vcmm.show.tables.audit import verdict as audit_verdict
 from vcmm.show.tables.fleet import trend_text
 
@@ -90,7 +90,7 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
 
 
 def _number_line(c: NumberOverTime) -> AnswerLine:
-    unit = "" if c.unit == "1" else c.unit.replace("um", "µm").replace("urad", "µrad")
+    unit = "" if c.unit == "1" else unit_word(c.unit)
     value, u = float(c.value[-1]), float(c.u[-1])
     return AnswerLine(
         f"{c.name} {c.what}".strip(),

@@ -10,8 +10,9 @@ import numpy as np
 
 from vcmm.core.effect import parameter
 from vcmm.core.units import parse_unit
+from vcmm.show.report.text import unit_word
 from vcmm.show.tables.quantities import fixed
-from vcmm.show.tables.table import Column, ResultTable
+from vcmm.show.tables.table import Column, ResultTable, Writing
 
 if TYPE_CHECKING:
     from vcmm.files.learned.thermal_terms import WrittenTerms
@@ -55,7 +56,7 @@ TERMS: tuple[Column[TermRow], ...] = (
     Column("number", lambda row: row.parameter, key="parameter"),
     Column("value", lambda row: row.value, fixed(3), key="value"),
     Column("u", lambda row: row.u, fixed(3), key="u"),
-    Column("unit", lambda row: row.unit, key="unit"),
+    Column("unit", lambda row: row.unit, Writing(lambda unit, _: unit_word(unit), words=True), key="unit"),
 )
 
 
