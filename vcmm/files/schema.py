@@ -314,11 +314,8 @@ def _key_location(location: Location) -> Location:
 def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -> str:
     kind, value = item["type"], item["input"]
     if kind == "extra_forbidden":
-        allowed, other = (
-            allowed_keys(model, location[:-1]),
-            getattr(_model_at(model, location[:-1]), "other_names", {}),
-        )
-        return f'unknown key "{key}".{choose_from(other.get(key, key), allowed)}'
+        usual = getattr(_model_at(model, location[:-1]), "other_names", {}).get(key, key)
+        return f'unknown key "{key}".{choose_from(usual, allowed_keys(model, location[:-1]))}'
     if kind == "missing":
         example = _example(model, location)
         return f'the key "{key}" is missing; ' + (
