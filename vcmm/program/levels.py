@@ -148,7 +148,7 @@ def demand(assumed: Iterable[Assumption], name: str, job: str) -> None:
 def _sentence(a: Assumption, job: str) -> str:
     if a.blank is not None:
         return f"{job} needs {a.what}: write {a.blank} in the set-up file (vcmm nc --write-setup writes it with blanks)"
-    survey = f'vcmm nc, a survey, goes on with "{a.value}", which does not give {job} the path'
+    survey = f'the survey of vcmm nc goes on with "{a.value}", which does not give {job} the path'
     word = a.what.split()[0]
     if word[0].isupper() and a.refusal.startswith(word):  # a code: nobody needs it, it is in the way
         return f"{a.refusal}. {survey[0].upper()}{survey[1:]}"
