@@ -16,6 +16,7 @@ from vcmm.learn.diagnosis.trend import STEP, Trend
 from vcmm.show.report.answers import answer_text
 from vcmm.show.tables import answers_machine, answers_parts, answers_runs
 from vcmm.show.tables.answers import answer_of
+from vcmm.show.tables.calibration import U_OF_FIGURE
 
 
 def record(file: str, verdict: str = "explained", problem: str = "", machine: str = "mill") -> dict[str, Any]:
@@ -124,6 +125,7 @@ def test_a_figure_without_u_of_its_readings_has_no_digits_of_rounding():
     """u = 1.7e-15 um is rounding of nothing: no U, and the value to 0.01 um as every number without U."""
     (line,) = answers_runs.acceptance_answers([Figure("G(b) XY", 5.6573935048618145, 1.7e-15)], recorded=True)
     assert answer_text([line]).splitlines()[0] == "G(b) XY: 5.66 µm (u of the readings not in it)"
+    assert [U_OF_FIGURE.terminal(u, "mm") for u in (1.7e-15, 0.12, None)] == ["–", "0.120 µm", "–"]
     (own,) = answers_runs.acceptance_answers([Figure("G(b) XY", 5.657, 0.12)], recorded=True)
     assert own.result == "5.66 ± 0.24 µm"
     (predicted,) = answers_runs.acceptance_answers([Figure("G(b) XY", 5.657, 1.7e-15)])

@@ -9,6 +9,7 @@ from vcmm.learn.tracking.dates import date_of
 from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed_value
 from vcmm.show.report.text import micro
 from vcmm.show.tables.audit import verdict as audit_verdict
+from vcmm.show.tables.calibration import LEAST_U_UM
 from vcmm.show.tables.fleet import trend_text
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from vcmm.show.tables.track import Planned
 
 MOST = 5  # lines of figures without a limit, numbers that moved
-LEAST_U_UM = 1e-6  # below it a u is what rounding leaves of nothing
 NO_U = "u of the readings not in it"
 NOTHING = "nothing missing"  # verdict of a diagnosis
 
