@@ -76,7 +76,9 @@ def test_all_problems_at_once(tmp_path):
     with pytest.raises(DataError) as caught:
         read_positions(path, ("X", "Y", "Z"))
     assert len(caught.value.problems) == 5
-    assert '"Y_m" is there; rename it to "Y_mm"' in str(caught.value)
+    assert "Convert the values of Y_m (1 m = 1000 mm) and name the column Y_mm" in str(
+        caught.value
+    )  # a new name alone would keep metres
 
 
 def test_a_missing_file_shows_what_is_there(tmp_path):
@@ -101,3 +103,13 @@ def test_channels_are_columns_of_a_run():
     check_channel("probe_angle_rad")
     with pytest.raises(UsageError, match="no column of a run"):
         check_channel("probe_angle_deg")
+
+
+def test_a_column_in_another_unit_is_converted_not_renamed(tmp_path):
+    """1 rad = 180 / pi = 57.29577951 deg: a new name alone would turn 0.1 rad into 0.1 deg."""
+    with pytest.raises(DataError) as caught:
+        read_positions(_write(tmp_path, "X_mm,C_rad\n1,0.1\n"), ("X", "C"))
+    said = " ".join(caught.value.problems)
+    assert "the column C_deg is missing. Convert the values of C_rad (1 rad = 57.29577951 deg)" in said
+    assert "rename" not in said
+    assert "Did you mean" not in said

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.plate import edited
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
 from vcmm.task.certified.certificate import length_limit, short_limit
@@ -76,6 +76,14 @@ def test_keys_as_data_sheets_have_them(tmp_path: Path) -> None:
         found.append(load_machine(machine_file(tmp_path, text)))
     assert found[0].inputs[0].evidence == found[1].inputs[0].evidence == found[2].inputs[0].evidence
     assert "P_Form 1.9 um" in found[0].inputs[0].evidence
+
+
+@pytest.mark.parametrize(("old", "new"), [("MPEP", "PFTU_MPE"), ("MPE_P", "PFTU_MPE"), ("MPE_E", "E0_MPE")])
+def test_symbols_of_earlier_editions_lead_to_those_of_today(tmp_path: Path, old: str, new: str) -> None:
+    """ISO 10360-2:2001 has MPE_P for the probing error and MPE_E for lengths; R0_MPE is a repeatability range, neither of them."""
+    text = f'[certificate]\nE150_MPE = "1.9 um + L/300"\n{old} = "1.8 um"\n'
+    with pytest.raises(DataError, match=f'unknown key "{old}". Did you mean "{new}"'):
+        load_machine(machine_file(tmp_path, text))
 
 
 CERTIFICATE = '[certificate]\nE0_MPE = "1.9 um + L/300"\n'

@@ -62,6 +62,24 @@ def test_a_job_that_needs_every_number_reads_strictly_and_names_them_all():
     assert len(read_for("cut", "G21\nG0 X1.\nM30", "fanuc", Setup()).moves) == 1
 
 
+def test_a_code_of_another_system_is_named_with_the_right_one():
+    """G-code system A of a FANUC lathe: G99 is the feed per turn, G95 a tapping cycle (B-64304EN, 3.2, table of G codes)."""
+    with pytest.raises(DataError) as caught:
+        read_for(
+            "calibrate face",
+            "G21\nG97 S500 M3\nG95\nG0 X50. Z2.\nG1 Z-10. F0.1\nM30",
+            "fanuc-lathe",
+            Setup(),
+            name="face.nc",
+        )
+    (said,) = [p for p in caught.value.problems if ":3:" in p]
+    assert said.startswith(
+        "face.nc:3:1: G95 (tapping with a driven tool in G-code system A) is not understood"
+    )
+    assert "write G99" in said
+    assert "a survey takes" not in said
+
+
 TOOLED = {
     "fanuc": "G21 G90\nT1 M6\nG43 H1 G0 Z5.\nM30\n", "haas": "G21 G90\nT1 M6\nG43 H1 G0 Z5.\nM30\n",
     "linuxcnc": "G21 G90\nT1 M6\nG43 H1 G0 Z5.\nM2\n", "sinumerik": "T1 D1\nM6\nG0 Z5\nM30\n",

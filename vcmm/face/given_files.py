@@ -37,8 +37,10 @@ def evaluate_listed(
     from vcmm.answer.inference.job import evaluate_values
     from vcmm.files.foreign.cmm_exports import exported_values
     from vcmm.files.own.measured_data import read_measured_values
+    from vcmm.part.gps import characteristics as gps
 
-    found = exported_values(values, [c.name for c in scenario.part.characteristics])
+    nominals = {c.name: gps.nominal(c, scenario.part.features) for c in scenario.part.characteristics}
+    found = exported_values(values, list(nominals), nominals)
     listed, said = found or (read_measured_values(values), "")
     parts = evaluate_values(scenario, listed, settings=settings, progress=progress)
     return tuple(replace(p, warnings=(*p.warnings, said)) for p in parts) if said else parts

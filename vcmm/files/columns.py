@@ -11,6 +11,7 @@ import numpy as np
 from vcmm.core.axes import LETTERS, ROTARY, in_order, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
+from vcmm.core.units import UNITS
 from vcmm.files.problems import misspelt
 from vcmm.files.sheets import Sheet, read_csv
 from vcmm.physics import ALL
@@ -65,7 +66,9 @@ def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
     problems = []
     for axis in axes:
         if axis_column(axis) not in sheet.header:
-            hint = misspelt(axis_column(axis), [n for n in sheet.header if n not in file_columns()])
+            strange = [n for n in sheet.header if n not in file_columns()]
+            hint = "".join(in_other_unit(n, [axis_column(axis)]) for n in strange)
+            hint = hint or misspelt(axis_column(axis), strange)
             problems.append(
                 f"{sheet.head}: the column {axis_column(axis)} is missing.{hint} The machine has the axes {' '.join(axes)}"
             )
@@ -81,6 +84,26 @@ def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
             offset[:, i] = numbers.pop(f"offset_{c}_mm")
     others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in axes_of(numbers)}}
     return Run(position, offset, canonical_columns(others), labels)
+
+
+def in_other_unit(name: str, known: Iterable[str]) -> str:
+    """' Convert the values of C_rad ...' where a column differs from a known one in its unit alone (another name keeps the numbers), else ''."""
+    what, _, unit = name.rpartition("_")
+    for other in known:
+        same, _, due = other.rpartition("_")
+        if (
+            what
+            and same == what
+            and unit in UNITS
+            and due in UNITS
+            and UNITS[unit][1] == UNITS[due][1]
+            and unit != due
+        ):
+            factor = UNITS[unit][0] / UNITS[due][0]
+            return (
+                f" Convert the values of {name} (1 {unit} = {factor:.10g} {due}) and name the column {other}."
+            )
+    return ""
 
 
 def _wrong_senses(sheet: Sheet, numbers: dict[str, Array]) -> list[str]:
@@ -193,7 +216,7 @@ def _split_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array],
         (),
         lambda name: known_column(name, known),
         lambda name: (
-            f".{did_you_mean(name, [*known, *LABELS])} Names state their unit, as in X_mm, C_deg, offset_z_mm, temp_part_C, "
+            f".{in_other_unit(name, known) or did_you_mean(name, [*known, *LABELS])} Names state their unit, as in X_mm, C_deg, offset_z_mm, temp_part_C, "
             "speed_X_mm_s"
         ),
         problems,

@@ -314,7 +314,8 @@ def _key_location(location: Location) -> Location:
 def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -> str:
     kind, value = item["type"], item["input"]
     if kind == "extra_forbidden":
-        return f'unknown key "{key}".{choose_from(key, allowed_keys(model, location[:-1]))}'
+        usual = getattr(_model_at(model, location[:-1]), "other_names", {}).get(key, key)
+        return f'unknown key "{key}".{choose_from(usual, allowed_keys(model, location[:-1]))}'
     if kind == "missing":
         example = _example(model, location)
         return f'the key "{key}" is missing; ' + (

@@ -34,6 +34,7 @@ class Assumption(NamedTuple):
     """What was taken for granted: line of the program, what it is, the value taken.
 
     blank: how the set-up file gives it, None where it cannot. matters: whether the path of the tool depends on it.
+    refusal: the sentence with which a strict reading stops here, "" where it has none.
     """
 
     line: int
@@ -41,6 +42,7 @@ class Assumption(NamedTuple):
     value: str
     blank: SetupEntry | None = None
     matters: bool = True
+    refusal: str = ""
 
 
 class UnusedWord(NamedTuple):
@@ -140,10 +142,14 @@ def demand(assumed: Iterable[Assumption], name: str, job: str) -> None:
     """
     missing = [a for a in assumed if a.matters]
     if missing:
-        raise DataError([f"{name}:{a.line}:1: {job} needs {a.what}: {_how(a)}" for a in missing])
+        raise DataError([f"{name}:{a.line}:1: {_sentence(a, job)}" for a in missing])
 
 
-def _how(a: Assumption) -> str:
+def _sentence(a: Assumption, job: str) -> str:
     if a.blank is not None:
-        return f"write {a.blank} in the set-up file (vcmm nc --write-setup writes it with blanks)"
-    return f"a survey takes {a.value}, which is not enough here; put it into the program, or add the file that has it"
+        return f"{job} needs {a.what}: write {a.blank} in the set-up file (vcmm nc --write-setup writes it with blanks)"
+    survey = f'the survey of vcmm nc goes on with "{a.value}", which does not give {job} the path'
+    word = a.what.split()[0]
+    if word[0].isupper() and a.refusal.startswith(word):  # a code: nobody needs it, it is in the way
+        return f"{a.refusal}. {survey[0].upper()}{survey[1:]}"
+    return f"{job} needs {a.what}: {survey}; put it into the program, or add the file that has it"

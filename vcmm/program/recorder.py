@@ -111,7 +111,7 @@ class Recorder(ModalState):
         if self.setup.strict:  # nothing is assumed here: what both levels know is a remark
             self.remark(f"{what}: {value}")
             return
-        self.assumed.setdefault(what, Assumption(self.line, what, value, blank, matters))
+        self.assumed.setdefault(what, Assumption(self.line, what, value, blank, matters, otherwise))
 
     # -- positions --
     def refresh(self) -> None:

@@ -127,6 +127,40 @@ def test_a_short_row_that_does_not_stand_under_its_heading_is_refused(tmp_path: 
         exported_values(path, ["POS1.X"])
 
 
+def test_another_nominal_and_a_wrong_deviation_are_told(tmp_path: Path) -> None:
+    """50.0021 - 50.0100 = -0.0079 mm, and the row says 0.0021; the scenario has 50. Part 17 is right: 50.0012 - 50 = 0.0012."""
+    path = tmp_path / "ring_chr.txt"
+    row = "ring\t{}\tbore\tD1\tdiameter\t{}\t{}\t0,004\t-0,004\t{}\tmm\n"
+    path.write_text(
+        HEAD
+        + row.format("17", "50,0012", "50,0000", "0,0012")
+        + row.format("18", "50,0021", "50,0100", "0,0021")
+    )
+    found = exported_values(path, ["bore"], {"bore": 50.0})
+    assert found is not None
+    first, second = found[1].split(f"; {path}:3: ")
+    assert first.startswith(f"{path}:3: bore: nominal 50,0100 mm is not that of the scenario, 50 mm")
+    assert "deviation 0,0021 is not actual - nominal = 50,0021 - 50,0100 = -0.0079 mm" in second
+    assert f"{path}:2:" not in found[1]
+
+
+def test_the_same_of_a_report_of_pc_dmis(tmp_path: Path) -> None:
+    """30.0104 - 30.0000 = 0.0104 mm where DEV says 0.0140; 1.5748 in = 39.99992 mm is 40 mm as far as it is written (0.00005 in)."""
+    path = tmp_path / "report.txt"
+    nominals = {"LOC1.D": 30.0, "DIST1": 40.0}
+    path.write_text(REPORT)
+    found = exported_values(path, list(nominals), nominals)
+    assert found is not None
+    assert "is not" not in found[1]
+    path.write_text(REPORT.replace("30.0104   0.0104", "30.0104   0.0140"))
+    found = exported_values(path, list(nominals), nominals | {"DIST1": 40.01})
+    assert found is not None
+    assert f"{path}:6: LOC1.D: DEV 0.0140 is not MEAS - NOMINAL = 30.0104 - 30.0000 = 0.0104 mm" in found[1]
+    assert (
+        f"{path}:10: DIST1: NOMINAL 1.5748 in is not that of the scenario, 1.57519685 in" in found[1]
+    )  # 40.01 / 25.4
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "cp1252", "utf-8-sig"])
 def test_decimal_commas_and_encodings(tmp_path: Path, encoding: str) -> None:
     text = (HEAD + ROW.format(part="Gehäuse", id="Bohrung Ø30", actual="30,0104", unit="mm")).replace(

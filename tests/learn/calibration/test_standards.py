@@ -59,6 +59,17 @@ def test_iso_230_4_by_hand():
     assert found["F min"] == pytest.approx(-2.5e-3, rel=1e-9)
 
 
+def test_each_sense_of_rotation_is_about_its_own_centre():
+    # two circles without form, centres at x = +2 um and -2 um, 24 angles: each about its own centre has G = 0; their common centre
+    # is 0, so about it both run from -2 to +2 um: G(b) = 4 um, and H = 2 * 2 um where cos = 1
+    angle = np.arange(0, 360, 15) * np.pi / 180
+    found = circular(angle, 2e-3 * np.cos(angle), -2e-3 * np.cos(angle))
+    assert found["G+"] == pytest.approx(0.0, abs=1e-12)
+    assert found["G-"] == pytest.approx(0.0, abs=1e-12)
+    assert found["G(b)"] == pytest.approx(4e-3, rel=1e-9)
+    assert found["H"] == pytest.approx(4e-3, rel=1e-9)
+
+
 def test_iso_10360_2_by_hand():
     found = lengths(np.array([[1.0, -2.0, 0.0], [3.0, 3.5, 3.0]]))
     assert (found["E0"], found["R0"]) == (3.5, 3.0)

@@ -65,8 +65,28 @@ def test_spindle_tool_and_cut_length():
     assert cut[-1] == pytest.approx(110.0)
     assert cut[path.move == 1] == pytest.approx(100.0)
     assert path.labels["event"][[0, -1]].tolist() == ["tool call 1", "tool call 3"]
-    assert path.seconds_by("mode")["dwell"] == pytest.approx(4.0)
+    assert path.seconds_by("mode")["tool change"] == pytest.approx(4.0)  # 1 -> 2 -> 1, 2 s each: no dwell
+    assert "dwell" not in path.seconds_by("mode")
     assert sum(path.seconds_by("tool").values()) == pytest.approx(path.seconds)
+
+
+def test_a_tool_change_is_no_dwell_and_the_first_tool_none():
+    """Tool 1 from the beginning, one change of 5 s to tool 2, a dwell of 2 s: 5 s of tool change and 2 s of dwell."""
+    moves = [
+        line((0, 0, 0), (100, 0, 0), tool=1),
+        line((100, 0, 0), (50, 0, 0), tool=2),
+        Move("dwell", AT, (50, 0, 0), (50, 0, 0), seconds=2.0, tool=2),
+        line((50, 0, 0), (0, 0, 0), tool=2),
+    ]
+    path = toolpath(moves, mill(), control=Control(tool_change=5.0))
+    times = path.seconds_by("mode")
+    assert (times["tool change"], times["dwell"]) == (pytest.approx(5.0), pytest.approx(2.0))
+    assert sum(times.values()) == pytest.approx(path.seconds)
+    assert any("tool 1 stands in the spindle when the program begins" in text for text in path.assumptions)
+    bare = toolpath([line((0, 0, 0), (100, 0, 0)), *moves[1:]], mill(), control=Control(tool_change=5.0))
+    assert not any(
+        "stands in the spindle" in text for text in bare.assumptions
+    )  # no tool before the first move
 
 
 def test_summary_says_what_was_assumed():

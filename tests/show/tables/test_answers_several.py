@@ -16,6 +16,7 @@ from vcmm.learn.diagnosis.trend import STEP, Trend
 from vcmm.show.report.answers import answer_text
 from vcmm.show.tables import answers_machine, answers_parts, answers_runs
 from vcmm.show.tables.answers import answer_of
+from vcmm.show.tables.calibration import U_OF_FIGURE
 
 
 def record(file: str, verdict: str = "explained", problem: str = "", machine: str = "mill") -> dict[str, Any]:
@@ -118,6 +119,46 @@ def test_figures_with_a_limit_come_first_the_worst_of_them_on_top():
     assert [x.name for x in free] == ["A 0", "A 1", "A 2", "A 3", "A 4"]
     ways = [Figure(n, 1.0, None) for n in ("A X", "A+ X", "A- X", "R X")]
     assert [x.name for x in answers_runs.acceptance_answers(ways)] == ["A X", "R X"]
+
+
+def test_a_figure_without_u_of_its_readings_has_no_digits_of_rounding():
+    """u = 1.7e-15 um is rounding of nothing: no U, and the value to 0.01 um as every number without U."""
+    (line,) = answers_runs.acceptance_answers([Figure("G(b) XY", 5.6573935048618145, 1.7e-15)], recorded=True)
+    assert answer_text([line]).splitlines()[0] == "G(b) XY: 5.66 µm (u of the readings not in it)"
+    assert [U_OF_FIGURE.terminal(u, "mm") for u in (1.7e-15, 0.12, None)] == ["–", "0.120 µm", "–"]
+    (own,) = answers_runs.acceptance_answers([Figure("G(b) XY", 5.657, 0.12)], recorded=True)
+    assert own.result == "5.66 ± 0.24 µm"
+    (predicted,) = answers_runs.acceptance_answers([Figure("G(b) XY", 5.657, 1.7e-15)])
+    assert (predicted.result, predicted.coverage) == ("5.66 µm", "")
+
+
+@pytest.mark.parametrize(
+    ("p", "words"),
+    [(0.0004, "fails, probability to pass < 0.1 %"), (0.62, "passes, probability to pass 62 %")],
+)
+def test_the_verdict_of_a_test_agrees_with_its_probability(p: float, words: str):
+    (line,) = answers_runs.acceptance_answers([Figure("E0", 12.6, 1.2, 4.3, p)])
+    assert line.verdict.replace("\N{NO-BREAK SPACE}", " ").startswith(words[:-2])
+
+
+@pytest.mark.parametrize(
+    ("alarms", "verdict"),
+    [
+        ((), "the last is as predicted"),
+        ((1,), "the last is as predicted; alarm before: bar1 (2026-02-15)"),
+        ((0, 2), "the last: alarm, not as predicted; alarm before: bar0 (2026-01-15)"),
+    ],
+)
+def test_the_state_of_a_machine_names_every_alarm(alarms: tuple[int, ...], verdict: str):
+    checks = [
+        SimpleNamespace(
+            name=f"bar{i}", date=f"2026-0{i + 1}-15", alarm=i in alarms, suspects=(), answer="", spread=1.0
+        )
+        for i in range(3)
+    ]
+    followed = SimpleNamespace(tracked=SimpleNamespace(machine=SimpleNamespace(name="bridge")))
+    track: Any = SimpleNamespace(checks=checks, followed=followed, courses=())
+    assert answers_runs.track_answers(track)[0].verdict == verdict
 
 
 def test_a_certificate_says_u_and_what_one_more_fact_gives():

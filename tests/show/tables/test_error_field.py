@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.show.pages.field import field_page
+from vcmm.show.tables.answers import field_answers
 from vcmm.show.tables.error_field import diagonals, field_csv, field_json, maxima, summary
 from vcmm.show.tables.table import in_terminal
 from vcmm.task.response.volumetric import field
@@ -59,3 +62,15 @@ def test_a_machine_without_y_has_a_map_and_a_page():
     found = field(lathe, nodes=3)
     assert in_terminal(maxima(lathe, found)).rows[1][2] == "9 points"
     assert "Deformed volume" in field_page(lathe, found)
+
+
+def test_the_largest_error_where_the_inputs_give_nothing():
+    """U of a slope, 2 u |x| k: 2 x 2e-6 x 600 mm = 2.4 um at X 600 mm, 0 at X 0, where the error stands that is largest."""
+    run = SimpleNamespace(q=lambda axis: np.array([0.0, 600.0]), n=2)
+    chain = SimpleNamespace(chain=SimpleNamespace(letters=("X",)))
+    u = np.array([[0.0, 0.0, 0.0], [1.2e-3, 0.0, 0.0]])
+    errors = np.array([[-10e-3, 0.0, 0.0], [6e-3, 0.0, 0.0]])
+    mapped: Any = SimpleNamespace(size=np.array([10e-3, 6e-3]), run=run, tip_error=errors, u=u)
+    assert field_answers(chain, mapped)[0].coverage == "the Inputs give no U here, elsewhere up to 2.4 µm"  # type: ignore[arg-type]
+    mapped.u = None
+    assert field_answers(chain, mapped)[0].coverage == "no Inputs are stated, so no U"  # type: ignore[arg-type]

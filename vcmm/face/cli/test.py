@@ -86,11 +86,14 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
         """UsageError where --report has nothing to draw."""
         if self.report is None:
             return
-        recorded = all(str(read_toml(f).data.get("vcmm", "")).startswith("recording/") for f in self.files)
-        if self.iso not in ("230-2", "230-4") or not recorded:
+        if self.iso not in ("230-2", "230-4") or not self.is_recorded():
             raise UsageError(
                 "--report draws recorded tests of ISO 230-2 and 230-4; leave it out, or give recordings of them"
             )
+
+    def is_recorded(self) -> bool:
+        """Whether every file is a recording, no machine."""
+        return all(str(read_toml(f).data.get("vcmm", "")).startswith("recording/") for f in self.files)
 
     def load(self) -> tuple[Path, ...]:
         return self.files
@@ -124,7 +127,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
 
     def show(self, loaded: tuple[Path, ...], result: Figures) -> None:
         if self.iso != "230-7":  # whose table is no longer than an answer
-            show_answers(acceptance_answers(result.figures))
+            show_answers(acceptance_answers(result.figures, self.is_recorded()))
         show_table(table_of_figures(self.iso, result.figures))
         for warning in result.warnings:
             print(f"note: {warning}")

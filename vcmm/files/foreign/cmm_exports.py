@@ -23,6 +23,7 @@ from vcmm.answer.inference.given import GivenValue
 from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.text import brief, lines_of
 from vcmm.core.units import UNITS
+from vcmm.files.foreign.export_nominals import StatedCells, contradictions
 from vcmm.files.foreign.foreign_text import foreign_number, foreign_text
 from vcmm.files.foreign.pcdmis_report import (
     FRAME,
@@ -59,6 +60,8 @@ class ExportRow:
     short: str = ""
     broken: str = ""  # why its number cannot be told
     bonus: str | None = "0"  # cell of what the size of the feature pays for; None: no such column
+    nominal: str = ""
+    deviation: str = ""
 
     def value(self, name: str) -> GivenValue:
         """In mm or rad, under a name. DataError: no number, an unknown unit, a broken row."""
@@ -89,6 +92,13 @@ class ExportRow:
             bonus=None if self.bonus is None else foreign_number(self.bonus or "0") * UNITS[unit][0],
         )
 
+    def remarks(self, name: str, drawing: float | None) -> list[str]:
+        """Where nominal and deviation contradict its value or the scenario, with the line. Of rows whose `value` can be told."""
+        words = ("MEAS", "NOMINAL", "DEV") if self.column == "MEAS" else ("actual", "nominal", "deviation")
+        cells = StatedCells(self.cell, self.nominal, self.deviation, words)
+        found = contradictions(cells, UNIT_WORDS[self.unit.strip().lower()], drawing)
+        return [f"{self.where}: {name}: {text}" for text in found]
+
 
 @dataclass(frozen=True)
 class Export:
@@ -115,10 +125,11 @@ def read_export(path: str | Path) -> Export | None:
 
 
 def exported_values(
-    path: str | Path, wanted: Collection[str]
+    path: str | Path, wanted: Collection[str], nominals: Mapping[str, float] | None = None
 ) -> tuple[tuple[tuple[GivenValue, ...], ...], str] | None:
     """(values per part, what was left out in words) of an export; None where the file is no such export.
 
+    nominals: of the scenario, mm or rad; a row with another one, and a deviation that is not actual - nominal, are told.
     DataError, with the line: a cell that is no number, an unknown unit, a value given twice, none of the wanted ones there.
     """
     export = read_export(path)
@@ -142,7 +153,8 @@ def exported_values(
         if others
         else []
     )
-    return parts, "; ".join([*said, *export.notes])
+    remarks = [text for row, name in asked for text in row.remarks(name, (nominals or {}).get(name))]
+    return parts, "; ".join([*remarks, *said, *export.notes])
 
 
 def _requested_name(row: ExportRow, wanted: Collection[str]) -> str:
@@ -197,8 +209,11 @@ def _calypso(path: Path, lines: Sequence[str], _notes: list[str]) -> Iterator[Ex
         row = dict(zip(header, line.cells))
         if not row.get("id"):
             raise DataError(f"{path}:{n}: the row has no id; it was cut off, export the table again")
-        given = {k: row.get(k, "") for k in ("partnb", "actual", "unit")}
-        yield ExportRow(given["partnb"], row["id"], given["actual"], given["unit"], "actual", f"{path}:{n}")
+        given = {k: row.get(k, "") for k in ("partnb", "actual", "unit", "nominal", "deviation")}
+        yield ExportRow(
+            given["partnb"], row["id"], given["actual"], given["unit"], "actual", f"{path}:{n}",
+            nominal=given["nominal"], deviation=given["deviation"],
+        )  # fmt: skip
 
 
 def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[ExportRow]:
@@ -231,7 +246,8 @@ def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[Expo
 def _rows(table: ReportTable | None) -> Iterator[ExportRow]:
     for name, short, unit, row in table.named_rows() if table else ():
         yield ExportRow(
-            "", name, row.measured, unit, column="MEAS", where=row.where, short=short, broken=row.broken, bonus=row.bonus
+            "", name, row.measured, unit, column="MEAS", where=row.where, short=short, broken=row.broken, bonus=row.bonus,
+            nominal=row.nominal, deviation=row.deviation,
         )  # fmt: skip
 
 

@@ -30,7 +30,8 @@ NEAR = 4  # lines from the name to the heading
 
 @dataclass(frozen=True)
 class TableRow:
-    """One row: its name within the table (an axis, or a feature), cells of MEAS and BONUS (None: no such column), why it cannot be told."""
+    """One row: its name within the table (an axis, or a feature), cells of MEAS and BONUS (None: no such column), why it cannot be told;
+    cells of NOMINAL and DEV, "" where there are none."""
 
     where: str
     name: str
@@ -38,6 +39,8 @@ class TableRow:
     measured: str
     broken: str
     bonus: str | None
+    nominal: str = ""
+    deviation: str = ""
 
 
 @dataclass
@@ -120,7 +123,8 @@ def row_of(table: ReportTable, line: str, where: str) -> TableRow:
         return TableRow(where, name, axis, "", why, bonus)
     measured = placed.get("MEAS", "")
     missing = "" if measured.strip("-") else "no measured value stands in this row"
-    return TableRow(where, name, axis if table.is_frame else "", measured, missing, bonus)
+    nominal, deviation = (placed.get(word, "") for word in ("NOMINAL", "DEV"))
+    return TableRow(where, name, axis if table.is_frame else "", measured, missing, bonus, nominal, deviation)
 
 
 def _by_place(cells: Sequence[tuple[str, int]], header: Sequence[tuple[str, int]]) -> dict[str, str] | None:

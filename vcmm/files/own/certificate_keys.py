@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from vcmm.files.own.certificate_findings import NO_EFFECT
@@ -15,6 +16,13 @@ SAME: dict[str, tuple[str, ...]] = {
     "form": ("P_Form_Sph_1x25", "P_Form_Sph_1x25_MPE", "PFTU_MPE"),
     "size": ("P_Size_Sph_1x25", "P_Size_Sph_1x25_MPE", "PSTU_MPE"),
 }
+# symbols of earlier editions of ISO 10360 (MPE_E and MPE_P of 10360-2:2001), as data sheets write them -> the key of today
+OLDER_KEYS: Mapping[str, str] = {
+    "MPE_E": "E0_MPE", "MPEE": "E0_MPE", "E_MPE": "E0_MPE", "MPE_E0": "E0_MPE", "E0": "E0_MPE", "EL_MPE": "E0_MPE",
+    "MPE_E150": "E150_MPE", "E150": "E150_MPE",
+    "MPE_P": "PFTU_MPE", "MPEP": "PFTU_MPE", "P_MPE": "PFTU_MPE", "MPE_PFTU": "PFTU_MPE", "PFTU": "PFTU_MPE", "MPE_PSTU": "PSTU_MPE", "PSTU": "PSTU_MPE",
+    "MPL_R0": "R0_MPL", "R0": "R0_MPL", "MPE_THP": "THP_MPE", "MPETHP": "THP_MPE",
+}  # fmt: skip
 # of several styli or orientations of a head: the machines that are drawn have one stylus
 SEVERAL_STYLI = (
     "P_Form_Sph_5x25_MPE", "P_Size_Sph_5x25_MPE", "L_Dia_5x25_MPE", "PFTE_MPE", "PSTE_MPE", "PLTE_MPE", "PFTM_MPE", "PSTM_MPE", "PLTM_MPE", "THP_MPE",

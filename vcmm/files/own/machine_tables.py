@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from vcmm.core.errors import DataError
+from vcmm.files.own.certificate_keys import OLDER_KEYS
 from vcmm.files.own.record import RecordTable
 from vcmm.files.schema import (
     AngleSpread,
@@ -108,6 +110,7 @@ class MachineEnvironment(Table):
 
 
 class CertificateTable(Table):
+    other_names: ClassVar[Mapping[str, str]] = OLDER_KEYS
     E0_MPE: str | None = Field(default=None, examples=['"1.8 um + L/350"'])
     E150_MPE: str | None = Field(default=None, examples=['"2.2 um + L/350"'])
     R0_MPL: str | None = Field(default=None, examples=['"1.5 um"'])

@@ -53,7 +53,7 @@ def recorded_circles(
 
 @dataclass(frozen=True, eq=False)
 class CirclePaths:
-    """Radial deviations mm at angles rad in both senses of rotation, about the centre from which G and F are stated."""
+    """Radial deviations mm at angles rad in both senses of rotation, about the centre from which G(b), F and H are stated."""
 
     plane: str
     angle: Array

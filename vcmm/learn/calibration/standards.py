@@ -59,20 +59,25 @@ def circular(
 ) -> dict[str, Array]:
     """ISO 230-4, clause 3: radial deviations (..., points) mm at angles (points,) rad, counter-clockwise and clockwise.
 
-    back_angle: of the clockwise path, where it was read elsewhere. The centre is that of the least-squares circle of both
-    paths together (for full circles; centred = False leaves it where the instrument has it).
+    back_angle: of the clockwise path, where it was read elsewhere. G+ and G- are about the least-squares centre of their own
+    path, all others about that of both paths together (G(b) is bidirectional); centred = False leaves the centre where the instrument has it (arcs).
     G: range of the radii per direction, G(b) of both together, D: mean of both, F: extremes from the nominal radius, H:
     largest difference of the directions at one angle (the hysteresis of the edition of 1996).
     """
     back_angle = angle if back_angle is None else back_angle
+    own = (
+        [about_own_circle(angle, forward), about_own_circle(back_angle, backward)]
+        if centred
+        else [forward, backward]
+    )
     if centred:
         forward, backward = about_common_circle(angle, forward, back_angle, backward)
     same, weights = _at_angles(angle, back_angle)
     largest = np.maximum(forward.max(axis=-1), backward.max(axis=-1))
     least = np.minimum(forward.min(axis=-1), backward.min(axis=-1))
     return {
-        "G+": np.ptp(forward, axis=-1),
-        "G-": np.ptp(backward, axis=-1),
+        "G+": np.ptp(own[0], axis=-1),
+        "G-": np.ptp(own[1], axis=-1),
         "G(b)": largest - least,
         "D": (forward.mean(axis=-1) + backward.mean(axis=-1)) / 2,
         "F max": largest,
@@ -81,15 +86,25 @@ def circular(
     }
 
 
+def about_own_circle(angle: Array, radial: Array) -> Array:
+    """One path about the centre of its own least-squares circle."""
+    way = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return radial - _centre(way, radial) @ way.T
+
+
 def about_common_circle(
     angle: Array, forward: Array, back_angle: Array, backward: Array
 ) -> tuple[Array, Array]:
     """Both paths about the centre of their common least-squares circle."""
     ways = [np.stack([np.cos(a), np.sin(a)], axis=1) for a in (angle, back_angle)]
-    columns = np.concatenate(ways)
-    fit = np.linalg.pinv(np.column_stack([columns, np.ones(len(columns))]))[:2]
-    centre = np.concatenate([forward, backward], axis=-1) @ fit.T
+    centre = _centre(np.concatenate(ways), np.concatenate([forward, backward], axis=-1))
     return forward - centre @ ways[0].T, backward - centre @ ways[1].T
+
+
+def _centre(ways: Array, radial: Array) -> Array:
+    """Centre (..., 2) of the least-squares circle of radial deviations (..., n) in the directions (n, 2)."""
+    fit = np.linalg.pinv(np.column_stack([ways, np.ones(len(ways))]))[:2]
+    return np.asarray(radial @ fit.T)
 
 
 def _at_angles(angle: Array, other: Array) -> tuple[npt.NDArray[np.bool_], Array]:

@@ -219,5 +219,7 @@ def unknown_code(c: IsoControl, code: str, groups: dict[str, str]) -> str:
                 f"{code} ({meaning}): where the probe stops is not known; state what it touches in the set-up file, as [stock] "
                 'with box, or [[surfaces]] with point = "0 0 0 mm" and normal = [0, 0, 1]'
             )
+        if code == "G95" and c.language.codes == "lathe":
+            return f"{code} ({meaning} in G-code system A) is not understood by vcmm; a feed per turn is G99 there: write G99, or name the dialect fanuc-lathe-b, where it is G95"
         return f"{code} ({meaning}) is not understood by vcmm; have the program posted without it"
     return f"{code} is unknown in the dialect {c.language.name}.{did_you_mean(code, groups)} Correct it, or name the dialect with --dialect"

@@ -28,6 +28,7 @@ from vcmm.shop.motion.knots import knots_of, rest_points
 from vcmm.shop.motion.servo import contour_deviation
 from vcmm.shop.motion.timing import AxisState, Timing, plan_motion
 
+LEAST_DWELL = 1e-6  # s: what rounding leaves of a pause that was a tool change only
 MODES = {"rapid": "rapid", "line": "feed", "arc": "feed", "thread": "thread", "dwell": "dwell"}
 CUTS = ("line", "arc", "thread")
 
@@ -75,6 +76,11 @@ class Toolpath:
         ):
             if key not in control.stated:
                 said.append(f"control: {text} (not stated)")
+        first = self.timing.moves[0].tool if self.timing.moves else 0
+        if first:
+            said.append(
+                f"control: tool {first} stands in the spindle when the program begins: its change, before the first move, takes no time"
+            )
         return tuple(said)
 
     def run(self, followed: bool = False) -> Run:
@@ -93,7 +99,10 @@ class Toolpath:
         return Run(axes, -self.tool_offset, self.columns, self.labels)
 
     def seconds_by(self, what: str) -> dict[str, float]:
-        """Time by "tool" or by "mode" (rapid, feed, thread, dwell: every pause), s; sums to `seconds`."""
+        """Time by "tool" or by "mode" (rapid, feed, thread, tool change, dwell: every other pause), s; sums to `seconds`.
+
+        The tool that the program calls before its first move is no tool change: it is taken to stand in the spindle.
+        """
         if what not in ("tool", "mode"):
             raise UsageError(f'seconds_by("{what}"): allowed are "tool" and "mode"')
         length = np.diff(self.time, prepend=0.0)
@@ -105,6 +114,10 @@ class Toolpath:
         if rest > 0:
             name = "dwell" if what == "mode" else (names[-1] if self.n else "0")
             out[name] = out.get(name, 0.0) + rest
+        changing = self.timing.joints.tool_changes * self.timing.control.tool_change
+        if what == "mode" and changing > 0:
+            waiting = max(out.pop("dwell", 0.0) - changing, 0.0)
+            out |= {"tool change": changing} | ({"dwell": waiting} if waiting > LEAST_DWELL else {})
         return out
 
 

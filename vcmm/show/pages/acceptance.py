@@ -43,7 +43,7 @@ def acceptance_page(
         f"ISO {iso}, {NAMES[iso]}: {names}",
         blocks,
         footer=footer,
-        answers=acceptance_answers(found),
+        answers=acceptance_answers(found, recorded=True),
         facts=facts("", machine, more=[("recordings", names)]),
     )
 
@@ -63,7 +63,7 @@ def positioning_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
 
 
 def circle_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
-    """The trace of one circle in both senses, about the centre of the figures."""
+    """The trace of one circle in both senses, about their common centre (that of G(b))."""
     paths = circle_paths(test)
     stated = {f.name: f.value_um for f in found}
     said = ", ".join(

@@ -138,10 +138,16 @@ def field_answers(machine: Machine, error_map: ErrorField) -> list[AnswerLine]:
     axis = int(np.abs(parts).argmax())
     half = 0.0 if error_map.u is None else K * 1e3 * float(error_map.u[worst, axis])
     largest = float(error_map.size[worst]) * 1e3
+    whole = 0.0 if error_map.u is None else K * 1e3 * float(error_map.u.max())
+    no_half = (
+        f"the Inputs give no U here, elsewhere up to {whole:.{places_of(whole)}f} µm"
+        if whole
+        else "no Inputs are stated, so no U"
+    )
     first = AnswerLine(
         "Largest tip error",
         f"{largest:.{places_of(half) if half else 2}f} µm",
-        coverage=f"k = {K:.0f}, U of one positioning" if half else "no Inputs are stated, so no U",
+        coverage=f"k = {K:.0f}, U of one positioning" if half else no_half,
         limits=at,
         kind="muted",
         because=f"along {'xyz'[axis]}: {signed_value(float(parts[axis]), half, 'µm')}",

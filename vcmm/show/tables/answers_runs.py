@@ -9,6 +9,7 @@ from vcmm.learn.tracking.dates import date_of
 from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed_value
 from vcmm.show.report.text import micro, unit_word
 from vcmm.show.tables.audit import verdict as audit_verdict
+from vcmm.show.tables.calibration import LEAST_U_UM
 from vcmm.show.tables.fleet import trend_text
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from vcmm.show.tables.track import Planned
 
 MOST = 5  # lines of figures without a limit, numbers that moved
+NO_U = "u of the readings not in it"
 NOTHING = "nothing missing"  # verdict of a diagnosis
 
 
@@ -73,16 +75,24 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
     """Whether the last recording is as it was predicted; the numbers that moved most, as of the day; which check next."""
     last = track.checks[-1]
     suspect = next(iter(last.suspects), None) if last.alarm else None
+    earlier = [c for c in track.checks[:-1] if c.alarm]
+    past = f"; alarm before: {', '.join(f'{c.name} ({c.date})' for c in earlier[:MOST])}" if earlier else ""
+    past += f" and {len(earlier) - MOST} more" if len(earlier) > MOST else ""
     state = AnswerLine(
         track.followed.tracked.machine.name,
         f"{len(track.checks)} recordings",
         coverage=f"{track.checks[0].date} … {last.date}",
-        verdict="alarm: not as predicted" if last.alarm else "as predicted",
-        kind="bad" if last.alarm else "good",
+        verdict=("the last: alarm, not as predicted" if last.alarm else "the last is as predicted") + past,
+        kind="bad" if last.alarm else "warning" if earlier else "good",
         because=f"{suspect[0]}, {percent(suspect[1])}" if suspect else "",
         change=(last.answer or "vcmm diagnose on this recording") if last.alarm else "",
         link="Recordings",
-        numbers={"recordings": len(track.checks), "alarm": last.alarm, "innovation_over_u": last.spread},
+        numbers={
+            "recordings": len(track.checks),
+            "alarm": last.alarm,
+            "alarms_before": [c.name for c in earlier],
+            "innovation_over_u": last.spread,
+        },
         labels=("", "changed:", "diagnosis:"),
     )
     ranked = sorted(track.courses, key=lambda c: -c.moved)[:MOST]
@@ -118,21 +128,21 @@ def _next_line(track: Track, planned: Planned) -> AnswerLine:
     )
 
 
-def acceptance_answers(figures: Sequence[Figure]) -> list[AnswerLine]:
-    """Figures that have a limit, worst first; without limits the first of those over both directions, as the standard has them."""
+def acceptance_answers(figures: Sequence[Figure], recorded: bool = False) -> list[AnswerLine]:
+    """Figures that have a limit, worst first; without limits the first of those over both directions, as the standard has them.
+
+    recorded: from readings, whose u is that of the instrument alone; where it brings none there is no U to state.
+    """
     limited = sorted((f for f in figures if f.p_pass is not None), key=lambda f: f.p_pass or 0.0)
     known = [f for f in figures if f.value_um is not None]
     whole = [f for f in known if not set("+-") & set(f.name)]  # of both directions, before those of one
     rest = (whole or known)[:MOST]
-    return [_figure_line(f) for f in limited or rest]
+    return [_figure_line(f, recorded) for f in limited or rest]
 
 
-def _figure_line(f: Figure) -> AnswerLine:
-    value = (
-        "not known from this file"
-        if f.value_um is None
-        else signed_value(f.value_um, K * (f.u_um or 0.0), "µm")
-    )
+def _figure_line(f: Figure, recorded: bool) -> AnswerLine:
+    u = f.u_um if f.u_um is not None and f.u_um >= LEAST_U_UM else 0.0
+    value = "not known from this file" if f.value_um is None else signed_value(f.value_um, K * u, "µm")
     kind: Kind = "muted" if f.p_pass is None else "good" if f.p_pass >= 0.95 else "bad" if f.p_pass < 0.5 else "warning"  # fmt: skip
     at = "" if f.at_mm is None else f" at {f.at_mm:g} mm"
     ratio = (
@@ -141,9 +151,9 @@ def _figure_line(f: Figure) -> AnswerLine:
     return AnswerLine(
         f.name,
         value + ratio,
-        coverage=f"k = {K:.0f}" if f.u_um else "",
+        coverage=f"k = {K:.0f}" if u else NO_U if recorded and f.value_um is not None else "",
         limits="" if f.limit_um is None else f"at most {f.limit_um:.3g} µm{at}",
-        verdict="" if f.p_pass is None else f"passes, {percent(f.p_pass)}",
+        verdict="" if f.p_pass is None else f"{'passes' if f.p_pass >= 0.5 else 'fails'}, probability to pass {percent(f.p_pass)}",
         kind=kind,
         link="Figures",
         numbers={"name": f.name, "value_um": f.value_um, "u_um": f.u_um, "limit_um": f.limit_um, "p_pass": f.p_pass},

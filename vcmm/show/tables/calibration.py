@@ -10,7 +10,7 @@ from vcmm.core.error_names import words_of
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.show.report.answers import K, signed_value
 from vcmm.show.tables.quantities import DASH, SIZE, fixed
-from vcmm.show.tables.table import Column, ResultTable, entry, listing
+from vcmm.show.tables.table import Column, ResultTable, Writing, entry, listing
 
 if TYPE_CHECKING:
     from vcmm.core.run import Array
@@ -59,10 +59,15 @@ RESIDUALS: tuple[Column[Residuals], ...] = (
     Column("outliers", lambda row: row.outliers, COUNT_OR_NONE, key="outliers"),
     entry("station_moved_mm", lambda row: dict(row.part.moved)),
 )
+LEAST_U_UM = 1e-6  # below it a u is what rounding leaves of nothing
+_WRITTEN_U = fixed(3, "um")
+U_OF_FIGURE = Writing(
+    lambda value, unit: DASH if value is None or value < LEAST_U_UM else _WRITTEN_U.terminal(value, unit)
+)
 FIGURES: tuple[Column[Figure], ...] = (
     Column("figure", lambda row: row.name, key="name"),
     Column("value", lambda row: row.value_um, fixed(3, "um"), key="value_um"),
-    Column("u", lambda row: row.u_um, fixed(3, "um"), key="u_um"),
+    Column("u", lambda row: row.u_um, U_OF_FIGURE, key="u_um"),
     Column("limit", lambda row: row.limit_um, fixed(3, "um"), key="limit_um"),
     Column("probability to pass", lambda row: row.p_pass, fixed(3), key="p_pass"),
 )
