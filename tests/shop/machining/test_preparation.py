@@ -28,7 +28,8 @@ def test_every_missing_number_is_named_with_its_key(tmp_path):
     tool, diameter, subprogram = caught.value.problems
     assert "cut needs tool 7: write [tools.7] length" in tool
     assert "cut needs the diameter of tool 7: write [tools.7] diameter" in diameter
-    assert "cut needs the subprogram O5001 (O5001.nc): a survey takes a hole in the path" in subprogram
+    assert "cut needs the subprogram O5001 (O5001.nc)" in subprogram
+    assert "put it into the program, or add the file that has it" in subprogram
 
 
 def test_a_tool_that_stays_in_the_changer_is_remarked():

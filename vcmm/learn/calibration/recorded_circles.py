@@ -12,7 +12,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.learn.calibration.acceptance import Figure
 from vcmm.learn.calibration.deviations import SAME, Limits, RecordedTest
-from vcmm.learn.calibration.standards import TURN, about_common_circle, circular
+from vcmm.learn.calibration.standards import TURN, about_common_circle, about_own_circle, circular
 from vcmm.task.response.recording import Ints, Recording
 
 PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}
@@ -82,8 +82,16 @@ def radial_of(test: RecordedTest, value: Array) -> tuple[Circle, Array]:
 
 def _is_about_own_centre(test: RecordedTest, circle: Circle) -> bool:
     """Whether the centre is found from the readings: of full circles, and where [nuisance] frees it."""
-    swept = min(_swept(circle.angle[circle.way == w]) for w in (1.0, -1.0))
+    swept = min(_swept(circle.angle[circle.way == w]) for w in np.unique(circle.way))
     return swept >= FULL or "centre" in test.recording.nuisance or "rigid" in test.recording.nuisance
+
+
+def width_of_path(test: RecordedTest, circle: Circle, radial: Array, way: float) -> float:
+    """Of radial deviations (rows,) the range of the path gone round that way, as G+ (way 1) and G- (-1) state it."""
+    mine = circle.way == way
+    if not _is_about_own_centre(test, circle):
+        return float(np.ptp(radial[mine]))
+    return float(np.ptp(about_own_circle(circle.angle[mine], radial[mine])))
 
 
 def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[Figure], list[str]]:

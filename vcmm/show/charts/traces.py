@@ -35,7 +35,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PolarTrace:
-    """Deviations radius_um (n,) at angle_rad (n,), counter-clockwise from +x; colour: a role of the palette."""
+    """Deviations radius_um (n,) at angle_rad (n,), counter-clockwise from +x; colour: a role of the palette.
+
+    width_um: the width that is stated of it where that is not about the drawn centre (G+ and G- of ISO 230-4 are about their own).
+    """
 
     name: str
     angle_rad: npt.ArrayLike
@@ -43,6 +46,7 @@ class PolarTrace:
     colour: str = "c1"
     thin: bool = False
     closed: bool = True
+    width_um: float | None = None
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ def traces(
 ) -> Axes:
     """Traces about one reference circle (the thin one at 0), on one scale. low_um, high_um: ends of the scale, where pictures are compared.
 
-    The width of every trace, highest less lowest point about the drawn centre, is a number of the picture. DataError: lengths differ,
+    The width of every trace, highest less lowest point about the drawn centre unless it states its own, is a number of the picture. DataError: lengths differ,
     nothing finite.
     """
     kept = [_check(line) for line in lines]
@@ -101,7 +105,10 @@ def traces(
             drawn.plot(around, circle.at(around) + shift, style, color=LIGHT[colour], linewidth=1.0, label=name)  # fmt: skip
     _frame(drawn, low, high)
     drawn.set_xticks(np.radians([0, 45, 135, 180, 225, 270, 315]))  # the keys stand above 90 degrees
-    widths = {one.name: float(np.nanmax(r) - np.nanmin(r)) for one, (_, r) in zip(lines, kept)}
+    widths = {
+        one.name: float(np.nanmax(r) - np.nanmin(r)) if one.width_um is None else one.width_um
+        for one, (_, r) in zip(lines, kept)
+    }
     said = ", ".join([f"{name}: {number(w, 3)} µm" for name, w in widths.items()] + [f"{c.name}: {number(c.width_um, 3)} µm" for c in circles])  # fmt: skip
     add_title(add_legend(drawn), f"{title}\nHighest less lowest point; {said}.")
     about = {c.name: {"radius": c.radius_um, "x": c.x_um, "y": c.y_um, "width": c.width_um} for c in circles}

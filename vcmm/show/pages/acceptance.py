@@ -70,8 +70,22 @@ def circle_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
         f"{n} {v:.3g} µm" for n in ("G+", "G-", "G(b)", "H") if (v := stated.get(f"{n} {paths.plane}")) is not None
     )  # fmt: skip
     lines = [
-        draw.PolarTrace("counter-clockwise", paths.angle, 1e3 * paths.ahead, "c1", closed=False),
-        draw.PolarTrace("clockwise", paths.back_angle, 1e3 * paths.back, "c2", closed=False),
+        draw.PolarTrace(
+            "counter-clockwise",
+            paths.angle,
+            1e3 * paths.ahead,
+            "c1",
+            closed=False,
+            width_um=stated.get(f"G+ {paths.plane}"),
+        ),
+        draw.PolarTrace(
+            "clockwise",
+            paths.back_angle,
+            1e3 * paths.back,
+            "c2",
+            closed=False,
+            width_um=stated.get(f"G- {paths.plane}"),
+        ),
     ]
     title = f"{test.recording.name}, {paths.plane}: {said}"
     return draw.on_page(draw.traces, lines, title=title)

@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.learn.calibration.deviations import RecordedTest
-from vcmm.learn.calibration.recorded_circles import radial_of
+from vcmm.learn.calibration.recorded_circles import radial_of, width_of_path
 from vcmm.show import charts as draw
 from vcmm.show import report as r
 
@@ -79,7 +79,15 @@ def bar_traces(recording: Recording, machine: Machine, before: Array, after: Arr
     for (circle, radial), word, colour in zip(found, ("before", "after"), (BEFORE, AFTER)):
         ways = (("counter-clockwise", 1.0, False), ("clockwise", -1.0, True))
         lines = [
-            draw.PolarTrace(name, circle.angle[mine], 1e3 * radial[mine], colour, thin=thin, closed=False)
+            draw.PolarTrace(
+                name,
+                circle.angle[mine],
+                1e3 * radial[mine],
+                colour,
+                thin=thin,
+                closed=False,
+                width_um=1e3 * width_of_path(test, circle, radial, way),
+            )
             for name, way, thin in ways
             if (mine := circle.way == way).any()
         ]
