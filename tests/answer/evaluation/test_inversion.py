@@ -178,7 +178,9 @@ def test_belts_reach_as_far_as_what_was_indicated():
 
 @pytest.mark.thorough
 def test_contact_criteria_are_inverted_too(monkeypatch):
-    monkeypatch.setattr(inversion, "BY_CONTACT", (3000, 3000))  # fewer bound it on no side
+    monkeypatch.setattr(
+        inversion, "BY_CONTACT", (6000, 6000)
+    )  # of 3000 parts the windows bound it on no side
     monkeypatch.setattr(inversion, "COUNT_TRIALS", (100, 100))
     square_x = replace(SQUARE, criterion="X", datum_criterion="T")
     one = job((BORE, TOP), (Levels((5.0, 15.0), 8), Grid((3, 3), 2.0)), (square_x,))

@@ -41,7 +41,7 @@ from vcmm.part.part import Characteristic
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task
 
-PARTS, BY_CONTACT = (6000, 24_000), (3000, 8000)  # drawn for the belts, between these as many as trials;
+PARTS, BY_CONTACT = (6000, 24_000), (6000, 8000)  # drawn for the belts, between these as many as trials;
 # fewer where elements by contact are searched in every one of them
 NUMBERS = 6e6  # points of all parts for the belts, at most
 COUNT_TRIALS = 600, 2000  # drawn anew to count, between these as many as trials

@@ -124,7 +124,16 @@ def row_of(table: ReportTable, line: str, where: str) -> TableRow:
     measured = placed.get("MEAS", "")
     missing = "" if measured.strip("-") else "no measured value stands in this row"
     nominal, deviation = (placed.get(word, "") for word in ("NOMINAL", "DEV"))
-    return TableRow(where, name, axis if table.is_frame else "", measured, missing, bonus, nominal, deviation)
+    return TableRow(
+        where,
+        name,
+        axis if table.is_frame else "",
+        measured,
+        missing,
+        bonus=bonus,
+        nominal=nominal,
+        deviation=deviation,
+    )
 
 
 def _by_place(cells: Sequence[tuple[str, int]], header: Sequence[tuple[str, int]]) -> dict[str, str] | None:

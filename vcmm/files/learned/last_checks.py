@@ -126,7 +126,18 @@ def _circles(
         seen, forecast, u = (v[rows][order] for v in values)
         flat = np.zeros(len(rows))
         out.append(
-            CheckPart(f"{file} {plane}", date, plane, True, unit, angle[order], flat, seen, forecast, u)
+            CheckPart(
+                f"{file} {plane}",
+                date,
+                plane,
+                circle=True,
+                unit=unit,
+                place=angle[order],
+                up=flat,
+                seen=seen,
+                forecast=forecast,
+                u=u,
+            )
         )
     return tuple(out)
 
@@ -134,14 +145,17 @@ def _circles(
 def _along(problem: Problem, words: tuple[str, str, str], values: tuple[Array, Array, Array]) -> CheckPart:
     """Over the one axis that moved, by its sense; else reading by reading."""
     file, date, unit = words
+    seen, forecast, u = values
     run, row = problem.recording.run, problem.recording.row
     moved = [a for a, q in run.position.items() if np.ptp(q[row]) > 1e-6]
     if problem.recording.kind == "probe" or len(moved) != 1:
         number = np.arange(1.0, len(row) + 1)
-        return CheckPart(file, date, "", False, unit, number, np.zeros(len(row)), *values)
+        return CheckPart(
+            file, date, "", False, unit, number, up=np.zeros(len(row)), seen=seen, forecast=forecast, u=u
+        )
     place = np.asarray(run.position[moved[0]][row], dtype=float)
     step = np.diff(place, prepend=2 * place[0] - place[min(1, len(place) - 1)])
     up = np.where(step == 0, np.nan, np.sign(step))
     for k in range(len(up)):  # a position that is read again keeps the sense in which it was reached
         up[k] = (up[k - 1] if k else 1.0) if np.isnan(up[k]) else up[k]
-    return CheckPart(file, date, moved[0], False, unit, place, up, *values)
+    return CheckPart(file, date, moved[0], False, unit, place, up=up, seen=seen, forecast=forecast, u=u)
