@@ -57,9 +57,9 @@ def mill(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
 
 def turn_contour(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE95, CYCLE97."""
-    from vcmm.program.sinumerik.turning import contour, thread
+    from vcmm.program.sinumerik.turning import turn
 
-    (contour if item.name == "CYCLE95" else thread)(i, runner, item)  # type: ignore[arg-type]
+    turn(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
 
 
 def measure(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
