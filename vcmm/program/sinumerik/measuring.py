@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from vcmm.program.cycle_tables import Cycle, cycle, in_units
+from vcmm.program.cycle_tables import Cycle, cycle
 from vcmm.program.faults import BlockFault
 from vcmm.program.measuring import Findings, MeasuringCycle, circle, rectangle, width
 from vcmm.program.probing import correct_turn, correct_zero, measuring_cycle
@@ -127,12 +127,6 @@ def measure(
 ) -> None:
     """CYCLE976 to CYCLE979, CYCLE998, with their arguments as they are now. Raises BlockFault for what they cannot do without."""
     old = item.arguments is None
-    if item.name == "CYCLE976":
-        i.r.remark(
-            "CYCLE976 calibrates the probe, which is passed over: its length and ball are those of the set-up; what the calibration errs by is u_length and u_radius "
-            "of that tool in vcmm cut"
-        )
-        return
     if item.name == "CYCLE979" and not old:
         i.r.assume(
             f"{item.name} with arguments in brackets", "passed over: nothing is probed",
@@ -140,11 +134,10 @@ def measure(
             "a hole or spigot is measured by CYCLE977 as well", column=item.first,
         )  # fmt: skip
         return
-    row = CYCLES[item.name]
+    row = MEASURED[item.name]
     given = _parameters(runner) if old else row.by_name(arguments)
-    v = row.read(given, in_units(i.r.unit, i.modes.feed_unit))
     with measuring_cycle(i.r, item.name, FEED):
-        row.primitive(SinumerikMeasuring(i.r, v, item.first, runner, item, given, old))
+        row.primitive(SinumerikMeasuring(i.r, i.values(row, given), item.first, runner, item, given, old))
 
 
 def _parameters(runner: SinumerikRunner) -> dict[str, float]:
@@ -156,6 +149,14 @@ def _parameters(runner: SinumerikRunner) -> dict[str, float]:
                 if not isinstance(value, str):
                     out[name[1:] + (f"[{index[0]:g}]" if index else "")] = float(value)
     return out
+
+
+def _calibrate(m: SinumerikMeasuring) -> None:
+    """CYCLE976."""
+    m.r.remark(
+        "CYCLE976 calibrates the probe, which is passed over: its length and ball are those of the set-up; what the calibration errs by is u_length and u_radius "
+        "of that tool in vcmm cut"
+    )
 
 
 def _surface(m: SinumerikMeasuring) -> None:
@@ -234,7 +235,8 @@ def _angle(m: SinumerikMeasuring) -> None:
 
 _ENDS = "NMSP plain, TNAME text, DLNUM plain, TZL plain, TDIF plain, TUL plain, TLL plain, TMV plain, K plain, EVNUM plain, MCBIT plain, DMODE plain, AMODE plain"
 _SIZE = "SETVAL=size mm"
-CYCLES: Mapping[str, Cycle[Callable[[SinumerikMeasuring], None]]] = {
+MEASURED: Mapping[str, Cycle[Callable[[SinumerikMeasuring], None]]] = {
+    "CYCLE976": cycle("", _calibrate),
     "CYCLE977": cycle(f"MVAR plain, KNUM plain, KNUM1 plain, PRNUM plain, {_SIZE}, SETV[0]=length mm, SETV[1]=width mm, FA=overtravel plain?, TSA mm, STA1 plain, ID mm, SZA mm, SZO mm, MA plain, {_ENDS}", _parallel),
     "CYCLE978": cycle(f"MVAR plain, KNUM plain, KNUM1 plain, PRNUM plain, {_SIZE}, FA=overtravel plain?, TSA mm, MA plain, MD plain?, {_ENDS}", _surface),
     "CYCLE979": cycle(f"MVAR plain, KNUM plain, {_SIZE}, CPA=x mm, CPO=y mm, NUM plain?, STA1 plain, INCA plain, FA=overtravel plain?, TSA mm, ID mm", _points),

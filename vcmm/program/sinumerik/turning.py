@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import COARSE, whole_count
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
@@ -204,7 +204,7 @@ TURNING: Mapping[str, Cycle[Callable[[SinumerikPaths, SinumerikRunner, Item, Val
 }  # fmt: skip
 
 
-def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
+def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = TURNING[item.name]
-    row.primitive(i, runner, item, row.read(row.by_name(given), in_units(i.r.unit, i.modes.feed_unit)))
+    row.primitive(i, runner, item, i.values(row, given))
