@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
+from vcmm.program.contouring import record_contour
 from vcmm.program.cycle_tables import Values, cycle
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
@@ -19,19 +19,9 @@ from vcmm.program.iso.grooving import GROOVING, TurningCycle, groove, to_tip
 from vcmm.program.iso.lengths import read_words
 from vcmm.program.moves import Move
 from vcmm.program.roughing import MOST_PASSES, Cut, Rough, follow_contour, passes
-from vcmm.program.rounding import round_corners
 
 if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
-
-READING_NOTES = (
-    "assumed",
-    "unused",
-    "misfits",
-    "remarks",
-    "remarked",
-    "called",
-)  # what the reading of a contour leaves behind
 
 
 def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
@@ -87,14 +77,10 @@ def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int
 def _contour(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> list[Move]:
     """The moves of the blocks first to last, as programmed; nothing of the state is changed by them."""
     c = r.c
-    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in READING_NOTES}
-    c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
-    c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
-    _run(r, first, last, run)
-    moves, _ = round_corners(c.moves, [None] * len(c.moves), c.corners, c.file)
-    for name, value in kept.items():
-        setattr(c, name, value)
-    return [m for m in moves if m.kind in ("rapid", "line", "arc")]
+    with record_contour(c) as contour:
+        c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
+        _run(r, first, last, run)
+    return [m for m in contour.moves if m.kind in ("rapid", "line", "arc")]
 
 
 def _run(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:

@@ -8,21 +8,19 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
 
 from vcmm.program.chords import arc_or_chords
+from vcmm.program.contouring import record_contour
 from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import COARSE, whole_count
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
 from vcmm.program.moves import Move, Point
 from vcmm.program.roughing import Cut, Flat, Rough, follow_contour, passes, section_of
-from vcmm.program.rounding import round_corners
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.paths import SinumerikPaths
 
-READING_NOTES = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
 LIFT = 1.0  # mm: VRT where it is zero or left out
 
 
@@ -95,7 +93,7 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -
         i.r.feed,
         i.r.feed or v["FF1"] or v["FF3"] or None,
     )  # a contour without F is cut with FF1 and FF3
-    moves = record_contour(i, runner, str(name), item)
+    moves = contour_moves(i, runner, str(name), item)
     i.r.feed = kept
     if moves is None:
         return
@@ -144,7 +142,7 @@ def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
     i.r.feed = kept
 
 
-def record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
+def contour_moves(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
     """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
     r, start, _, end = i.r, *name.upper().partition(":")
     section = next(
@@ -162,30 +160,19 @@ def record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: 
             f"{item.name}: there is no contour {name}: a subprogram of that name, or labels START:END", column=item.first,
         )  # fmt: skip
         return None
-    kept, modes = (
-        {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES},
-        copy.copy(vars(i.modes)),
-    )
-    r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
-    labels = [b.label for b in section.blocks]
-    caller, source = runner.current, r.source
-    if end:
-        runner.part(section, labels.index(start), labels.index(end))
-    else:
-        runner.run(section)
-    runner.current, kept["source"] = caller, source
-    moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
-    world = r.world
-    for field, value in kept.items():
-        setattr(r, field, value)
+    modes, caller = copy.copy(vars(i.modes)), runner.current
+    with record_contour(r) as contour:
+        labels = [b.label for b in section.blocks]
+        if end:
+            runner.part(section, labels.index(start), labels.index(end))
+        else:
+            runner.run(section)
+        runner.current = caller
     vars(i.modes).update(modes)
-    made = [m for m in moves if m.kind in ("rapid", "line", "arc")]
+    made = [m for m in contour.programmed if m.kind in ("rapid", "line", "arc")]
     if len(made) < 2:
         raise BlockFault(item.first, f"{item.name}: {name} makes no contour; correct it")
-    return [
-        m._replace(start=world.undo(m.start), end=world.undo(m.end), centre=m.centre and world.undo(m.centre))
-        for m in made
-    ]
+    return made
 
 
 def _point(i: SinumerikPaths, at: Flat) -> Point:
