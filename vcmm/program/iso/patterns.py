@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from vcmm.program.faults import BlockFault
+from vcmm.program.hole_patterns import hole_circle, hole_line
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.cycles import DRILLING, drill_at
@@ -97,7 +98,10 @@ def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     if count is None or count > MOST_HOLES:
         raise BlockFault(column, f"{code} needs L, the number of holes, up to {MOST_HOLES}")
     step = math.radians(w.take("K") or 0.0) if code == "G71" else 2.0 * math.pi / count
-    x, y, _ = c.p
-    for k in range(count):
-        r, angle = (radius * k, start) if code == "G72" else (radius, start + k * step)
-        drill_at(c, x + r * math.cos(angle), y + r * math.sin(angle))
+    spots = (
+        hole_line(c.p[:2], start, [radius * k for k in range(count)])
+        if code == "G72"
+        else hole_circle(c.p[:2], radius, [start + k * step for k in range(count)])
+    )
+    for x, y in spots:
+        drill_at(c, x, y)
