@@ -83,7 +83,7 @@ class KlartextCycles:
             self.pattern(number, values)
         elif number in MACHINING:
             row = MACHINING[number]
-            self.check(number, row.needed, values, column)
+            self.check(number, row.required_names, values, column)
             self.active = MachiningCycle(self.recorder, number, values, of_row(row), self.auto_feed)
             if self.recorder.tracer is not None:
                 self.words = words_of(reader, self.recorder.tracer)
@@ -217,11 +217,11 @@ class KlartextCycles:
             return
         if self.active is None or self.active.number != number:
             raise reader.fault(f"CYCL DEF {number}.{part} has no CYCL DEF {number}.0 before it")
-        found = _numbers(reader)
+        numbers = _numbers(reader)
         blocks = OLD[number].blocks
         names = blocks[part - 1] if part <= len(blocks) else ()
-        values = {**self.active.values, **dict(zip(names, (v for k, v in found if k != "DR")))}
-        values.update({k: v for k, v in found if k in ("X", "Y", "DR")})
+        values = {**self.active.values, **dict(zip(names, (v for k, v in numbers if k != "DR")))}
+        values.update({k: v for k, v in numbers if k in ("X", "Y", "DR")})
         self.active = replace(self.active, values=values)
 
     def wait(self, reader: KlartextReader) -> None:

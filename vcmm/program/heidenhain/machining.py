@@ -75,10 +75,10 @@ class MachiningCycle:
         """Moves at the first of these feeds that is not zero, mm/min, that of TOOL CALL for FAUTO; yields whether that is rapid."""
         r, feed = self.recorder, next(filter(None, feeds), 0.0)
         feed = (self.auto_feed or 0.0) if math.isnan(feed) else feed
-        kept, mode = r.feed, r.feed_mode
+        before, mode = r.feed, r.feed_mode
         r.feed, r.feed_mode = feed, "G94"
         yield math.isinf(feed)
-        r.feed, r.feed_mode = kept, mode
+        r.feed, r.feed_mode = before, mode
 
     @property
     def cutter(self) -> CycleCutter:

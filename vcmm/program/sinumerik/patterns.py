@@ -54,10 +54,10 @@ PATTERNS: Mapping[str, Cycle[Pattern]] = {
 }  # fmt: skip
 
 
-def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
+def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """Rapid to each point; the modal cycle at each."""
     row = PATTERNS[item.name]
-    for a, b in row.primitive(i, i.values(row, given)):
+    for a, b in row.primitive(i, i.values(row, arguments)):
         CycleCutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)
