@@ -12,7 +12,7 @@ from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.program.dialects import FRONT_ENDS, G_CODE, TRACE_READERS, Dialect, check_name
 from vcmm.program.iso.channels import marks_of
-from vcmm.program.iso.cycles import CYCLES
+from vcmm.program.iso.cycles import DRILLING
 from vcmm.program.moves import Move, Program
 from vcmm.program.reading import read_bytes
 from vcmm.program.setup import Setup
@@ -158,7 +158,7 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
         if t.cycle.startswith("CYC") and t.cycle not in HEIGHTS_MOVE:
             said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
             raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
-        if t.cycle.startswith("G") and (t.cycle not in CYCLES or (dialect.lathe and t.cycle in TURNING)):
+        if t.cycle.startswith("G") and (t.cycle not in DRILLING or (dialect.lathe and t.cycle in TURNING)):
             line, column = _cycle_position(source, t)
             raise _not_rewritten(t.file, line, column, t.cycle)
 

@@ -10,7 +10,7 @@ import math
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
-from vcmm.program.iso.cycles import CYCLES, drill_at
+from vcmm.program.iso.cycles import DRILLING, drill_at
 from vcmm.program.iso.lengths import length
 from vcmm.program.iso.motion import ArcEnds, emit_arc
 from vcmm.program.moves import Point
@@ -88,7 +88,7 @@ def _tool_radius(c: IsoControl, w: IsoWords, column: int) -> float:
 def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G70 I J L: a circle of L holes; G71 I J K L: an arc in steps of K degrees; G72 I J L: a row. J: angle of the first.
     About (G72: from) where the tool stands; the drilling cycle in force makes each hole (L0 on its line: none there)."""
-    if c.motion not in CYCLES:
+    if c.motion not in DRILLING:
         raise BlockFault(
             column, f"{code} needs a drilling cycle in force; write for example G81 ... L0 before it"
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import COARSE, Hole, depths_of
 from vcmm.program.faults import BlockFault
 from vcmm.program.moves import PLANES
@@ -56,7 +56,7 @@ DrillingPrimitive = Callable[[DrillingCall, Values], None]
 def drill(i: SinumerikControl, item: Item, given: list[float | None]) -> None:
     """The cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
     row = DRILLING[item.name]
-    v = row.read(given, i.r.unit, i.modes.feed_unit)
+    v = row.read(row.by_name(given), in_units(i.r.unit, i.modes.feed_unit))
     if not (v.has("RTP") and v.has("RFP") and (v.has("DP") or v.has("DPR"))):
         raise BlockFault(
             item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"

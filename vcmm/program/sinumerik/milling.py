@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
 from vcmm.program.cutter import CycleCutter, equal_depths
-from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import depths_of, whole_count
 from vcmm.program.faults import BlockFault
 from vcmm.program.sinumerik.blocks import Item
@@ -233,5 +233,6 @@ def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[flo
     """The cycle of a call."""
     row = MILLING[item.name]
     row.primitive(
-        MillingCall(i, runner, item, CycleCutter(i.r)), row.read(given, i.r.unit, i.modes.feed_unit)
+        MillingCall(i, runner, item, CycleCutter(i.r)),
+        row.read(row.by_name(given), in_units(i.r.unit, i.modes.feed_unit)),
     )

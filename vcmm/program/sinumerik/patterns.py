@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from vcmm.program.cutter import CycleCutter
-from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import whole_count
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
@@ -72,7 +72,7 @@ PATTERNS: Mapping[str, Cycle[Pattern]] = {
 def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
     """Rapid to each point; the modal cycle at each."""
     row = PATTERNS[item.name]
-    for a, b in row.primitive(i, row.read(given, i.r.unit, i.modes.feed_unit)):
+    for a, b in row.primitive(i, row.read(row.by_name(given), in_units(i.r.unit, i.modes.feed_unit))):
         CycleCutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)
