@@ -9,7 +9,7 @@ primitive gets these values by meaning and makes the moves (vcmm.program.drillin
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
@@ -83,9 +83,10 @@ class Cycle(Generic[Primitive]):
         """Whether the cycle has a parameter of that name."""
         return any(p.name == name for p in self.parameters)
 
-    def missing(self, given: Collection[str]) -> str:
-        """The first parameter that the cycle needs and is not given; "" where it has all."""
-        return next((p.name for p in self.parameters if p.needed and p.name not in given), "")
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Names of the parameters without which it does not go."""
+        return tuple(p.name for p in self.parameters if p.needed)
 
     def by_name(self, given: Sequence[float | None]) -> dict[str, float]:
         """Arguments in the order of the manual, by name. What is given beyond the table is left alone."""

@@ -14,26 +14,19 @@ from dataclasses import dataclass, field, replace
 from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.contours import CONTOUR_DATA, NEEDED, ContourCycles
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
-from vcmm.program.heidenhain.machining import Action, MachiningCycle
+from vcmm.program.heidenhain.machining import MachiningCycle, of_row
 from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
 from vcmm.program.heidenhain.planes import working_plane
 from vcmm.program.heidenhain.text import KlartextReader
-from vcmm.program.heidenhain.threads import thread_milling
+from vcmm.program.heidenhain.threads import THREADS
 from vcmm.program.heidenhain.traces import words_of
 from vcmm.program.heidenhain.transforms import KlartextFrames
 from vcmm.program.moves import PLANES
 from vcmm.program.recorder import Recorder
 from vcmm.program.trace import WordAt
 
-MACHINING = {**HOLES, **POCKETS, "262": (("Q335", "Q239", "Q201", "Q200", "Q203", "Q207"), thread_milling)}
-OLD: Mapping[str, Action] = {**OLD_HOLES, **OLD_POCKETS}
-_DRILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG",), 4: ("DWELL",), 5: ("F",)}
-_MILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG", "PLUNGE")}
-PARTS: Mapping[str, Mapping[int, tuple[str, ...]]] = {  # what the blocks n.1, n.2 ... hold; their words change with the language
-    "1": _DRILL, "2": {1: ("DIST",), 2: ("DEPTH",), 3: ("DWELL",), 4: ("F",)}, "3": {**_MILL, 4: ("X",), 5: ("Y",), 6: ("F",)},
-    "4": {**_MILL, 4: ("X",), 5: ("Y",), 6: ("F", "RADIUS")}, "5": {**_MILL, 4: ("RADIUS",), 5: ("F",)},
-    "17": {1: ("DIST",), 2: ("DEPTH",), 3: ("PITCH",)}, "18": {1: ("DEPTH",), 2: ("PITCH",)},
-}  # fmt: skip
+MACHINING = {**HOLES, **POCKETS, **THREADS}
+OLD = {**OLD_HOLES, **OLD_POCKETS}
 STRANGE = {  # old cycles that leave a hole in the path, and whether they act where they stand
     "6": ("cycle 6, rough-out", False), "12": ("cycle 12, program call", False), "15": ("cycle 15, pilot drilling", False),
     "16": ("cycle 16, contour milling", False), "21": ("cycle 21, pilot drilling", False),
@@ -89,9 +82,9 @@ class KlartextCycles:
         elif number in ("220", "221"):
             self.pattern(number, values)
         elif number in MACHINING:
-            needed, action = MACHINING[number]
-            self.check(number, needed, values, column)
-            self.active = MachiningCycle(self.recorder, number, values, action, self.auto_feed)
+            row = MACHINING[number]
+            self.check(number, row.needed, values, column)
+            self.active = MachiningCycle(self.recorder, number, values, of_row(row), self.auto_feed)
             if self.recorder.tracer is not None:
                 self.words = words_of(reader, self.recorder.tracer)
         elif int(number) in DATA:
@@ -219,13 +212,14 @@ class KlartextCycles:
         """1 to 5, 17, 18: each block holds one or two numbers, named in the language of the control."""
         if part == 0:
             reader.rest()
-            self.active = MachiningCycle(self.recorder, number, {}, OLD[number], self.auto_feed)
+            self.active = MachiningCycle(self.recorder, number, {}, of_row(OLD[number].row), self.auto_feed)
             self.words = {}
             return
         if self.active is None or self.active.number != number:
             raise reader.fault(f"CYCL DEF {number}.{part} has no CYCL DEF {number}.0 before it")
         found = _numbers(reader)
-        names = PARTS[number].get(part, ())
+        blocks = OLD[number].blocks
+        names = blocks[part - 1] if part <= len(blocks) else ()
         values = {**self.active.values, **dict(zip(names, (v for k, v in found if k != "DR")))}
         values.update({k: v for k, v in found if k in ("X", "Y", "DR")})
         self.active = replace(self.active, values=values)

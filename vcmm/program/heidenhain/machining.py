@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from vcmm.program.cutter import CycleCutter
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import Hole
 from vcmm.program.moves import Point
 from vcmm.program.recorder import Recorder
@@ -69,9 +71,10 @@ class MachiningCycle:
         return value * (2.54 if self.recorder.unit > 1.0 else 1.0)
 
     @contextmanager
-    def feed_at(self, feed: float) -> Iterator[bool]:
-        """Moves at this feed, mm/min; yields whether that is rapid."""
-        r = self.recorder
+    def feed_at(self, *feeds: float) -> Iterator[bool]:
+        """Moves at the first of these feeds that is not zero, mm/min, that of TOOL CALL for FAUTO; yields whether that is rapid."""
+        r, feed = self.recorder, next(filter(None, feeds), 0.0)
+        feed = (self.auto_feed or 0.0) if math.isnan(feed) else feed
         kept, mode = r.feed, r.feed_mode
         r.feed, r.feed_mode = feed, "G94"
         yield math.isinf(feed)
@@ -98,3 +101,32 @@ class MachiningCycle:
     def at(self, a: float, b: float, height: float) -> Point:
         """A point from its coordinates in the plane and along the tool axis."""
         return self.cutter.point((a, b), height)
+
+
+KlartextPrimitive = Callable[[MachiningCycle, Values], None]
+
+
+class BlockwiseCycle(NamedTuple):
+    """An old cycle: each of its blocks n.1, n.2 ... holds one or two numbers, whose words change with the language of the control."""
+
+    blocks: tuple[tuple[str, ...], ...]
+    row: Cycle[KlartextPrimitive]
+
+
+def blockwise(parameters: str, primitive: KlartextPrimitive) -> BlockwiseCycle:
+    """A row whose blocks are divided by ";"; behind "|" what comes by its own word."""
+    blocks = tuple(
+        tuple(word.split()[0] for word in block.split(","))
+        for block in parameters.partition("|")[0].split(";")
+    )
+    return BlockwiseCycle(blocks, cycle(parameters.replace(";", ",").replace("|", ","), primitive))
+
+
+def of_row(row: Cycle[KlartextPrimitive]) -> Action:
+    """What a cycle of a table does with the parameters that it is given."""
+
+    def act(c: MachiningCycle) -> None:
+        inches = c.recorder.unit > 1.0
+        row.primitive(c, row.read(c.values, in_units(c.recorder.unit, 2.54 if inches else 1.0)))
+
+    return act

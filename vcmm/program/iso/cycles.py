@@ -162,10 +162,10 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
     if c.language.words == "macro":
         for letter in unused:
             pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter))
-    missing = row.missing(c.cycle) if c.language.words == "o" else ""
-    if missing:
-        meaning = "the depth of a peck" if missing == "Q" else "the dwell in seconds"
-        c.fault(f"{code} needs {missing}, {meaning}; add it")
+    missing = [letter for letter in row.needed if letter not in c.cycle]
+    if missing and c.language.words == "o":
+        meaning = "the depth of a peck" if missing[0] == "Q" else "the dwell in seconds"
+        c.fault(f"{code} needs {missing[0]}, {meaning}; add it")
 
 
 def _k_counts(c: IsoControl, w: IsoWords) -> bool:
