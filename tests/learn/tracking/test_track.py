@@ -295,3 +295,35 @@ def test_a_part_is_placed_on_a_machine_that_was_followed(tmp_path, capsys):
         204.0 * float(np.sqrt((found.dated.since**2).sum())), rel=1e-3
     )
     assert line["u_best_mm"] < 0.05 * line["u_present_mm"]
+
+
+@pytest.mark.thorough
+def test_a_jump_of_a_stated_squareness_is_no_mistake_of_a_table(tmp_path):
+    """C0Y of 20 urad for eleven weeks, then -20: that the table has the wrong sign is what this looks like, but eleven checks were as it says. The
+    change is -40 urad; from the first recording on the file itself is asked, whose table may hold a mistake.
+    """
+    square = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nu = "2 urad"\n'
+    machine = write_machine(tmp_path)
+    machine.write_text(machine.read_text() + square)
+    q = [(x, y, z) for x in (50.0, 250.0, 450.0) for y in (50.0, 450.0) for z in (50.0, 400.0)]
+    rng = np.random.default_rng(5)
+    for week in range(12):
+        c = -20.0 if week == 11 else 20.0  # urad; the tip errs by -c y along X
+        date = str(np.datetime64("2026-01-05") + 7 * week)
+        rows = [
+            f"{x:g},{y:g},{z:g},{c * y * 1e-3 + e:.4f},{f:.4f},{g:.4f}"
+            for (x, y, z), (e, f, g) in zip(q, rng.normal(size=(12, 3)))
+        ]
+        (tmp_path / "checks" / f"{date}.csv").write_text(
+            "X_mm,Y_mm,Z_mm,dx_um,dy_um,dz_um\n" + "\n".join(rows) + "\n"
+        )
+        (tmp_path / "checks" / f"{date}.toml").write_text(
+            f'vcmm = "recording/1"\ndata = "{date}.csv"\nmachine = "../machine.toml"\nkind = "probe"\ndate = "{date}"\n'
+        )
+    (alarm,) = vcmm.track(machine, tmp_path / "checks").to_dict()["alarms"]
+    assert alarm["since"] == "2026-03-16"
+    said = alarm["diagnosis"]
+    assert said.startswith("explained: squareness C0Y, angle -")
+    assert "a collision" in said
+    size, u = (float(v) for v in said.partition("angle ")[2].partition(" urad")[0].split(" ± "))
+    assert abs(size + 40.0) < 3 * u < 10.0

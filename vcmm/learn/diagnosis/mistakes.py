@@ -15,6 +15,8 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener, without_span
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.inputs import STATE
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
@@ -145,7 +147,19 @@ def _name(mistake: Mistake) -> tuple[str, str]:
 
 
 def hypotheses(problem: Problem) -> Iterator[Mistake]:
-    """All mistakes of all tables (and of all together)."""
+    """All mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
+    if not is_followed(problem.machine):
+        yield from _of_tables(problem)
+    for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
+        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
+
+
+def is_followed(machine: Machine) -> bool:
+    """Whether earlier recordings were as the numbers of the machine foretold: nobody typed them, so that a departure is a change of the machine."""
+    return any(i.members and i.parameter == STATE for i in machine.inputs)
+
+
+def _of_tables(problem: Problem) -> Iterator[Mistake]:
     tables = tables_of(problem)
     nothing = _baseline_of(problem, ())
     own = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
@@ -161,8 +175,6 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
-    for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
-        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
 
 
 def _of_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
