@@ -88,7 +88,12 @@ def test_the_axes_of_a_circle_turn_back_and_small_steps_along_a_straight_do_not(
     middle = (cutter.path.start + cutter.path.end) / 2
     angle = np.degrees(np.arctan2(middle[:, 1], middle[:, 0])) % 360
     circle = cutter.path.block == 3
-    for low, high, senses in ((20, 80, [-1, 1]), (100, 170, [-1, -1]), (190, 260, [1, -1]), (280, 350, [1, 1])):
+    for low, high, senses in (
+        (20, 80, [-1, 1]),
+        (100, 170, [-1, -1]),
+        (190, 260, [1, -1]),
+        (280, 350, [1, 1]),
+    ):
         within = circle & (angle > low) & (angle < high)
         assert within.sum() > 500
         assert np.unique(cutter.senses[within, :2], axis=0).tolist() == [senses]
@@ -109,5 +114,7 @@ def test_the_force_of_half_a_mill_in_a_wall(x, normal, side):
     whole, sine = math.sqrt(math.pi) / 2 * math.gamma(1.37) / math.gamma(1.87), 1 / 1.74
     size = 4 / (2 * math.pi) * 2100 * 5 * 0.1**0.74
     across = size * ((whole if side == "left" else -whole) + 0.35 * sine)
-    assert moments.force[0, 0] * normal == pytest.approx(across, rel=0.005)  # the middles of 90 pieces of half a turn
+    assert moments.force[0, 0] * normal == pytest.approx(
+        across, rel=0.005
+    )  # the middles of 90 pieces of half a turn
     assert moments.force[0, 2] == 0.0
