@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import CountOption, Json, Seed
+from vcmm.face.cli.options import CountOption, InputFile, InputPath, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.learned_residual import learned_files
 from vcmm.files.learned.track import recordings_by_date, track
@@ -33,9 +33,9 @@ from vcmm.show.tables.table import csv_text
 
 
 def track_command(
-    machine: Path, folder: Path, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: Path | None = None,
-    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: Path | None = None,
-    days: CountOption = None, learn_rest: bool = False, parts: Path | None = None,
+    machine: InputFile, folder: InputPath, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: InputFile | None = None,
+    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: InputFile | None = None,
+    days: CountOption = None, learn_rest: bool = False, parts: InputFile | None = None,
     alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
     json: Json = False,
 ) -> int:  # fmt: skip
