@@ -18,6 +18,7 @@ Primitive = TypeVar("Primitive")
 KINDS = {  # kind -> what becomes of a number
     "mm": "a length with its sign, mm",
     "size": "a length without sign, mm",
+    "radius": "a length along X, mm; halved where X counts diameters",
     "steps": "a length that counts increments where it has no point, mm",
     "deg": "an angle, rad",
     "feed": "a feed, mm/min; 0: the one in force",
@@ -53,14 +54,14 @@ def in_units(length: float, feed: float) -> Conversion:
 class Values:
     """What a cycle is given, by meaning: mm, rad, mm/min. A meaning that its table has not is zero."""
 
-    given: Mapping[str, float | None]
+    given: Mapping[str, float]
 
     def __getitem__(self, name: str) -> float:
-        return self.given.get(name) or 0.0
+        return self.given.get(name, 0.0)
 
     def has(self, name: str) -> bool:
         """Whether it was given at all."""
-        return self.given.get(name) is not None
+        return name in self.given
 
     def number(self, name: str) -> int:
         """A whole number."""
@@ -68,8 +69,7 @@ class Values:
 
     def without(self, name: str, otherwise: float) -> float:
         """The value; `otherwise` where it is left out."""
-        value = self.given.get(name)
-        return otherwise if value is None else value
+        return self.given.get(name, otherwise)
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Cycle(Generic[Primitive]):
 
     def read(self, given: Mapping[str, float], convert: Conversion) -> Values:
         """What the parameters mean, of those that are given by name."""
-        out: dict[str, float | None] = {}
+        out: dict[str, float] = {}
         for parameter in self.parameters:
             if parameter.name in given:
                 out[parameter.meaning] = convert(parameter, given[parameter.name])

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from vcmm.program.chords import arc_or_chords
 from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.machining import KlartextPrimitive, MachiningCycle
@@ -37,7 +36,7 @@ def thread_milling(c: MachiningCycle, v: Values) -> None:
         with c.feed_at(v["approach"], v["feed"]) as rapid:
             c.to(*middle, first, rapid)
         with c.feed_at(v["feed"]):
-            _helix(c, middle, radius, (first, last), turns, not counter)
+            c.cutter.thread(middle, radius, (first, last), abs(pitch), not counter)
     c.to(None, None, c.second, True)
 
 
@@ -51,19 +50,6 @@ def _levels(c: MachiningCycle, v: Values, floor: float, pitch: float) -> tuple[l
         return [floor], max(1, whole_count(math.ceil(length / pitch - 1e-9)))
     count = max(1, whole_count(math.ceil(length / (steps * pitch) - 1e-9)))
     return [floor + k * steps * pitch for k in range(count)], 1
-
-
-def _helix(
-    c: MachiningCycle, middle: tuple[float, float], radius: float, heights: tuple[float, float], turns: int, clockwise: bool
-) -> None:  # fmt: skip
-    """Half a circle out, the helix, half a circle back."""
-    r, (a, b), (first, last) = c.recorder, middle, heights
-    if not radius:
-        c.to(a, b, last, False)
-        return
-    arc_or_chords(r, c.at(a + radius, b, first), c.at(a + radius / 2.0, b, first), clockwise)
-    arc_or_chords(r, c.at(a + radius, b, last), c.at(a, b, first), clockwise, turns)
-    arc_or_chords(r, c.at(a, b, last), c.at(a + radius / 2.0, b, last), clockwise)
 
 
 THREADS: Mapping[str, Cycle[KlartextPrimitive]] = {

@@ -5,14 +5,15 @@ Source: Siemens, Programming Manual Cycles, "Drilling cycles".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import COARSE, Hole, depths_of
 from vcmm.program.faults import BlockFault
 from vcmm.program.moves import PLANES
 from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.state import SinumerikControl
 
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
@@ -53,10 +54,10 @@ class DrillingCall:
 DrillingPrimitive = Callable[[DrillingCall, Values], None]
 
 
-def drill(i: SinumerikControl, item: Item, given: list[float | None]) -> None:
+def drill(i: SinumerikControl, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
     """The cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
     row = DRILLING[item.name]
-    v = row.read(row.by_name(given), in_units(i.r.unit, i.modes.feed_unit))
+    v = i.values(row, given)
     if not (v.has("RTP") and v.has("RFP") and (v.has("DP") or v.has("DPR"))):
         raise BlockFault(
             item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"

@@ -6,10 +6,10 @@ Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Cycles (HMI), "Dri
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from vcmm.program.cutter import CycleCutter
-from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import whole_count
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
@@ -69,10 +69,10 @@ PATTERNS: Mapping[str, Cycle[Pattern]] = {
 }  # fmt: skip
 
 
-def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
+def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
     """Rapid to each point; the modal cycle at each."""
     row = PATTERNS[item.name]
-    for a, b in row.primitive(i, row.read(row.by_name(given), in_units(i.r.unit, i.modes.feed_unit))):
+    for a, b in row.primitive(i, i.values(row, given)):
         CycleCutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
+from vcmm.program.cycle_tables import Cycle, Values, in_units
 from vcmm.program.expressions import number
 from vcmm.program.facing import EndFace
 from vcmm.program.faults import BlockFault
@@ -88,6 +91,11 @@ class SinumerikControl:
     def __init__(self, recorder: Recorder, by_m6: bool) -> None:
         self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
         self.column = 1
+
+    def values(self, row: Cycle[Any], given: Sequence[float | None] | Mapping[str, float]) -> Values:
+        """What a cycle of a table is given: arguments in their order, or numbers by name."""
+        named = given if isinstance(given, Mapping) else row.by_name(given)
+        return row.read(named, in_units(self.r.unit, self.modes.feed_unit))
 
     def frames(self, frame: AffineMap, swivel: AffineMap | None = None) -> None:
         """The frame of the program, and that of CYCLE800 around it."""
