@@ -1,6 +1,4 @@
-"""From the text of a G-code program to a Program: block after block, with a short cut for plain lines.
-
-A plain line holds nothing but N, G0 or G1, X, Y, Z and F with plain numbers; while nothing special is in force it is read
+"""From the text of a G-code program to a Program: block after block, with a short cut for plain lines. A plain line holds nothing but N, G0 or G1, X, Y, Z and F with plain numbers; while nothing special is in force it is read
 by one regular expression. All other lines go through the block reader.
 """
 
@@ -35,6 +33,7 @@ from vcmm.program.iso.macros import (
 from vcmm.program.iso.misfits import tell_misfits
 from vcmm.program.iso.numbers import has_points_written, tell_unit
 from vcmm.program.iso.parameters import attach
+from vcmm.program.iso.pocketing import mill_pocket
 from vcmm.program.iso.steps import step_of, words_of
 from vcmm.program.iso.texts import Text
 from vcmm.program.iso.tools import tell_left_in_the_changer
@@ -292,6 +291,8 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if call is not None:
         w.used |= {"P", "L"}
     execute(c, w)
+    if "irregular" in w.g:
+        mill_pocket(r, w, index, lambda at: _run_line(r, at))
     if c.tracer is not None and before is not None and len(c.moves) > made:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:
