@@ -7,6 +7,8 @@ import pytest
 
 from tests.program.sinumerik.programs import SURVEY, moves, sample
 from vcmm.core.errors import DataError
+from vcmm.program.setup import Setup
+from vcmm.program.sinumerik.reader import read
 
 
 @pytest.mark.parametrize(
