@@ -228,7 +228,7 @@ def test_g41_without_d_is_asked_for_where_none_is_in_force():
         assert interpret(text.format(before="", d=" D4"), dialect, strict).moves[2].end[1] == pytest.approx(
             10.0
         )
-        again = text.format(before="G41 D4\nG1 X5. F100.\nG40 X0.\n", d="")
+        again = text.format(before="G41 D4\nG1 X20. F100.\nG40 X0.\n", d="")
         assert interpret(again, dialect, strict).moves  # D4 is in force
     assert interpret(text.format(before="", d=""), "mach3", strict).moves[2].end[1] == pytest.approx(
         10.0

@@ -118,5 +118,5 @@ def test_text_behind_the_end_is_told():
         3,
         "the text after the end of the program is n",
     )
-    jump = read("G54 G0 X10\nGOTOF B\nA: M30\nB: G0 X20\nGOTOB A\n", "p.mpf", Setup())
+    jump = read("G54 G0 X10\nGOTOF BACK\nOVER: M30\nBACK: G0 X20\nGOTOB OVER\n", "p.mpf", Setup())
     assert not any("text after the end" in r.text for r in jump.warnings)
