@@ -162,7 +162,7 @@ def _alone(r: IsoRunner) -> None:
         if label in called:
             continue
         r.calls.clear()
-        r.c.ended, r.c.source = False, Source(start + 1, 1, 1)
+        r.c.ended, r.c.source, r.c.autosaved = False, Source(start + 1, 1, 1), []
         r.c.assume(f"the call of o<{label}>, a subprogram on its own", "one without arguments: they are 0")
         r.push(ActiveCall(r.main, len(r.main.lines), "o", f"o<{label}>", start + 1), {}, 1)
         r.enter(r.main, start + 1)
