@@ -40,9 +40,8 @@ LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
 NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on them
-    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
+    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False, "AFC": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
-    "AFC": False,
 }  # fmt: skip
 HOLE = "a hole in the path: its moves are missing"
 
@@ -157,7 +156,7 @@ class _Runner:
         simple: dict[str, Callable[[KlartextReader], bool | None]] = {
             "L": paths.straight, "LP": paths.polar_line, "CC": paths.set_pole, "APPR": paths.approach, "DEP": paths.departure,
             "RND": lambda r: self.free.corner(r, "round"), "CHF": lambda r: self.free.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
-            "BLK": lambda r: r.rest() and None, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
+            "BLK": lambda r: bool(r.rest()) and False, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
             "CYCLE": self.cycle, "STOP": self.functions, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
             "QS": self.parameters.text, "DECLARE": self.parameters.declare, "ERROR": self.parameters.text,
