@@ -40,9 +40,8 @@ LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
 NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on them
-    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
+    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False, "AFC": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
-    "AFC": False,
 }  # fmt: skip
 HOLE = "a hole in the path: its moves are missing"
 
@@ -157,7 +156,7 @@ class _Runner:
         simple: dict[str, Callable[[KlartextReader], bool | None]] = {
             "L": paths.straight, "LP": paths.polar_line, "CC": paths.set_pole, "APPR": paths.approach, "DEP": paths.departure,
             "RND": lambda r: self.free.corner(r, "round"), "CHF": lambda r: self.free.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
-            "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
+            "BLK": lambda r: bool(r.rest()) and False, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
             "CYCLE": self.cycle, "STOP": self.functions, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
             "QS": self.parameters.text, "DECLARE": self.parameters.declare, "ERROR": self.parameters.text,
@@ -257,10 +256,6 @@ class _Runner:
         reader.rest()
         return True
 
-    def blank(self, reader: KlartextReader) -> None:
-        """BLK FORM: the raw part; for simulation graphics, moves nothing."""
-        reader.rest()
-
     def tool(self, reader: KlartextReader) -> None:
         if reader.accept("CALL"):
             call_tool(self.paths, reader)
@@ -274,8 +269,12 @@ class _Runner:
         if reader.upper(-1) == "CYCLE":
             self.recorder.remark("CYCLE is read as CYCL")
         if reader.accept("DEF"):
-            self.paths.cycles.auto_feed = self.paths.auto_feed
-            self.paths.cycles.define(reader, self.parameters.values)
+            cycles, before = self.paths.cycles, self.paths.cycles.active
+            cycles.auto_feed = self.paths.auto_feed
+            cycles.define(reader, self.parameters.values)
+            self.paths.modal_call &= (
+                cycles.active is before
+            )  # a new machining cycle ends M89, and so does CYCL CALL
         elif reader.accept("CALL"):
             self.cycle_call(reader)
         else:
@@ -284,6 +283,7 @@ class _Runner:
     def cycle_call(self, reader: KlartextReader) -> None:
         """CYCL CALL, CYCL CALL POS X Y Z, CYCL CALL PAT F."""
         paths, kind = self.paths, reader.upper()
+        paths.modal_call = False
         reader.at += kind in ("POS", "PAT")
         words = read_words(reader, ())
         rapid = paths.technology(words)

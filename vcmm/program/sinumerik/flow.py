@@ -115,6 +115,7 @@ class SinumerikRunner:
         at, self.current = first, section
         while first <= at <= last:
             block = section.blocks[at]
+            section.reached = max(section.reached, at)
             self.recorder.source = Source(block.line, block.first, block.last)
             self._count()
             before = at
