@@ -19,12 +19,15 @@ side; the best one is searched between its neighbours, and each pays its share o
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, exchanged_labels
 from vcmm.learn.diagnosis.scans import MOST_STEPS
@@ -84,6 +87,9 @@ def _with_clock(run: Run, own: dict[str, Series], true_time: Callable[[Array], A
 
 LOG = "log_mistake"  # the name of an answer
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
+Name = tuple[str, str]  # of what a run holds: one of TABLES or PLACES, and the name in it
+ZEROED = (("columns", "time_s"), ("labels", "setup"))  # by which the zero of a counter is known
+TABLES, PLACES = ("columns", "labels", "series"), "position"
 COLUMN_PREFIXES = (
     "temp_",
     "speed_",
@@ -113,15 +119,19 @@ class LogHypothesis:
     clock: Clock | None = None  # of a hypothesis with one number
 
 
-def log_hypotheses(recording: Recording, predicted: Callable[[Recording], Array]) -> Iterator[LogHypothesis]:
-    """All mistakes of the log that change what the machine file predicts. predicted: recording -> observations (m,)."""
-    before = predicted(recording)
+def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[LogHypothesis]:
+    """All mistakes of the log that change what the machine file predicts."""
+    observer = Observer(recording, machine)
+    before = observer.baseline()
     if not np.any(before):
         return
+    read = names_read(observer)
 
     def change(run: Run) -> Array | None:
+        if not changed_names(recording.run, run) & read:
+            return None
         try:
-            after = predicted(replace(recording, run=run))
+            after = Observer(replace(recording, run=run), machine).baseline()
         except (ModelLimit, UsageError):
             return None  # positions outside the travels, temperatures that cannot be
         return after - before if np.isfinite(after).all() and np.any(after != before) else None
@@ -157,9 +167,75 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
             yield LogHypothesis(found[0], clock.what, found[1], share, Clock(seconds, step, at))
 
 
-def of_machine(machine: object) -> Callable[[Recording], Array]:
-    """Observations (m,) that a machine predicts for a recording."""
-    return lambda recording: Observer(recording, machine).baseline()  # type: ignore[arg-type]
+class _Watched(dict[str, Any]):
+    """A table of a run that notes which of its names are asked for."""
+
+    def __init__(self, table: Mapping[str, Any], kind: str, asked: set[Name]) -> None:
+        super().__init__(table)
+        self.kind, self.asked = kind, asked
+
+    def __getitem__(self, name: str) -> Any:
+        self.asked.add((self.kind, name))
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        self.asked.add((self.kind, name))
+        return super().get(name, default)
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add((self.kind, str(name)))
+        return super().__contains__(name)
+
+    def __iter__(self) -> Iterator[str]:
+        names = list(super().__iter__())
+        self.asked.update((self.kind, name) for name in names)
+        return iter(names)
+
+    def keys(self) -> Any:
+        iter(self)
+        return super().keys()
+
+    def values(self) -> Any:
+        iter(self)
+        return super().values()
+
+    def items(self) -> Any:
+        iter(self)
+        return super().items()
+
+
+def names_read(observer: Observer) -> set[Name]:
+    """What the prediction of a recording depends on: places, and of columns, labels and logs those that the machine's effects ask for."""
+    asked: set[Name] = {(PLACES, ""), *ZEROED}
+    run = copy(observer.run)
+    for kind in TABLES:
+        object.__setattr__(run, kind, _Watched(getattr(run, kind), kind, asked))
+    for effect in observer.usable.effects:
+        effect.error_motion(run)
+    return asked
+
+
+def changed_names(before: Run, after: Run) -> set[Name]:
+    """Where two runs with the same rows differ; a column whose rows are its log changes that too."""
+    out = {
+        (kind, name)
+        for kind in TABLES
+        for one, other in [(getattr(before, kind), getattr(after, kind))]
+        for name in one.keys() | other.keys()
+        if not _is_same(one.get(name), other.get(name))
+    }
+    out |= {("series", sensor_of(name)) for kind, name in out if kind == "columns"}
+    if not all(_is_same(q, after.position[a]) for a, q in before.position.items()):
+        out.add((PLACES, ""))
+    return out
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    if one is other:
+        return True
+    if isinstance(one, Series) and isinstance(other, Series):
+        return np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
+    return one is not None and other is not None and np.array_equal(one, other)
 
 
 def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:

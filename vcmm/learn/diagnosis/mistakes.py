@@ -19,14 +19,13 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, slipped_labels
-from vcmm.learn.diagnosis.log_mistakes import LOG, Clock, log_hypotheses, of_machine
+from vcmm.learn.diagnosis.log_mistakes import LOG, Clock, log_hypotheses
 from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import POINTS, ROUNDS
 from vcmm.physics.structure.abbe import AbbeCountedTwice
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.squareness import Squareness
-from vcmm.task.response.observe import baseline
 
 TAKEN_FOR = (
     1e3,
@@ -161,7 +160,7 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
-    for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
+    for h in log_hypotheses(problem.recording, problem.machine):
         yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
 
 
@@ -195,7 +194,7 @@ def tables_of(problem: Problem) -> dict[str, Effect]:
 
 
 def _baseline_of(problem: Problem, effects: tuple[Effect, ...]) -> Array:
-    return baseline(problem.recording, replace(problem.machine, effects=effects, inputs=()))
+    return problem.observer.of_effects(effects)
 
 
 def _swaps(

@@ -13,6 +13,7 @@ from vcmm.learn.diagnosis.constants import NOTHING, SECURE_DELTA
 from vcmm.learn.diagnosis.evidence import Dictionary
 
 LARGEST = SCALES[-1]
+DIGITS = 9  # in which sizes are compared: of equal ones the order of the list decides, and not rounding
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,9 @@ def power(found: Dictionary, sigma: float) -> tuple[tuple[Detectable, ...], tupl
     large: list[Family] = []
     for i, family in enumerate(found.families):
         stop = found.first[i + 1] if i + 1 < len(found.first) else len(found.options)
-        sizes = [_largest(found.columns(o)) for o in range(int(found.first[i]), int(stop))]
-        middle = int(found.first[i]) + int(np.argsort(sizes)[len(sizes) // 2])
+        sizes = np.array([_largest(found.columns(o)) for o in range(int(found.first[i]), int(stop))])
+        order = np.argsort(np.round(sizes / max(sizes.max(), NOTHING), DIGITS), kind="stable")
+        middle = int(found.first[i]) + int(order[len(sizes) // 2])
         typical = SECURE_DELTA * sigma / max(_largest(found.columns(middle)), NOTHING)
         rms = typical * float(np.sqrt(np.mean(found.options[middle].columns ** 2, axis=0)).max())
         (small if typical > LARGEST else large).append(family)

@@ -3,7 +3,7 @@
     EBIC = n ln(RSS) + k (ln n + 2 ln P)      k columns of P chosen, gamma = 1 (Chen & Chen, Biometrika 95 (2008) 759)
 
 Chosen is the better of what forward selection finds and of our names: its steps go astray, and where the criterion itself prefers our names it
-agrees. It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
+agrees. Of columns that lower it alike it takes the first, and has the names of all. It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
 goes wrong otherwise. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
 does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
 
@@ -36,13 +36,16 @@ def second_opinion(
     y = selection.y - sum(
         (selection.signal(i) for i, yes in enumerate(asked) if not yes), np.zeros(len(selection.y))
     )
-    theirs = _forward(found, y, dof)
+    theirs, alike = _forward(found, y, dof)
     lead = _ebic(own, found, y, dof) - _ebic(theirs, found, y, dof)
-    theirs = own if lead <= 0.0 else theirs
+    theirs, alike = (own, ()) if lead <= 0.0 else (theirs, alike)
     span = basis_of(theirs, len(y))
     held = [_share(span, selection.signal(i)) >= SAME for i in range(len(asked))]
     lacks = tuple(
-        yes and not (holds or any(same_physics(t, mine) or t.family.name in place.names for t in theirs))
+        yes
+        and not (
+            holds or any(same_physics(t, mine) or t.family.name in place.names for t in (*theirs, *alike))
+        )
         for yes, mine, place, holds in zip(asked, selection.terms, places, held)
     )
     agrees = not any(lacks) and len(theirs) <= len(own)
@@ -64,9 +67,10 @@ def lowered_claim(probability: float, for_ours: float) -> float:
     return max(0.5 * (probability + for_ours), min(probability, EVEN_ODDS))
 
 
-def _forward(found: Dictionary, y: Array, dof: int) -> tuple[Term, ...]:
-    """Add what lowers EBIC most, until nothing does."""
+def _forward(found: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    """Add what lowers EBIC most, until nothing does; and what lowered it as much, up to rounding."""
     chosen: tuple[Term, ...] = ()
+    alike: tuple[Term, ...] = ()
     price = _price(found, dof)
     number = np.repeat(np.arange(len(found.families)), np.diff(np.append(found.first, len(found.options))))
     while len(chosen) < MOST_TERMS:
@@ -81,11 +85,14 @@ def _forward(found: Dictionary, y: Array, dof: int) -> tuple[Term, ...]:
         taken = {t.family.id for t in chosen}
         taken |= {f.id for f in found.families if is_stale(f.name, f.where.get("component"))}
         change = np.where([found.families[k].id in taken for k in number], np.inf, change)
-        best = int(np.argmin(change))
-        if not change[best] < 0.0:
+        if not change.min() < 0.0:
             break
-        chosen = (*chosen, Term(found.families[number[best]], found.options[best], found.columns(best)))
-    return chosen
+        first, *others = (
+            Term(found.families[number[k]], found.options[k], found.columns(int(k)))
+            for k in np.flatnonzero(change <= change.min() + dof * UNSEEN)
+        )
+        chosen, alike = (*chosen, first), (*alike, *others)
+    return chosen, alike
 
 
 def _price(found: Dictionary, dof: int) -> float:
