@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import RANK, SCALES, Whitener
+from vcmm.answer.evaluation.gaussian import SCALES, Whitener
 from vcmm.core.effect import Effect, parameter, parameter_fields, unit_at
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -27,7 +27,7 @@ from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, MOSTLY, NOTHING, STRONG
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, fitted_noise, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import Estimate, estimates
-from vcmm.learn.diagnosis.evidence import Dictionary, visible
+from vcmm.learn.diagnosis.evidence import Dictionary, best_mimic, visible
 from vcmm.learn.diagnosis.families import open_text
 from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
@@ -239,14 +239,7 @@ def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> T
 
 def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
     """Term `at` as family j, in the shape that repeats its signal best."""
-    signal = selection.signal(at)
-    stop = int(found.first[j + 1]) if j + 1 < len(found.first) else len(found.options)
-
-    def left(option: int) -> float:
-        x = found.columns(option)
-        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
-
-    best = min(range(int(found.first[j]), stop), key=left)
+    best = best_mimic(found, j, selection.signal(at))
     return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
 
 

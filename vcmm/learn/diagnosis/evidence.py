@@ -12,13 +12,14 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.answer.evaluation import gaussian
 from vcmm.answer.evaluation.gaussian import (
     ColumnBlocks,
     Ints,
     Whitener,
     blocks,
+    left_beside,
     log_evidence,
-    thin_svd,
     without_span,
 )
 from vcmm.core.run import Array
@@ -56,6 +57,11 @@ class Dictionary:
         """Scores of every family, given nothing: asked for again and again."""
         size = np.add.reduceat((self.white**2).sum(axis=0), self.start)
         return Scorer(self, blocks(self.white, self.start), np.zeros((len(self.white), 0)), size)
+
+    def of_family(self, family: int) -> range:
+        """Numbers of the options of a family."""
+        stop = self.first[family + 1] if family + 1 < len(self.first) else len(self.options)
+        return range(int(self.first[family]), int(stop))
 
     def columns(self, option: int) -> Array:
         """White columns (m, k) of one option."""
@@ -100,8 +106,8 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
 
 def only(found: Dictionary, family: int) -> Dictionary:
     """The dictionary of one family."""
-    last = family + 1 == len(found.first)
-    a, b = int(found.first[family]), len(found.options) if last else int(found.first[family + 1])
+    own = found.of_family(family)
+    a, b = own.start, own.stop
     low, high = int(found.start[a]), int(found.start[b]) if b < len(found.start) else found.white.shape[1]
     return replace(
         found, families=(found.families[family],), options=found.options[a:b], white=found.white[:, low:high],
@@ -200,9 +206,11 @@ def scorer(found: Dictionary, chosen: Array | None = None) -> Scorer:
 
 def orthonormal(x: Array) -> Array:
     """Orthonormal basis (m, p) of the span of white columns; directions below 1e-6 of the longest are dropped."""
-    length = np.linalg.norm(x, axis=0)
-    x = x[:, length > 0] / length[length > 0]
-    if x.shape[1] == 0:
-        return x
-    left, size = thin_svd(x)
-    return np.asarray(left[:, size > UNSEEN * size[0]])
+    return gaussian.orthonormal(x, UNSEEN)
+
+
+def best_mimic(found: Dictionary, family: int, signal: Array) -> int:
+    """Number of the option of a family that repeats a white signal (m,) best."""
+    return min(
+        found.of_family(family), key=lambda k: float(np.sum(left_beside(signal, found.columns(k)) ** 2))
+    )

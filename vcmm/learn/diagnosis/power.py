@@ -35,8 +35,7 @@ def power(found: Dictionary, sigma: float) -> tuple[tuple[Detectable, ...], tupl
     small: list[Family] = []
     large: list[Family] = []
     for i, family in enumerate(found.families):
-        stop = found.first[i + 1] if i + 1 < len(found.first) else len(found.options)
-        sizes = np.array([_largest(found.columns(o)) for o in range(int(found.first[i]), int(stop))])
+        sizes = np.array([_largest(found.columns(o)) for o in found.of_family(i)])
         order = np.argsort(np.round(sizes / max(sizes.max(), NOTHING), DIGITS), kind="stable")
         middle = int(found.first[i]) + int(order[len(sizes) // 2])
         typical = SECURE_DELTA * sigma / max(_largest(found.columns(middle)), NOTHING)

@@ -19,7 +19,7 @@ from vcmm.learn.diagnosis.candidates import Family, rebuild_option
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.search import SearchResult
-from vcmm.learn.diagnosis.select import Selection, Term, options_of
+from vcmm.learn.diagnosis.select import Selection, Term
 
 MOST_SHAPES = 5  # shapes of one candidate
 
@@ -60,7 +60,7 @@ def _best_shapes(
 
 def kept_of(found: Dictionary, i: int, scores: Sequence[Array]) -> Family:
     """Family i with its best options by any of the scores (options,); its prior is less by what was dropped."""
-    own = np.array(options_of(found, i))
+    own = np.array(found.of_family(i))
     weight = found.weight[own]
     first = [own[np.argsort(-(s[own] + weight), kind="stable")[:MOST_SHAPES]] for s in scores]
     kept = np.unique(np.concatenate(first))

@@ -50,7 +50,6 @@ from vcmm.learn.diagnosis.select import (
     basis_of,
     conditional,
     family_scores,
-    options_of,
 )
 
 FINER = 2.0  # times finer than the finest usual period: what is looked at
@@ -226,7 +225,7 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
 
 def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """The highest lines of the spectrum that no trial period of a family stands on, at their best values."""
-    own = [setting.found.options[k] for k in options_of(setting.found, j)]
+    own = [setting.found.options[k] for k in setting.found.of_family(j)]
     wave = next((o for o in own if _is_wave(o)), None)
     if wave is None:
         return []
@@ -245,14 +244,14 @@ def _is_wave(option: Option) -> bool:
 
 
 def _has_scans(found: Dictionary, j: int) -> bool:
-    return any(scanned_names(found.options[k]) for k in options_of(found, j))
+    return any(scanned_names(found.options[k]) for k in found.of_family(j))
 
 
 def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """The best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
     found = setting.found
     shapes: dict[str, list[int]] = {}
-    for k in sorted(options_of(found, j), key=lambda k: -float(options[k])):
+    for k in sorted(found.of_family(j), key=lambda k: -float(options[k])):
         if scanned_names(found.options[k]):
             shapes.setdefault(type(found.options[k].effect).__name__, []).append(k)
     out = []
@@ -295,7 +294,7 @@ def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
     first: list[int] = []
     for j in range(len(found.families)):
         first.append(len(options))
-        own = options_of(found, j)
+        own = found.of_family(j)
         options += [found.options[k] for k in own]
         weight += [float(found.weight[k]) for k in own]
         stop = int(found.start[own[-1] + 1]) if own[-1] + 1 < len(found.start) else found.white.shape[1]

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import Whitener
+from vcmm.answer.evaluation.gaussian import Whitener, condition, log_density
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import CHANCE, FALSE_ALARM, FAR, LEAST_SPREAD, MISMATCH
 from vcmm.learn.diagnosis.holdout import Fold, tells
@@ -70,17 +70,13 @@ def _simulate(
 def _gains(fold: Fold, columns: Array, width: Array, sigma: float, raw: Array) -> Array:
     """Log score (D,) that the terms win in the held-out rows of recordings raw (m, D), fitted on the other rows."""
     x, r = fold.fitted.apply(columns[~fold.test]), fold.fitted.apply(raw[~fold.test])
-    cov = np.linalg.inv(x.T @ x + np.diag(width**-2.0))
-    signal = x @ (cov @ (x.T @ r))
+    told = condition(x.T @ x, x.T @ r, width)
+    signal = x @ told.mean
     limited = signal + np.clip(r - signal, -FAR * sigma, FAR * sigma)
-    mean = cov @ (x.T @ limited)
+    mean = told.covariance @ (x.T @ limited)
     x, r = fold.predicted.apply(columns[fold.test]), fold.predicted.apply(raw[fold.test])
     before, rest = (np.clip(v, -FAR * sigma, FAR * sigma) / sigma for v in (r, r - x @ mean))
-    b = x.T @ rest  # the posterior covariance is sigma^2 cov, so sigma cancels in the quadratic form
-    inner = np.linalg.inv(cov) + x.T @ x
-    _, volume = np.linalg.slogdet(np.eye(len(cov)) + cov @ (x.T @ x))
-    quadratic = (rest**2).sum(axis=0) - (b * np.linalg.solve(inner, b)).sum(axis=0)
-    return np.asarray(0.5 * ((before**2).sum(axis=0) - quadratic - volume))
+    return np.asarray(0.5 * (before**2).sum(axis=0) + log_density(rest, x, told.half))  # in units of sigma
 
 
 def of_fold(fold: str) -> Unknown:
