@@ -15,10 +15,10 @@ from tests.learn.diagnosis.test_spectrum import problem_of, uneven
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.candidates import Family, Option
+from vcmm.learn.diagnosis.cross_checks import second_opinion
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.log_mistakes import changed_names, log_hypotheses, names_read
 from vcmm.learn.diagnosis.power import power
-from vcmm.learn.diagnosis.second_opinion import second_opinion
 from vcmm.learn.diagnosis.select import Selection, Term
 from vcmm.learn.diagnosis.sharpen import spectrum_of
 from vcmm.physics.catalogue.encoder import EncoderInterpolation

@@ -287,7 +287,7 @@ def condition(gram: Array, b: Array, factor: Array) -> Conditioned:
     inner.flat[:: len(inner) + 1] += 1.0
     lower = np.linalg.cholesky(inner)
     pull = solve_triangular(lower, turned @ b, lower=True, check_finite=False)
-    return Conditioned(lower, turned, np.asarray(pull))
+    return Conditioned(np.asarray(lower), turned, np.asarray(pull))
 
 
 def log_density(rest: Array, x: Array, factor: Array) -> Array:

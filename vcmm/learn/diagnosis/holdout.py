@@ -153,7 +153,7 @@ def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) ->
     rest = np.clip(rest, -FAR * sigma, FAR * sigma)
     if covariance is None or x.shape[1] == 0:
         return -0.5 * float(rest @ rest) / sigma**2
-    return float(log_density(rest / sigma, x / sigma, np.linalg.cholesky(covariance)))
+    return float(log_density(rest / sigma, x / sigma, np.asarray(np.linalg.cholesky(covariance))))
 
 
 def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:

@@ -1,5 +1,5 @@
 """Mistakes of the log: two columns or labels exchanged, a sign, a unit, directions the other way round, without a free parameter; a clock
-of the logs that is late or drifts, with one (see log_clock).
+of the logs that is late or drifts, with one.
 
 The machine file predicts the recording from what was logged. Logged rightly it would predict something else:
 
@@ -14,6 +14,8 @@ Mistakes of the log with one number: a clock of the logs that is late or early, 
 
 t1 and t2 are the first and the last row, s seconds, positive where the log is late. Trial values lie evenly within half of the duration to either
 side; the best one is searched between its neighbours, and each pays its share of the trials. Only logs with a clock of their own are asked.
+
+Two labels that are exchanged everywhere group the same rows; they are told only where the machine holds something for one of them.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ import numpy as np
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
-from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, exchanged_labels
+from vcmm.learn.diagnosis.constants import MOST_SHAPES
 from vcmm.learn.diagnosis.scans import MOST_STEPS
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
@@ -86,6 +88,7 @@ def _with_clock(run: Run, own: dict[str, Series], true_time: Callable[[Array], A
 
 
 LOG = "log_mistake"  # the name of an answer
+LABELS_EXCHANGED = "labels_exchanged"
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
 Name = tuple[str, str]  # of what a run holds: one of TABLES or PLACES, and the name in it
 ZEROED = (("columns", "time_s"), ("labels", "setup"))  # by which the zero of a counter is known
@@ -330,3 +333,14 @@ def _times(name: str, factor: float, zero: float) -> RunCorrection:
 
 def _all_times(names: Sequence[str]) -> RunCorrection:
     return lambda run: run.with_columns({n: -run.columns[n] for n in names})
+
+
+def exchanged_labels(run: Run) -> Iterator[tuple[str, Run]]:
+    """Pairs of values of one label, each taken for the other."""
+    for label, values in run.labels.items():
+        kinds = [str(v) for v in np.unique(values)]
+        if not 1 < len(kinds) <= MOST_SHAPES:
+            continue
+        for a, b in itertools.combinations(kinds, 2):
+            other = np.where(values == a, b, np.where(values == b, a, values)).astype(values.dtype)
+            yield f"{a} and {b} of {label}", replace(run, labels={**run.labels, label: other})

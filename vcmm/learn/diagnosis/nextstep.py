@@ -17,12 +17,11 @@ from vcmm.answer.evaluation.gaussian import Whitener, left_beside, whitener
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.confirming import confirming
+from vcmm.learn.diagnosis.confirming import ROWS, confirming, expected_probability, log_odds
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import NOTHING
 from vcmm.learn.diagnosis.discrepancy import values_of
 from vcmm.learn.diagnosis.evidence import best_mimic
-from vcmm.learn.diagnosis.expected import ROWS, expected_probability, log_odds
 from vcmm.learn.diagnosis.problem import Problem, predecessors
 from vcmm.learn.diagnosis.result import NextStep, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting

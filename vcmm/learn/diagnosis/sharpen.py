@@ -8,7 +8,7 @@ Such an option weighs as the cell of the grid that it stands in, times the share
 sqrt(2 pi) s / width, s from the curvature of the evidence (Laplace's approximation of the mean over the cell).
 
 Of a wave the highest lines of the spectrum are searched and not the highest alone: half a step off its best, the true line may
-stand below a side lobe that the grid happens to hit. Lines that no trial period stands on come from the continuous spectrum (see spectrum).
+stand below a side lobe that the grid happens to hit. Lines that no trial period stands on come from the continuous spectrum.
 
 Waves whose period stands on no list: the spectrum of what is left, at every frequency that the rows can tell from a lower one.
 
