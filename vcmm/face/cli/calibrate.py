@@ -18,6 +18,7 @@ from vcmm.face.cli.options import InputFile, InputName, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
 from vcmm.files.own.machine import load_machine
+from vcmm.files.own.pose_recordings import is_poses
 from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
 from vcmm.learn.calibration.interpolation import interpolation_of
 from vcmm.learn.calibration.job import calibrate
@@ -118,6 +119,12 @@ def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> 
         return ReversalJob(wanted.files, wanted.structure, wanted.out, others)
     if turned:
         wanted.without("a reversal", **rest("thermal sensors nodes"), compare_interpolations=compare)
+    if any(is_poses(path) for path in wanted.files):
+        from vcmm.face.cli.calibrate_arm import ArmJob
+
+        idle = rest("errors interpolation growth thermal sensors nodes residual report")
+        wanted.without("a calibration from poses", **idle, compare_interpolations=compare)
+        return ArmJob(wanted)
     wanted.check(given["thermal"], given["sensors"], compare)
     if given["nodes"]:
         from vcmm.face.cli.calibrate_nodes import NodesJob
