@@ -16,6 +16,7 @@ from tests.hostile.judge import ask
 from vcmm.core.run import Run
 from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
+from vcmm.files.own.schemas import json_schema
 
 LINEAR = ("scale_factor[X].k", "scale_factor[Y].k", "scale_factor[Z].k")
 SQUARE = ("squareness[C0Y].angle", "squareness[B0Z].angle", "squareness[A0Z].angle")
@@ -145,6 +146,21 @@ def test_the_plan_keeps_the_limit_and_costs_less_than_an_interval(year: Path) ->
         "laser along X",
     }
     assert all(n["U_after"]["length"] < 2e-3 for n in found["next_checks"])
+
+
+@pytest.mark.thorough
+def test_the_document_with_all_that_may_be_asked_is_valid_by_its_schema(year: Path) -> None:
+    jsonschema = pytest.importorskip(
+        "jsonschema", reason="jsonschema comes with nbformat: pip install vcmm[notebook]"
+    )
+    words = ("--task", "tracked_mill.toml", "--limit", "length = 2 um", "--limit", "square = 20 urad")
+    lists = ("--checks", "tracked_mill/checks.toml", "--parts", "tracked_mill/parts.csv", "--learn-rest")
+    found = document(year, *words, *lists, "--at", "2027-02-01")
+    known = jsonschema.Draft202012Validator(json_schema("track"))
+    assert [f"{list(e.absolute_path)}: {e.message}" for e in known.iter_errors(found)] == []
+    assert {"limits", "next_checks", "plan", "doubtful", "learned"} <= found.keys()
+    written = json.loads((year / "tracked_mill" / "checks-track" / "track.json").read_text(encoding="utf-8"))
+    assert list(known.iter_errors(written)) == []
 
 
 def test_the_task_names_its_machine_under_another_name(tmp_path: Path) -> None:

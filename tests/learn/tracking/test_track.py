@@ -90,7 +90,7 @@ def test_what_does_not_fit_the_state_is_refused(tmp_path):
     (tmp_path / "out" / "track.toml").write_text("".join(lines))
     with pytest.raises(DataError, match="an earlier version wrote this state"):
         vcmm.track(machine, tmp_path / "checks", **ask)
-    (tmp_path / "out" / "track.toml").write_text(kept.replace("shapes = 2\n", ""))
+    (tmp_path / "out" / "track.toml").write_text(kept.replace("shapes = 3\n", ""))
     with pytest.raises(DataError, match="another version wrote this state, with other shapes"):
         vcmm.track(machine, tmp_path / "checks", **ask)
     (tmp_path / "out" / "track.toml").write_text(kept)
@@ -327,3 +327,34 @@ def test_a_jump_of_a_stated_squareness_is_no_mistake_of_a_table(tmp_path):
     assert "a collision" in said
     size, u = (float(v) for v in said.partition("angle ")[2].partition(" urad")[0].split(" ± "))
     assert abs(size + 40.0) < 3 * u < 10.0
+
+
+def test_the_document_is_valid_by_its_schema(tmp_path, capsys):
+    """`vcmm schema track` on what `vcmm track` prints, with an alarm and a warning; a key too many, one too few and a text for a number are refused."""
+    jsonschema = pytest.importorskip(
+        "jsonschema", reason="jsonschema comes with nbformat: pip install vcmm[notebook]"
+    )
+    machine = write_year(tmp_path, 4, lambda week: 2.0 if week < 3 else 62.0)
+    words = [
+        "track",
+        str(machine),
+        str(tmp_path / "checks"),
+        "--out",
+        str(tmp_path / "out"),
+        "--at",
+        "2026-03-01",
+        "--no-explain",
+        "--json",
+    ]
+    assert run(words) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert run(["schema", "track"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    known = jsonschema.Draft202012Validator(schema)
+    assert [f"{list(e.absolute_path)}: {e.message}" for e in known.iter_errors(document)] == []
+    assert document["alarms"]
+    assert document["warnings"]
+    without = {k: v for k, v in document.items() if k != "alarms"}
+    for wrong in (document | {"alarm": []}, without, document | {"alpha": "0.05"}):
+        assert len(list(known.iter_errors(wrong))) == 1

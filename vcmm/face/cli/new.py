@@ -12,7 +12,6 @@ from vcmm.files.own.library import companions, cuts, example, follows, instrumen
 from vcmm.show.console.files import output_folder, write_files
 from vcmm.show.console.terminal import say
 
-
 MANY = 12  # files that are not named one by one
 
 
@@ -75,12 +74,10 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
 
 
 def _next_steps(target: Path) -> str:
-    beside = target.with_suffix("")
+    folder = target.with_suffix("")
     if follows(target):
-        return (
-            f"vcmm track {beside / 'machine.toml'} {beside / 'checks'}\n"
-            f'vcmm track {beside / "machine.toml"} {beside / "checks"} --task {target} --limit "length = 2 um" --checks {beside / "checks.toml"} --days 90'
-        )
+        track = f"vcmm track {folder / 'machine.toml'} {folder / 'checks'}"
+        return f'{track}\n{track} --task {target} --limit "length = 2 um" --checks {folder / "checks.toml"} --days 90'
     if turns_over(target):
         beside = "".join(f" {p}" for p in sorted((target.parent / target.stem).glob("*.toml")))
         return (

@@ -14,16 +14,12 @@ from vcmm.face.cli.options import CountOption, InputFile, InputPath, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.learned_residual import learned_files
 from vcmm.files.learned.track import recordings_by_date, track
+from vcmm.files.learned.track_questions import DAYS
 from vcmm.files.learned.track_result import Track
-from vcmm.files.own.check_list import load_checks
-from vcmm.files.own.dated_parts import read_parts
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_files import recordings_in
-from vcmm.files.own.scenario import load_scenario
-from vcmm.learn.tracking.doubtful import DoubtfulParts, doubtful_parts
+from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.learn.tracking.learned_rest import LearnedRest, learn_rest
-from vcmm.learn.tracking.next_check import plan_checks
-from vcmm.learn.tracking.task_limits import gains_of, limits_of
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.pages.track import track_page
@@ -143,8 +139,7 @@ class TrackJob(Job[Path, TrackAnswers]):
             raise UsageError(
                 'which check next takes --task SCENARIO, --limit "CHARACTERISTIC = U" and --checks LIST; one of them is missing'
             )
-        stated = limits_of(limits, load_scenario(task), found.dated)
-        return stated, *plan_checks(found.followed, found.dated.when, load_checks(checks), stated, days or 30)
+        return found.next_checks(task, limits, checks, days or DAYS)
 
     def _doubtful(self, found: Track) -> Sequence[DoubtfulParts]:
         """Parts between a good check and an alarm; nothing where no list was given."""
@@ -154,8 +149,7 @@ class TrackJob(Job[Path, TrackAnswers]):
             raise UsageError(
                 "--parts takes --task SCENARIO as well: the characteristics whose shift is asked"
             )
-        gains = gains_of(load_scenario(self.asked.task), found.dated)
-        return doubtful_parts(found.followed, read_parts(self.asked.parts), gains)
+        return found.doubtful_parts(self.asked.task, self.asked.parts)
 
     def _rest(self) -> LearnedRest:
         """The learned residual of all recordings against the machine file."""

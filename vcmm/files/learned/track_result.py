@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +18,9 @@ from vcmm.core.units import in_unit
 from vcmm.core.views import draw
 from vcmm.core.whole_files import write_files
 from vcmm.files.learned.dated_machine import machine_files
+from vcmm.files.learned.track_questions import DAYS, CheckAdvice, advise_checks, parts_in_doubt
 from vcmm.learn.tracking.dates import moment
+from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
 from vcmm.learn.tracking.kalman import GaussianState
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
@@ -173,6 +175,20 @@ class Track:
         """
         drawn: Axes = draw(self, name, ax)
         return drawn
+
+    def next_checks(
+        self, task: str | Path, limits: str | Sequence[str], checks: str | Path, days: int = DAYS
+    ) -> CheckAdvice:
+        """Which check of a list (checks/1) keeps the limits of a task longest for its cost, and a plan from `at` on.
+
+        limits: such as "bore to front = 2 um", U = 2 u.
+        """
+        stated = [limits] if isinstance(limits, str) else limits
+        return advise_checks(self.followed, self.dated, Path(task), stated, Path(checks), days)
+
+    def doubtful_parts(self, task: str | Path, parts: str | Path) -> tuple[DoubtfulParts, ...]:
+        """Of a list (part,date) those between a good check and an alarm, and by how much the characteristics of a task are shifted."""
+        return parts_in_doubt(self.followed, self.dated, Path(task), Path(parts))
 
     def to_dict(self) -> dict[str, Any]:
         """As in vcmm.track/1."""

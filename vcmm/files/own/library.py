@@ -7,7 +7,11 @@ from pathlib import Path
 from vcmm.core.errors import UsageError, choose_from
 
 _PACKAGE = Path(__file__).parents[2]
-KINDS = {"mill": "pallet_block", "lathe": "turned_shaft", "year": "tracked_mill"}  # what somebody who cuts asks for -> its example
+KINDS = {
+    "mill": "pallet_block",
+    "lathe": "turned_shaft",
+    "year": "tracked_mill",
+}  # what somebody who cuts asks for -> its example
 
 
 def folder() -> Path:
