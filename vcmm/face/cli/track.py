@@ -5,27 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
 from vcmm.face.cli.options import CountOption, InputFile, InputPath, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.files.learned.learned_residual import learned_files
 from vcmm.files.learned.track import recordings_by_date, track
-from vcmm.files.learned.track_questions import DAYS
-from vcmm.files.learned.track_result import Track
+from vcmm.files.learned.track_result import DAYS, Track
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_files import recordings_in
-from vcmm.learn.tracking.doubtful import DoubtfulParts
-from vcmm.learn.tracking.learned_rest import LearnedRest, learn_rest
-from vcmm.show.console.documents import sources
+from vcmm.show.console.documents import sources_of_all
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.pages.track import track_page
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
 from vcmm.show.tables.table import csv_text
+
+if TYPE_CHECKING:
+    from vcmm.learn.tracking.doubtful import DoubtfulParts
+    from vcmm.learn.tracking.learned_rest import LearnedRest
 
 
 def track_command(
@@ -153,6 +153,8 @@ class TrackJob(Job[Path, TrackAnswers]):
 
     def _rest(self) -> LearnedRest:
         """The learned residual of all recordings against the machine file."""
+        from vcmm.learn.tracking.learned_rest import learn_rest
+
         known = load_machine(self.machine)
         return learn_rest(known, recordings_by_date(self.folder, known))
 
@@ -168,19 +170,24 @@ class TrackJob(Job[Path, TrackAnswers]):
             body |= {"doubtful": [d.to_dict() for d in doubtful]}
         if rest is not None:
             body |= {"learned": rest.to_dict()}
-        files = list(dict.fromkeys(f for p in given for f in sources(p)))
+        files = sources_of_all(given)
         return Record(body, files, self.following.seed, found.warnings)
 
     def texts(self, loaded: Path, result: TrackAnswers, content: str, folder: Path) -> dict[str, str]:
         found, planned, rest, doubtful = result
         return {
             **found.files(folder / "machine.toml"),
-            **(learned_files(rest, self.machine, folder) if rest is not None else {}),
+            **(self._learned(rest, folder) if rest is not None else {}),
             "track.json": content,
             "report.html": track_page(found, planned, doubtful),
             "checks.csv": csv_text(tables.checks(found)),
             "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
         }
+
+    def _learned(self, rest: LearnedRest, folder: Path) -> dict[str, str]:
+        from vcmm.files.learned.learned_residual import learned_files
+
+        return learned_files(rest, self.machine, folder)
 
     def files_sentence(self, loaded: Path, result: TrackAnswers, folder: Path, names: Sequence[str]) -> str:
         found = result.track

@@ -15,8 +15,6 @@ from vcmm.learn.tracking.machine_at import DatedMachine
 from vcmm.learn.tracking.next_check import CheckPlan, NextCheck, plan_checks
 from vcmm.learn.tracking.task_limits import TaskLimit, gains_of, limits_of
 
-DAYS = 30  # that a plan covers
-
 
 class CheckAdvice(NamedTuple):
     """limits: of the task; each: every check by itself, the longest for its cost first; plan: of them all."""

@@ -18,9 +18,7 @@ from vcmm.core.units import in_unit
 from vcmm.core.views import draw
 from vcmm.core.whole_files import write_files
 from vcmm.files.learned.dated_machine import machine_files
-from vcmm.files.learned.track_questions import DAYS, CheckAdvice, advise_checks, parts_in_doubt
 from vcmm.learn.tracking.dates import moment
-from vcmm.learn.tracking.doubtful import DoubtfulParts
 from vcmm.learn.tracking.follow import FollowedCheck, FollowedMachine, course
 from vcmm.learn.tracking.kalman import GaussianState
 from vcmm.learn.tracking.machine_at import DatedMachine, as_machine, is_single, machine_on
@@ -29,6 +27,10 @@ from vcmm.learn.tracking.quantities import TrackedQuantity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from vcmm.files.learned.track_questions import CheckAdvice
+    from vcmm.learn.tracking.doubtful import DoubtfulParts
+
+DAYS = 30  # that a plan of checks covers
 AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
 ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
 WEEKS = 7.0  # days for which the coverage that was counted is near 95 %
@@ -184,10 +186,16 @@ class Track:
         limits: such as "bore to front = 2 um", U = 2 u.
         """
         stated = [limits] if isinstance(limits, str) else limits
+        from vcmm.files.learned.track_questions import (
+            advise_checks,  # a plain recording does not wait for tasks
+        )
+
         return advise_checks(self.followed, self.dated, Path(task), stated, Path(checks), days)
 
     def doubtful_parts(self, task: str | Path, parts: str | Path) -> tuple[DoubtfulParts, ...]:
         """Of a list (part,date) those between a good check and an alarm, and by how much the characteristics of a task are shifted."""
+        from vcmm.files.learned.track_questions import parts_in_doubt
+
         return parts_in_doubt(self.followed, self.dated, Path(task), Path(parts))
 
     def to_dict(self) -> dict[str, Any]:

@@ -173,8 +173,8 @@ def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
     own = columns[:, : mean.shape[1]]
     cross = own @ covariance
     lower = np.asarray(np.linalg.cholesky(cross @ own.T + np.eye(len(value))), dtype=np.float64)
-    both = np.linalg.solve(lower, np.concatenate([cross, (value - mean @ own.T)[:, :, None]], axis=2))
-    return _Seen(lower, both[:, :, :-1], both[:, :, -1])
+    inverse = np.linalg.solve(lower, np.eye(len(value)))  # few rows: a product with it is faster than a solution for all columns
+    return _Seen(lower, inverse @ cross, (inverse @ (value - mean @ own.T)[:, :, None])[:, :, 0])
 
 
 def _condition(mean: Array, covariance: Array, seen: _Seen) -> None:
