@@ -34,6 +34,7 @@ from vcmm.shop.machining.rotary import (
     tool_offset_to,
     turn_to_workpiece,
 )
+from vcmm.shop.machining.rotary_sweep import turns
 from vcmm.shop.machining.states import moment, seconds_at
 from vcmm.shop.machining.tool_errors import ToolSide
 
@@ -217,6 +218,15 @@ class RotaryMillingProcess(MillingProcess):
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
         axis = self.tool_axis(rows)
         return super().columns(job, rows) | {name: axis[:, i] for i, name in enumerate(TOOL_AXIS_COLUMNS)}
+
+    def feed(self, job: PreparedCut) -> Array:
+        """Where a rotary axis turns F may be degrees per minute: there how far the tip runs over the part in its time."""
+        motion = self.motion
+        move = motion.base.move[motion.row]
+        programmed = np.array([job.program.moves[i].feed or 0.0 for i in move.tolist()])
+        begins, ends = (seconds_at(job.path.timing, move, share) for share in (motion.first, motion.last))
+        time = np.maximum(ends - begins, 1e-9)
+        return np.where(turns(motion.turned)[motion.row], motion.feed_lengths[1] / time * 60.0, programmed)
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float]:
         """Along the tip in the part."""
