@@ -95,6 +95,29 @@ def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array
     return out
 
 
+def both(one: Dexels, other: Dexels) -> Dexels:
+    """Material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `ROOM`."""
+    x, y, z = (_common(a, b) for a, b in zip(one.ends, other.ends))
+    return Dexels(one.low, one.high, one.cell, one.nodes, (x, y, z))
+
+
+def _common(one: Array, other: Array) -> Array:
+    """Pieces (na, nb, ROOM, 2) that two bundles of rays share."""
+    used = [int(np.isfinite(e[..., 0]).sum(axis=2).max(initial=0)) for e in (one, other)]
+    low = np.maximum(one[:, :, : used[0], None, 0], other[:, :, None, : used[1], 0])
+    high = np.minimum(one[:, :, : used[0], None, 1], other[:, :, None, : used[1], 1])
+    shape = (*one.shape[:2], used[0] * used[1])
+    there = (high - low > 0.0).reshape(shape)
+    pieces = np.where(there[..., None], np.stack([low, high], axis=-1).reshape(*shape, 2), np.nan)
+    order = np.argsort(pieces[..., 0], axis=2)  # nan comes last
+    pieces = np.take_along_axis(pieces, order[..., None], axis=2)
+    if there.sum(axis=2).max(initial=0) > ROOM:
+        raise ModelLimit(f"carve: a ray has more than {ROOM} pieces of material")
+    out = np.full_like(one, np.nan)
+    out[:, :, : min(ROOM, shape[2])] = pieces[:, :, :ROOM]
+    return out
+
+
 def sparser(dexels: Dexels, every: int) -> Dexels:
     """Only the middle one of `every` rays (an odd number) in both directions, for pictures; the last strip may stand over."""
     if every == 1:

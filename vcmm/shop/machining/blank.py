@@ -9,7 +9,7 @@ A shank or holder wider than the cutter does not cut: where it meets what is lef
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from vcmm.program.moves import Program
 from vcmm.program.setup import Setup
 from vcmm.shop.cutting import tools as shapes
 from vcmm.shop.cutting.contactmap import Ints
-from vcmm.shop.cutting.dexels import Dexels, carve
+from vcmm.shop.cutting.dexels import Dexels, both, carve
 from vcmm.shop.cutting.force import (
     LINEAR_EDGE,
     RADIAL,
@@ -42,6 +42,7 @@ from vcmm.shop.motion.toolpath import CUTS
 
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed
+ROUGH = 1 / 16  # of the way between rays, by which a row may miss a tool that turns
 OFTEN, TURNED = (
     0.5,
     0.125,
@@ -92,16 +93,17 @@ class Blank:
 
 
 @dataclass(frozen=True, eq=False)
-class ForceRequest:
-    """What forces take beside set-up and program. runout: mm by tool number; feed (rows,): mm/min of the tip over the part in each row of the sweep,
-    None: F as programmed."""
+class BlankRequest:
+    """What a blank takes beside set-up and program. runout: mm by tool number; feed (rows,): mm/min of the tip over the part in each row of the sweep,
+    None: F as programmed; rough: the sweep within some mm, for rays; None: the sweep itself."""
 
     runout: Mapping[int, float] = field(default_factory=dict)
     feed: Array | None = None
+    rough: Callable[[float], Sweep] | None = None
 
 
 def machined_blank(
-    setup: Setup, program: Program, sweep: Sweep, zero: Array, asks: ForceRequest = ForceRequest()
+    setup: Setup, program: Program, sweep: Sweep, zero: Array, asks: BlankRequest = BlankRequest()
 ) -> Blank | None:
     """Cut the blank of a set-up with all moves; None where no stock is stated. zero (3,): work zero, workpiece axes."""
     if setup.stock is None:
@@ -167,13 +169,16 @@ def _from_all_sides(
     sweep: Sweep,
     rapid: Array,
     corners: tuple[Array, Array],
-    asks: ForceRequest,
+    asks: BlankRequest,
 ) -> Blank:
     """The blank as rays along X, Y and Z. What rapids alone remove no feed move would have, so they ran through material."""
     low, high = corners
     cell = float((high - low).max() / RAYS)
-    before, after = carve(low, high, cell, sweep.take(np.zeros(0, np.intp))), carve(low, high, cell, sweep)
-    feed = carve(low, high, cell, sweep.take(np.flatnonzero(np.logical_not(rapid)))) if rapid.any() else after
+    rough = sweep if asks.rough is None else asks.rough(ROUGH * cell)
+    fast = np.array([program.moves[i].kind == "rapid" for i in rough.move.tolist()])
+    before = carve(low, high, cell, rough.take(np.zeros(0, np.intp)))
+    feed = carve(low, high, cell, rough.take(np.flatnonzero(np.logical_not(fast))))
+    after = both(feed, carve(low, high, cell, rough.take(np.flatnonzero(fast)))) if fast.any() else feed
     removed, through = _volume(before) - _volume(after), _volume(feed) - _volume(after)
     stretches = along_path(sweep, setup.material is not None)
     met = (
@@ -248,7 +253,7 @@ def cutting_forces(
     program: Program,
     stretches: PathPieces,
     removal: Removal,
-    asks: ForceRequest = ForceRequest(),
+    asks: BlankRequest = BlankRequest(),
 ) -> tuple[Array, Array, ToothCuts]:
     """While each stretch is cut: mean force of the part on the tool (rows, 3) N, workpiece axes, power (rows,) W, and what each
     tooth cuts."""

@@ -17,7 +17,7 @@ from vcmm.shop.cutting.index import Index
 from vcmm.shop.cutting.stylus import roll_ball
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, position
 from vcmm.shop.cutting.tooth_force import ToothCuts
-from vcmm.shop.machining.blank import Blank, ForceRequest, machined_blank
+from vcmm.shop.machining.blank import Blank, BlankRequest, machined_blank
 from vcmm.shop.machining.neighbours import candidates
 from vcmm.shop.machining.process import (
     DEEPEST,
@@ -128,8 +128,12 @@ class MillingProcess(Process):
         return ToolSide(job.machine, run, setting, known, inputs)
 
     def blank(self, job: PreparedCut, zero: Array) -> Blank | None:
-        asks = ForceRequest(runout_by_tool(job), self.feed(job))
+        asks = BlankRequest(runout_by_tool(job), self.feed(job), self.rough)
         return machined_blank(job.scenario.setup, job.program, self.sweep, zero, asks)
+
+    def rough(self, within: float) -> Sweep:
+        """The sweep as good as a picture of the stock needs it, mm."""
+        return self.sweep
 
     def feed(self, job: PreparedCut) -> Array | None:
         """Speed of the tip over the part in each row of the sweep, mm/min; None: F as programmed."""
