@@ -50,7 +50,13 @@ def test_limits_as_data_sheets_write_them(text: str, fixed: float, slope: float)
 
 
 @pytest.mark.parametrize(
-    "text", ["1.8 um + L/350 <= 4 um", "min(1.8 um + L/350, 4 um)", "1.8 + L/350 ≤ 4 um", "1.8 um + L/350 < 0.004 mm"]
+    "text",
+    [
+        "1.8 um + L/350 <= 4 um",
+        "min(1.8 um + L/350, 4 um)",
+        "1.8 + L/350 ≤ 4 um",
+        "1.8 um + L/350 < 0.004 mm",
+    ],
 )
 def test_a_limit_grows_as_far_as_its_cap(text: str) -> None:
     """1.8 um + L/350 is 2.8 um at 350 mm and reaches 4 um at 350 * 2.2 = 770 mm (the third form of ISO 10360-2)."""

@@ -173,7 +173,9 @@ def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
     own = columns[:, : mean.shape[1]]
     cross = own @ covariance
     lower = np.asarray(np.linalg.cholesky(cross @ own.T + np.eye(len(value))), dtype=np.float64)
-    inverse = np.linalg.solve(lower, np.eye(len(value)))  # few rows: a product with it is faster than a solution for all columns
+    inverse = np.linalg.solve(
+        lower, np.eye(len(value))
+    )  # few rows: a product with it is faster than a solution for all columns
     return _Seen(lower, inverse @ cross, (inverse @ (value - mean @ own.T)[:, :, None])[:, :, 0])
 
 

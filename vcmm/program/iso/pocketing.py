@@ -13,7 +13,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from vcmm.program.area import Area, Stroke, area
-from vcmm.program.contouring import flat, pieces
+from vcmm.program.contouring import READING_NOTES, flat, pieces
 from vcmm.program.cutter import CycleCutter
 from vcmm.program.drilling import depths_of
 from vcmm.program.faults import BlockFault
@@ -22,7 +22,6 @@ from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.flow import ActiveCall
 from vcmm.program.iso.lengths import length
 from vcmm.program.iso.macros import ProgramCall, start_program
-from vcmm.program.iso.turning import READING_NOTES
 from vcmm.program.moves import Move
 from vcmm.program.radius import RadiusCompensation
 

@@ -40,6 +40,6 @@ def over_time(
         series, x_label=f"days since {start}", y_label=unit_word(unit), title=title, zero_line=False, ax=ax
     )
     for number, day in enumerate(alarms):
-        name = None if number else "alarm"
-        drawn.axvline(day, color=LIGHT["bad"], linewidth=1.0, linestyle=":", label=name)
+        label = None if number else "alarm"
+        drawn.axvline(day, color=LIGHT["bad"], linewidth=1.0, linestyle=":", label=label)
     return add_title(add_legend(drawn), title) if len(alarms) else drawn

@@ -82,7 +82,7 @@ class TrackerPlacement:
 def tool_frames(machine: Machine, run: Run) -> Frame:
     """Frame of the last axis in workpiece axes, errors of the machine included, transforms multiplied: (n, 3, 3) and (n, 3)."""
 
-    def tip(offset: Sequence[float]) -> Array:
+    def tip(offset: Sequence[float] | Array) -> Array:
         there = Run(
             run.position,
             np.tile(np.asarray(offset, dtype=float), (run.n, 1)),
