@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tools import count_numbers
 
-DECIDING, ELSEWHERE = 40, 230  # most that may decide, and most that may stand anywhere else
+DECIDING, ELSEWHERE = 30, 230  # most that may decide, and most that may stand anywhere else
 ROOT = Path(__file__).resolve().parents[2]
 
 

@@ -155,6 +155,9 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
         if word := next((k for k in POLAR_WORDS if k in t.words), None):
             said = f"the polar word {word} is not rewritten; write the end point with X and Y"
             raise at_line(DataError, t.file, t.line, said, t.words[word].first)
+        if t.cycle == "FK":
+            said = "the free contour (FK) is not rewritten; write its elements with L, C and CR (vcmm nc --moves prints their ends)"
+            raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
         if t.cycle.startswith("CYC") and t.cycle not in HEIGHTS_MOVE:
             said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
             raise at_line(DataError, t.file, t.line, said, t.contour.source.first)

@@ -125,6 +125,8 @@ class Machine:
         run = self.prepare(run)
         if exact or self.large_errors:
             return exact_tip_motion(self.chain, self.axes, run, self.motions(run))
+        if 0 < run.n <= CHUNK:
+            return self._first_order(run, 0)
         parts = [self._first_order(run.take(slice(i, i + CHUNK)), i) for i in range(0, run.n, CHUNK)]
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 

@@ -44,6 +44,7 @@ from vcmm.physics.structure.component import (
     ComponentWarming,
 )
 from vcmm.physics.structure.digits import Resolution
+from vcmm.physics.structure.elastic_joint import ElasticJoint
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.physics.structure.geometric_change import GeometricChange
 from vcmm.physics.structure.lost_motion_table import LostMotionTable
@@ -77,6 +78,7 @@ ALL: tuple[type[Effect], ...] = (
     CrossAxisFlexure,
     PartLoad,
     GravityFlexure,
+    ElasticJoint,
     ScaleExpansion,
     PartExpansion,
     ThermalDrift,

@@ -42,6 +42,7 @@ class RoundedCorner(NamedTuple):
     source: Source
     feed: float | None = None
     ahead: tuple[float, float, float] | None = None  # which way the next move must go, machine axes
+    modal: bool = False  # of a rounding in force: the last move of a contour has none
 
 
 def round_corners(
@@ -54,6 +55,8 @@ def round_corners(
     out, out_states = list(moves), list(states)
     for rounded in reversed(corners):
         following = next((k for k in range(rounded.after + 1, len(out)) if planar(out[k])), None)
+        if following is None and rounded.modal:
+            continue
         if following is None or not planar(out[rounded.after]):
             refuse(
                 file,

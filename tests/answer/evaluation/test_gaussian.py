@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.answer.evaluation.gaussian import blocks, innovations, log_evidence, posterior, whitener
+from vcmm.answer.evaluation.gaussian import (
+    blocks,
+    condition,
+    innovations,
+    left_beside,
+    log_density,
+    log_evidence,
+    orthonormal,
+    posterior,
+    whitener,
+)
 from vcmm.core.errors import ModelLimit
 
 NONE = np.zeros((4, 0))
@@ -78,3 +88,32 @@ def test_too_few_rows_and_missing_noise_are_refused():
         whitener(np.ones(4), np.eye(4)[:, :2], NONE)
     with pytest.raises(ModelLimit, match="observation 2 has no standard uncertainty"):
         whitener(np.array([1.0, 0.0]), np.zeros((2, 0)), np.zeros((2, 0)))
+
+
+def test_a_number_given_two_readings_by_hand():
+    """x = (1, 1), r = (3, 1), prior 2 z: covariance of r = [[5, 4], [4, 5]], determinant 9, r' C^-1 r = (45 - 24 + 5) / 9 = 26 / 9;
+    mean 4 / (2 + 1 / 4) = 16 / 9, variance 1 / (2 + 1 / 4) = 4 / 9."""
+    x, r = np.ones((2, 1)), np.array([3.0, 1.0])
+    for factor in (np.array([2.0]), np.array([[2.0]])):
+        told = condition(x.T @ x, x.T @ r, factor)
+        assert told.mean == pytest.approx([16 / 9])
+        assert told.covariance == pytest.approx(np.array([[4 / 9]]))
+        assert told.log_det == pytest.approx(np.log(9.0))
+        assert float(told.gained) == pytest.approx(10 - 26 / 9)
+    assert log_density(r, x, np.array([[2.0]])) == pytest.approx(-0.5 * (26 / 9 + np.log(9.0)))
+    assert log_density(np.stack([r, 2 * r], axis=1), x, np.array([[2.0]])) == pytest.approx(
+        [-0.5 * (26 / 9 + np.log(9.0)), -0.5 * (4 * 26 / 9 + np.log(9.0))]
+    )
+
+
+def test_a_factor_of_fewer_columns_ties_numbers_together():
+    """Two numbers that are one, F = (1, 1)': readings 2 and 4 of each by itself give both 6 / 3."""
+    told = condition(np.eye(2), np.array([2.0, 4.0]), np.ones((2, 1)))
+    assert told.mean == pytest.approx([2.0, 2.0])
+    assert told.covariance == pytest.approx(np.full((2, 2), 1 / 3))
+
+
+def test_what_columns_leave_and_span():
+    """(3, 4) beside (1, 0) leaves (0, 4); (1, 0), (1, 1e-12) and nothing span one direction."""
+    assert left_beside(np.array([3.0, 4.0]), np.array([[1.0], [0.0]])) == pytest.approx([0.0, 4.0])
+    assert orthonormal(np.array([[1.0, 1.0, 0.0], [0.0, 1e-12, 0.0]])).shape == (2, 1)

@@ -9,8 +9,7 @@ import pytest
 
 from tests.learn.diagnosis.test_field import UM, searched
 from vcmm.learn.diagnosis.field import rival_field
-from vcmm.learn.diagnosis.kernels import over_clock, stretching
-from vcmm.learn.diagnosis.neighbours import departure
+from vcmm.learn.diagnosis.kernels import departure, over_clock, stretching
 from vcmm.learn.diagnosis.select import Term, joint
 
 

@@ -11,8 +11,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.expected import expected_probability
-from vcmm.learn.diagnosis.second_opinion import lowered_claim
+from vcmm.learn.diagnosis.confirming import expected_probability
+from vcmm.learn.diagnosis.cross_checks import lowered_claim
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b X t"

@@ -17,7 +17,7 @@ from vcmm.learn.diagnosis.constants import VERY_STRONG
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.field import Field, rival_field, weigh_against_field
-from vcmm.learn.diagnosis.neighbours import departure
+from vcmm.learn.diagnosis.kernels import departure
 from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner

@@ -17,8 +17,7 @@ from vcmm.learn.diagnosis.evidence import dictionary, scorer
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import diagnosis_json
 from vcmm.learn.diagnosis.row_order import in_order
-from vcmm.learn.diagnosis.screening import kept_of
-from vcmm.learn.diagnosis.thinning import choose_rows, loss, of_rows, stretches, thin_problem
+from vcmm.learn.diagnosis.thinning import choose_rows, kept_of, loss, of_rows, stretches, thin_problem
 
 
 def run_of(n: int, **columns: np.ndarray) -> Run:

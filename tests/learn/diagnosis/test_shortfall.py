@@ -13,12 +13,12 @@ from vcmm.learn.diagnosis.confusion import standing
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.holdout import folds
+from vcmm.learn.diagnosis.judgement import failing_fold, of_fold
+from vcmm.learn.diagnosis.mistakes import generalises
 from vcmm.learn.diagnosis.noise import audit
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.select import Setting, select
-from vcmm.learn.diagnosis.shortfall import failing_fold, of_fold
-from vcmm.learn.diagnosis.special_cases import generalises
 
 
 @pytest.fixture(scope="module")

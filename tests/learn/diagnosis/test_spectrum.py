@@ -10,7 +10,7 @@ import pytest
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.sharpen import price_of, spectrum_of
+from vcmm.learn.diagnosis.sharpen import spectrum_of
 from vcmm.physics.catalogue.pitch import ScrewPitch
 
 MACHINE = """vcmm = "machine/1"
@@ -72,7 +72,7 @@ def test_the_price_is_the_ln_of_the_independent_lines(tmp_path):
     problem = problem_of(uneven(tmp_path, 7.493, 0.0))
     spectrum = spectrum_of(ScrewPitch("X", 0.0, 0.0, 10.0), problem, problem.whitener())
     assert spectrum is not None
-    assert np.log(590) - 0.5 < price_of(spectrum, np.zeros((100, 0))) < np.log(2360) + 0.5
+    assert np.log(590) - 0.5 < spectrum.price < np.log(2360) + 0.5
 
 
 @pytest.mark.thorough

@@ -16,13 +16,13 @@ from vcmm.files.own.machine import load_machine
 from vcmm.learn.diagnosis.assembly import _renew_tables
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.confusion import Standing
+from vcmm.learn.diagnosis.cross_checks import second_opinion
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.evidence import dictionary
+from vcmm.learn.diagnosis.mistakes import is_stale
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, VERDICTS, Answer
-from vcmm.learn.diagnosis.second_opinion import second_opinion
 from vcmm.learn.diagnosis.select import Selection, Term
-from vcmm.learn.diagnosis.special_cases import is_stale
 from vcmm.learn.diagnosis.table_renewal import RenewedTables, renew_tables, with_tables
 from vcmm.task.response.recording import Recording
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -101,7 +102,7 @@ def whitener(
         )
     before = np.full(len(u), -1, dtype=np.intp) if before is None else before
     bare = Whitener(1.0 / u, np.zeros((len(u), 0)), np.zeros((len(u), 0)), np.zeros(0), before, rho)
-    q = _orthonormal(bare.scale(nuisance))
+    q = orthonormal(bare.scale(nuisance))
     if len(u) - q.shape[1] < 3:
         raise ModelLimit(
             f"{len(u)} observations cannot carry {q.shape[1]} nuisance parameters; record more rows or drop a nuisance group"
@@ -110,14 +111,17 @@ def whitener(
     return Whitener(1.0 / u, q, left, 1.0 - 1.0 / np.sqrt(1.0 + gain**2), before, rho)
 
 
-def _orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span; columns are scaled first so that mixed units do not decide the rank."""
+def orthonormal(columns: Array, floor: float = RANK) -> Array:
+    """Orthonormal basis (m, rank) of the span; columns are scaled first so that mixed units do not decide the rank.
+
+    Directions below `floor` of the longest are dropped.
+    """
     length = np.linalg.norm(columns, axis=0)
     columns = columns[:, length > 0] / length[length > 0]
     if columns.shape[1] == 0:
         return columns
     left, size = thin_svd(columns)
-    return left[:, size > RANK * size[0]]
+    return left[:, size > floor * size[0]]
 
 
 def thin_svd(x: Array) -> tuple[Array, Array]:
@@ -186,6 +190,11 @@ def without_span(columns: Array, basis: Array) -> Array:
     return columns - basis @ (basis.T @ columns) if basis.shape[1] else columns
 
 
+def left_beside(signal: Array, columns: Array) -> Array:
+    """What least squares on columns (m, k) leave of a signal (m,)."""
+    return np.asarray(signal - columns @ np.linalg.lstsq(columns, signal, rcond=RANK)[0])
+
+
 def log_evidence(groups: ColumnBlocks, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Array:
     """ln Bayes factor (groups, M) of each group against nothing, for white residuals r (m, M).
 
@@ -228,30 +237,90 @@ class Posterior:
     log_evidence: float
 
 
+@dataclass(frozen=True, eq=False)
+class Conditioned:
+    """Numbers F z, z unit normals, given readings of unit noise: x' x = G, x' y = b.
+
+    lower: L L' = 1 + F' G F; turned (r, k): F'; pull: L^-1 F' b. No eigenvalue of L L' is below 1, however small F is.
+    """
+
+    lower: Array
+    turned: Array
+    pull: Array
+
+    @cached_property
+    def half(self) -> Array:
+        """(k, r): half half' is their covariance."""
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.lower, self.turned, lower=True, check_finite=False).T)
+
+    @property
+    def mean(self) -> Array:
+        return np.asarray(self.half @ self.pull)
+
+    @property
+    def covariance(self) -> Array:
+        return np.asarray(self.half @ self.half.T)
+
+    @property
+    def log_det(self) -> float:
+        """ln |1 + F' G F|."""
+        return 2.0 * float(np.log(np.diag(self.lower)).sum())
+
+    @property
+    def gained(self) -> Array:
+        """What the numbers take from the sum of squares, b' half half' b: of b (k,) one, of (k, M) M."""
+        return np.asarray((self.pull**2).sum(axis=0))
+
+
+def condition(gram: Array, b: Array, factor: Array) -> Conditioned:
+    """The numbers behind gram (k, k) and b (k,) or (k, M), with the prior covariance F F': factor (k, r), or (k,) of its diagonal.
+
+    Woodbury's identity, so that no matrix is as large as the readings are many, and no prior is inverted.
+    """
+    from scipy.linalg import solve_triangular
+
+    turned = np.diag(factor) if factor.ndim == 1 else factor.T
+    inner = (gram * factor).T * factor if factor.ndim == 1 else turned @ gram @ factor
+    inner = (inner + inner.T) / 2
+    inner.flat[:: len(inner) + 1] += 1.0
+    lower = np.linalg.cholesky(inner)
+    pull = solve_triangular(lower, turned @ b, lower=True, check_finite=False)
+    return Conditioned(np.asarray(lower), turned, np.asarray(pull))
+
+
+def log_density(rest: Array, x: Array, factor: Array) -> Array:
+    """ln density of white residuals (m,) or (m, M) of unit noise, less that at rest 0 without columns; the coefficients of x (m, k)
+    have the covariance F F', factor (k, r).
+    """
+    told = condition(x.T @ x, x.T @ rest, factor)
+    return np.asarray(-0.5 * ((rest**2).sum(axis=0) - told.gained + told.log_det))
+
+
 def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
     """Posterior of the coefficients of white columns x (m, k), prior standard deviations width (k,) times sigma.
 
     sigma^2 = (R - q) / dof. A coefficient that the data do not see keeps its prior.
     """
-    gram, b = x.T @ x, x.T @ r
-    precision = gram + np.diag(width**-2.0)
-    cov = np.linalg.inv(precision)
-    mean = cov @ b
-    total = float(r @ r)
-    rest = max(total - float(b @ mean), 1e-12 * total, 1e-300)
-    _, volume = np.linalg.slogdet(np.eye(len(b)) + (gram * width).T * width)
-    evidence = -0.5 * float(volume) - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
+    told, total = condition(x.T @ x, x.T @ r, width), float(r @ r)
+    rest = _rest(told, total)
     sigma = float(np.sqrt(rest / dof))
-    return Posterior(np.asarray(mean), np.asarray(sigma**2 * cov), sigma, evidence)
+    return Posterior(told.mean, sigma**2 * told.covariance, sigma, _log_evidence(told, rest, total, dof))
 
 
 def evidence_from(gram: Array, b: Array, total: float, dof: int, width: Array) -> float:
     """The log evidence of `posterior` from gram = X'X (k, k), b = X'r (k,) and total = r'r: many subsets share one product."""
-    root = np.linalg.cholesky(gram + np.diag(width**-2.0))
-    q = float(np.sum(np.linalg.solve(root, b) ** 2))
-    volume = 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(width)))
-    rest = max(total - q, 1e-12 * total, 1e-300)
-    return -0.5 * volume - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
+    told = condition(gram, b, width)
+    return _log_evidence(told, _rest(told, total), total, dof)
+
+
+def _rest(told: Conditioned, total: float) -> float:
+    return max(total - float(told.gained), 1e-12 * total, 1e-300)
+
+
+def _log_evidence(told: Conditioned, rest: float, total: float, dof: int) -> float:
+    return -0.5 * told.log_det - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
 
 
 def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:

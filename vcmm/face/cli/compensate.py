@@ -18,7 +18,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.face.bodies import compensation_json
-from vcmm.face.cli.options import Decimals, Json
+from vcmm.face.cli.options import Decimals, InputFile, Json
 from vcmm.face.cli.proof import in_rounds, refuse_worse
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.own.cut_scenario import load_cut
@@ -39,10 +39,10 @@ from vcmm.show.tables.proofs import proof_text
 
 
 def compensate_command(
-    program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: Decimals = None,
+    program: InputFile, *, setup: InputFile | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: Decimals = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
     inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
-    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Json = False,
+    points: InputFile | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Json = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 

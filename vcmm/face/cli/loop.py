@@ -19,7 +19,7 @@ from vcmm.core.units import quantity
 from vcmm.face.cli.compensate import rewritable
 from vcmm.face.cli.cut import measured_points
 from vcmm.face.cli.loop_findings import LoopFindings, diagnose_cut
-from vcmm.face.cli.options import Decimals, Json, Seed
+from vcmm.face.cli.options import Decimals, InputFile, Json, Seed
 from vcmm.face.cli.proof import in_rounds
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.learn.diagnosis.result import Diagnosis
@@ -36,7 +36,7 @@ from vcmm.show.tables.loops import loop_json, loop_text
 
 
 def loop_command(
-    scenario: Path, *, measured: Path, frame: Literal["part", "machine"] = "part", u_point: str = "", seed: Seed = 0,
+    scenario: InputFile, *, measured: InputFile, frame: Literal["part", "machine"] = "part", u_point: str = "", seed: Seed = 0,
     tolerance: str = "1 um", decimals: Decimals = None, surface: bool = True, out: Path | None = None,
     json: Json = False,
 ) -> int:  # fmt: skip

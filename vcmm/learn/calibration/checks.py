@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vcmm.answer.evaluation.gaussian import condition
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
@@ -175,14 +176,9 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
 def log_likelihood(one: WhitenedReadings, mean: Array, factor: Array, times: float) -> tuple[float, float]:
     """(ln likelihood, chi-squared) of whitened readings that should have been `times` theirs; mean, factor @ factor.T: of theta.
 
-    Their covariance is times^2 1 + (x factor)(x factor)'; its inverse and determinant by Woodbury, so that no matrix is as large as the
-    readings are many.
+    Their covariance is times^2 1 + (x factor)(x factor)'.
     """
     away = times * one.y - one.predict(mean)
-    seen = factor.T @ one.back_project(away)
-    inner = factor.T @ one.gram @ factor
-    inner[np.diag_indices_from(inner)] += times**2
-    m, r = len(away), len(inner)
-    misfit = float(away @ away - seen @ np.linalg.solve(inner, seen)) / times**2
-    log_det = float(np.linalg.slogdet(inner)[1]) + (m - r) * float(np.log(times**2))
-    return -misfit / 2 - log_det / 2 + m * float(np.log(abs(times))), misfit
+    told = condition(one.gram, one.back_project(away), factor / times)
+    misfit = float(away @ away - told.gained) / times**2
+    return -misfit / 2 - told.log_det / 2, misfit  # times^m of the covariance and of the readings cancel

@@ -19,6 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from vcmm.answer.evaluation.gaussian import condition
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.calibration.model import Curve, ErrorModel
@@ -289,18 +290,11 @@ class OneCurve:
 
     def _posterior(self, length: float, size: float) -> tuple[Array, Array]:
         factor = _factor(self.curve, length, size)
-        inner = factor.T @ self.a @ factor
-        inner.flat[:: len(inner) + 1] += 1.0
-        covariance = factor @ np.linalg.solve(inner, factor.T)
-        return covariance @ self.b, (covariance + covariance.T) / 2
+        told = condition(self.a, self.b, factor)
+        return told.mean, told.covariance
 
 
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
     """(ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
-    m = (a + a.T) / 2
-    m.flat[:: len(m) + 1] += 1.0
-    lower = np.linalg.cholesky(m)
-    inverse = np.linalg.inv(lower)
-    half = inverse @ b
-    log_det = 2 * float(np.log(np.diag(lower)).sum())
-    return float(half @ half) / 2 - log_det / 2, inverse.T @ half, (inverse**2).sum(axis=0)
+    told = condition(a, b, np.ones(len(b)))
+    return float(told.gained) / 2 - told.log_det / 2, told.mean, (told.half**2).sum(axis=1)

@@ -18,6 +18,7 @@ from math import lgamma
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.answer.evaluation.gaussian import condition, orthonormal
 from vcmm.core.run import Array
 from vcmm.learn.calibration.evidence import JointPosterior, NormalEquations, Smoothness, smoothness
 from vcmm.learn.calibration.model import ErrorModel
@@ -167,12 +168,7 @@ def project(part: Readings, columns: Array, weight: Array) -> WhitenedReadings:
 
 def nuisance_basis(nuisance: Array) -> Array:
     """(m, rank): orthonormal columns that span the nuisance."""
-    size = np.linalg.norm(nuisance, axis=0)
-    kept = nuisance[:, size > 0] / size[size > 0]
-    if not kept.shape[1]:
-        return kept
-    left, values, _ = np.linalg.svd(kept, full_matrices=False)
-    return np.asarray(left[:, values > 1e-9 * values[0]])
+    return orthonormal(nuisance)
 
 
 def normal_equations(whitened: Sequence[WhitenedReadings], model: ErrorModel) -> NormalEquations:
@@ -239,13 +235,8 @@ def condition_on_prior(told: NormalEquations, factor: Array) -> tuple[Array, Arr
 
 def conditioned_factor(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
     """Mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
-    from scipy.linalg import cho_factor, cho_solve, solve_triangular
-
-    inner = factor.T @ told.a @ factor
-    inner[np.diag_indices_from(inner)] += 1.0
-    lower = cho_factor(inner, lower=True)
-    mean = factor @ cho_solve(lower, factor.T @ told.b)
-    return mean, solve_triangular(lower[0], factor.T, lower=True).T
+    found = condition(told.a, told.b, factor)
+    return found.mean, found.half
 
 
 def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:

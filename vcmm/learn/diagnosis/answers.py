@@ -8,6 +8,12 @@ Sizes that physics does not have: outside them a name is a candidate, however we
 
 An effect declares them where there are any (`Typical.bounds`, `one_sided`). An Abbe arm is bounded by the machine: no reference line lies
 farther from the tip than the diagonal of its travels and tools. A size is outside where its whole 95 % coverage interval is.
+
+A size that the physics does not have: then what recorded it is as good an explanation as the machine.
+
+An effect declares how large it usually is, and where that is known the most that a machine has; the widest prior of the search
+is SCALES[-1] = 64 times the usual size, which counts where no most is declared. A number beyond it (an axis that errs by 8 mm/m, a cyclic error of a degree) is more often a wrong unit, gain or sensor than a machine. There is no
+model of such a mistake that could be weighed, so name and instrument share the probability evenly.
 """
 
 from __future__ import annotations
@@ -17,8 +23,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import RANK, SCALES, Whitener
-from vcmm.core.effect import Effect, parameter, parameter_fields, unit_at
+from vcmm.answer.evaluation.gaussian import SCALES, Whitener
+from vcmm.core.effect import Effect, parameter, parameter_fields, required, typical, unit_at
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
@@ -27,12 +33,12 @@ from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, MOSTLY, NOTHING, STRONG
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, fitted_noise, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import Estimate, estimates
-from vcmm.learn.diagnosis.evidence import Dictionary, visible
+from vcmm.learn.diagnosis.evidence import Dictionary, best_mimic, visible
 from vcmm.learn.diagnosis.families import open_text
 from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, generalises
 from vcmm.learn.diagnosis.periods import alias_names
 from vcmm.learn.diagnosis.plain_words import remark
 from vcmm.learn.diagnosis.problem import Problem
@@ -41,7 +47,6 @@ from vcmm.learn.diagnosis.repeated import STRETCH, RepeatedStretch
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again
-from vcmm.learn.diagnosis.special_cases import generalises
 from vcmm.physics import BY_NAME
 
 ARM = "arm"
@@ -239,14 +244,7 @@ def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> T
 
 def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
     """Term `at` as family j, in the shape that repeats its signal best."""
-    signal = selection.signal(at)
-    stop = int(found.first[j + 1]) if j + 1 < len(found.first) else len(found.options)
-
-    def left(option: int) -> float:
-        x = found.columns(option)
-        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
-
-    best = min(range(int(found.first[j]), stop), key=left)
+    best = best_mimic(found, j, selection.signal(at))
     return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
 
 
@@ -308,3 +306,41 @@ def _has_a_number(term: Term) -> bool:
     """Can a machine file hold it?"""
     effect = term.option.effect
     return effect is not None and effect.per != "instrument" and not any("@" in n for n in term.option.labels)
+
+
+INSTRUMENT, SENSOR = "instrument", "sensor"  # rivals that are no effects
+
+
+def within(effect: Effect) -> bool:
+    """Has every parameter of a fitted effect a size that machines have?"""
+    for f in parameter_fields(effect):
+        usual = f.metadata["typical"]
+        if usual is not None:
+            most = usual.most or SCALES[-1] * typical(effect, f.name)
+            if np.abs(np.asarray(getattr(effect, f.name), dtype=float)).max(initial=0.0) > most:
+                return False
+    return True
+
+
+def shared_with_instrument(a: Answer) -> Answer:
+    """The answer, where it is too large, with what recorded it as a rival of the same weight and a remark."""
+    if not a.implausible or (a.fitted is not None and within(a.fitted)):
+        return a
+    rival = (
+        SENSOR
+        if a.fitted is not None and any(c.startswith("temp_") for c in required(a.fitted))
+        else INSTRUMENT
+    )
+    said = (
+        f"far more than such an effect usually has: look first at unit, gain and mounting of the {rival} that recorded it,"
+        " and repeat it with another one"
+    )
+    half = a.probability / 2
+    return replace(
+        a,
+        probability=half,
+        kin=None if a.kin is None else a.kin.times(0.5),
+        rival_probability=a.rival_probability + half,
+        cannot_be_told_from=(*a.cannot_be_told_from, rival),
+        remark="; ".join(s for s in (a.remark, said) if s),
+    )

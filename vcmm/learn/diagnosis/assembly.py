@@ -30,9 +30,9 @@ from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, left_ov
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something, worsened_folds
 from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
-from vcmm.learn.diagnosis.judgement import Judgement
+from vcmm.learn.diagnosis.judgement import Judgement, scatter_excess
 from vcmm.learn.diagnosis.locate import locate, score_map
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, hypotheses
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, hypotheses, is_stale
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
 from vcmm.learn.diagnosis.noise import audit
 from vcmm.learn.diagnosis.null import clip_residuals
@@ -42,8 +42,6 @@ from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, Answer, Diagnosis, 
 from vcmm.learn.diagnosis.scans import refused_changes
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import Selection, Term, fitted_again, mismatch
-from vcmm.learn.diagnosis.shortfall import scatter_excess
-from vcmm.learn.diagnosis.special_cases import is_stale
 from vcmm.learn.diagnosis.table_renewal import renew_tables
 from vcmm.learn.diagnosis.thinning import loss, thinning_text
 from vcmm.learn.diagnosis.verdict import beyond, clear_places, curves, doubts, reasons, verdict

@@ -5,7 +5,7 @@ separability s = share of the answer's signal (as length) that the rival cannot 
 near is a near alias: it is named however its prior stands. A name that comes near only because it has more columns holds
 the answer as a special case: any of its other motions would have been as likely, so it pays for them in evidence, and
 within 3 nats (a posterior of 5 % beside the answer's) it is a rival, beyond it the answer is "contained in" it.
-Names that hold the answer whatever is recorded (see nested) are no rivals while the answer explains as much.
+Names that hold the answer whatever is recorded (see generalises) are no rivals while the answer explains as much.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from vcmm.learn.diagnosis.constants import (
 )
 from vcmm.learn.diagnosis.evidence import IMPOSSIBLE, Dictionary, Scorer, only, orthonormal, scorer
 from vcmm.learn.diagnosis.families import Kin, family_about
+from vcmm.learn.diagnosis.mistakes import generalises
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option
-from vcmm.learn.diagnosis.special_cases import generalises
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,6 @@ STRONG = 3.0  # nats, odds of 20: "strong" (Kass & Raftery, J. Am. Stat. Assoc. 
 VERY_STRONG = 5.0  # nats, odds of 150: "very strong" there; at most 0.7 % of nulls reach it (Markov)
 SIMPLER = 2.0  # nats by which a larger answer must beat one that it holds: "positive" there (1 to 3)
 EVEN_ODDS = 0.5  # a name below it, with its exact aliases, is more probably wrong than right: no finding
-LEAST_TOLD = 0.001  # probability below which no digits are said: seven nats, more than templates are good for
 OUTSIDE = 0.026  # odds of a mechanism that no catalogue holds where the account closes: 11 of 466 sure claims of the exam were wrong
 OUTSIDE_OPEN = 1.42  # the same where something is left: 26 of 44 were wrong; each half fitted, the other tested (docs/exam.md)
 RARER = 0.1  # prior of an effect where it is rare (vcmm.core.declaration.Prior): chosen, one recording in ten
@@ -25,25 +24,18 @@ RARER = 0.1  # prior of an effect where it is rare (vcmm.core.declaration.Prior)
 # what chance does
 FAR = 3.0  # standard deviations, 1 of 370 of the normal law: rows beyond are pulled in, statements beyond are contradicted
 OUTLYING = 4.5  # standard deviations, 1 of 150 000: in a recording of 1000 rows chance makes none
-QUANTILE = 0.997  # of a statistic of null recordings, the chance of FAR: beyond is a finding on the noise
 CHANCE = 0.999  # the same of the scatter itself, which every recording is asked, named or not
 HEAVY = 4.0  # degrees of freedom of a t law with heavy tails: the most at which a fourth moment is infinite
-RELEVANT = 1.4  # times the stated noise, twice its variance: less is a statement that is somewhat too small
 STRONG_CORRELATION = 0.7  # a neighbour tells half of the variance from here on: the rows move together
 STRUCTURE_CORRELATION = 0.9  # the same, 81 % of the variance: a movement and no scatter
 UNSTATED_RATIO = 3.0  # times the stated noise: eight ninths of the variance have another cause
-SCATTER_RATIO = 1.1  # ratio from which two measures of one scatter are both told; no answer depends on it
 
 # templates: no shape, time constant or thermometer is quite right
 MISMATCH = 0.05  # of a signal that its template may leave: chosen on concealed mechanisms that are no formula (docs/exam.md)
-ALIAS = 0.15  # of a signal, three times MISMATCH: a larger name that leaves no more holds the simpler one
 EXACT = 0.01  # of a signal, a fifth of MISMATCH: who leaves no more says the same in other words
-SAME = 0.99  # of the energy of a signal, which leaves a tenth of it, twice MISMATCH: then a span holds it
 THIRD = 1 / 3  # of its evidence that a shape must leave a name, else the name was its shadow: chosen
 MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
-FORGIVEN = 0.1  # of what a term wins in the other folds, twice MISMATCH: fit and prediction both err by it
 SECURE_DELTA = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
-EXCITATION_DELTA = 2.0  # delta in the rows of a fold: at most two nats, less than STRONG: it says nothing
 LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
 FEW = 3  # numbers of a name, a vector; with more it is a shape of its own
 
@@ -63,3 +55,10 @@ LOWEST = UNSEEN**2  # of a chance: beyond seven standard deviations the normal l
 RESOLUTION_DELTA = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate two names
 DEVIATIONS = NormalDist().inv_cdf(1.0 - FALSE_ALARM)  # of the mean square of noise in a null recording
 MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of the absolute value, normal law
+LEAST_TOLD = 1.0 - CHANCE  # probability below which no digits are said: less than templates are good for
+QUANTILE = 1.0 - 2.0 * NormalDist().cdf(-FAR)  # of a statistic of null recordings: the chance of FAR
+RELEVANT = sqrt(1.0 / MOSTLY)  # times the stated noise, from where most of the variance has another cause
+ALIAS = FAR * MISMATCH  # of a signal: a larger name that leaves no more holds the simpler one
+SAME = 1.0 - (2.0 * MISMATCH) ** 2  # of the energy of a signal, twice MISMATCH left: then a span holds it
+FORGIVEN = 2.0 * MISMATCH  # of what a term wins in the other folds: fit and prediction both err by MISMATCH
+EXCITATION_DELTA = sqrt(2.0 * SIMPLER)  # delta in the rows of a fold worth SIMPLER nats: less says nothing

@@ -31,7 +31,7 @@ from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.answers import add_repeated
+from vcmm.learn.diagnosis.answers import add_repeated, shared_with_instrument
 from vcmm.learn.diagnosis.assembly import account
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.learn.diagnosis.checks import CrossChecks
@@ -46,6 +46,7 @@ from vcmm.learn.diagnosis.constants import (
     OUTSIDE_OPEN,
     UNSEEN,
 )
+from vcmm.learn.diagnosis.cross_checks import lowered_claim, second_opinion, stability
 from vcmm.learn.diagnosis.delivery import left_over
 from vcmm.learn.diagnosis.judgement import Judgement, beside_field, judge_terms
 from vcmm.learn.diagnosis.later import Attempt
@@ -55,18 +56,20 @@ from vcmm.learn.diagnosis.machine_match import check_belonging, noise_warning, w
 from vcmm.learn.diagnosis.mistakes import tables_of
 from vcmm.learn.diagnosis.noise import Audit, audit, stated_noise
 from vcmm.learn.diagnosis.null import robust_scale
-from vcmm.learn.diagnosis.physical_limits import shared_with_instrument
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.repeated import repeated_stretch
-from vcmm.learn.diagnosis.result import VERDICTS, Answer, Diagnosis
+from vcmm.learn.diagnosis.result import VERDICTS, Diagnosis
 from vcmm.learn.diagnosis.row_order import in_order
 from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
-from vcmm.learn.diagnosis.screening import screen_families, screened_shapes
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search
-from vcmm.learn.diagnosis.second_opinion import lowered_claim, second_opinion
 from vcmm.learn.diagnosis.select import Selection
-from vcmm.learn.diagnosis.stability import stability
-from vcmm.learn.diagnosis.thinning import LARGEST, MOST_SCREENED, thin_problem
+from vcmm.learn.diagnosis.thinning import (
+    LARGEST,
+    MOST_SCREENED,
+    screen_families,
+    screened_shapes,
+    thin_problem,
+)
 from vcmm.learn.diagnosis.written_fit import with_written_fit
 from vcmm.task.response.indexing import index_text
 from vcmm.task.response.recording import Recording
@@ -188,19 +191,8 @@ CLOSED = VERDICTS[:2]  # nothing missing, explained
 
 def with_outside(d: Diagnosis) -> Diagnosis:
     """The diagnosis with what a mechanism outside the catalogue leaves to its names."""
-    share = 1.0 / (1.0 + (OUTSIDE if d.verdict in CLOSED else OUTSIDE_OPEN))
-    return replace(d, answer=tuple(_left(a, share) for a in d.answer))
-
-
-def _left(a: Answer, share: float) -> Answer:
-    return replace(
-        a,
-        probability=a.probability * share,
-        rival_probability=a.rival_probability * share,
-        alias_probability=a.alias_probability * share,
-        kin=None if a.kin is None else a.kin.times(share),
-        stands=not a.improbable,
-    )
+    odds = OUTSIDE if d.verdict in CLOSED else OUTSIDE_OPEN
+    return replace(d, answer=tuple(replace(a.against(odds), stands=not a.improbable) for a in d.answer))
 
 
 NULLS = 2000

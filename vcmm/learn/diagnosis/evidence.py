@@ -5,20 +5,21 @@ score of a family = ln mean over options of BF(option) + ln prior(family)     (n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 
+from vcmm.answer.evaluation import gaussian
 from vcmm.answer.evaluation.gaussian import (
     ColumnBlocks,
     Ints,
     Whitener,
     blocks,
+    left_beside,
     log_evidence,
-    thin_svd,
     without_span,
 )
 from vcmm.core.run import Array
@@ -57,6 +58,11 @@ class Dictionary:
         size = np.add.reduceat((self.white**2).sum(axis=0), self.start)
         return Scorer(self, blocks(self.white, self.start), np.zeros((len(self.white), 0)), size)
 
+    def of_family(self, family: int) -> range:
+        """Numbers of the options of a family."""
+        stop = self.first[family + 1] if family + 1 < len(self.first) else len(self.options)
+        return range(int(self.first[family]), int(stop))
+
     def columns(self, option: int) -> Array:
         """White columns (m, k) of one option."""
         stop = self.start[option + 1] if option + 1 < len(self.start) else self.white.shape[1]
@@ -69,15 +75,15 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
     options: list[Option] = []
     parts: list[Array] = []
     first: list[int] = []
+    whitened = iter(all_visible([o.columns for f in families for o in f.options], white))
     for family in families:
-        seen = [(o, x) for o in family.options if (x := visible(o.columns, white)) is not None]
+        seen = [(o, x) for o, x in zip(family.options, whitened) if x is not None]
         if seen:
             first.append(len(options))
             kept.append(family)
             options += [o for o, _ in seen]
             parts += [x for _, x in seen]
-    widths = [x.shape[1] for x in parts]
-    start = np.cumsum([0, *widths])[:-1].astype(np.intp)
+    start = _starts(parts)
     columns = np.concatenate([np.zeros((len(white.weight), 0)), *parts], axis=1)
     names = {f.name for f in kept}
     lost = [f for f in families if not any(f is k for k in kept)]
@@ -100,8 +106,8 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
 
 def only(found: Dictionary, family: int) -> Dictionary:
     """The dictionary of one family."""
-    last = family + 1 == len(found.first)
-    a, b = int(found.first[family]), len(found.options) if last else int(found.first[family + 1])
+    own = found.of_family(family)
+    a, b = own.start, own.stop
     low, high = int(found.start[a]), int(found.start[b]) if b < len(found.start) else found.white.shape[1]
     return replace(
         found, families=(found.families[family],), options=found.options[a:b], white=found.white[:, low:high],
@@ -111,13 +117,27 @@ def only(found: Dictionary, family: int) -> Dictionary:
 
 def visible(columns: Array, white: Whitener) -> Array | None:
     """White columns, or None where nothing of them survives."""
-    before = float(np.linalg.norm(white.scale(columns)))
-    after = white.apply(columns)
-    return (
-        after
-        if float(np.linalg.norm(after)) > VANISHING_SHARE * max(before, NOTHING) and before > UNSEEN**2
-        else None
-    )
+    return all_visible([columns], white)[0]
+
+
+def all_visible(parts: Sequence[Array], white: Whitener) -> list[Array | None]:
+    """The same of many, in products of BATCH at once."""
+    return [x for i in range(0, len(parts), BATCH) for x in _visible(parts[i : i + BATCH], white)]
+
+
+def _visible(parts: Sequence[Array], white: Whitener) -> Iterator[Array | None]:
+    columns = np.concatenate(parts, axis=1)
+    before, after = white.scale(columns), white.apply(columns)
+    start = _starts(parts)
+    long = (np.sqrt(np.add.reduceat((x**2).sum(axis=0), start)) for x in (before, after))
+    for i, part, size, left in zip(start, parts, *long):
+        seen = left > VANISHING_SHARE * max(size, NOTHING) and size > UNSEEN**2
+        yield after[:, i : i + part.shape[1]] if seen else None
+
+
+def _starts(parts: Sequence[Array]) -> Ints:
+    """First column of each of some blocks side by side."""
+    return np.cumsum([0, *(x.shape[1] for x in parts)])[:-1].astype(np.intp)
 
 
 def _renormalise(weight: Array, first: Ints) -> Array:
@@ -186,9 +206,11 @@ def scorer(found: Dictionary, chosen: Array | None = None) -> Scorer:
 
 def orthonormal(x: Array) -> Array:
     """Orthonormal basis (m, p) of the span of white columns; directions below 1e-6 of the longest are dropped."""
-    length = np.linalg.norm(x, axis=0)
-    x = x[:, length > 0] / length[length > 0]
-    if x.shape[1] == 0:
-        return x
-    left, size = thin_svd(x)
-    return np.asarray(left[:, size > UNSEEN * size[0]])
+    return gaussian.orthonormal(x, UNSEEN)
+
+
+def best_mimic(found: Dictionary, family: int, signal: Array) -> int:
+    """Number of the option of a family that repeats a white signal (m,) best."""
+    return min(
+        found.of_family(family), key=lambda k: float(np.sum(left_beside(signal, found.columns(k)) ** 2))
+    )

@@ -47,6 +47,7 @@ from vcmm.learn.diagnosis.kernels import (
     of_components,
     of_time,
     principal_turn,
+    proposal,
     pull_back,
     questions,
 )
@@ -54,7 +55,6 @@ from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import MOMENTS, scanned_names
 from vcmm.learn.diagnosis.result import Answer, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
-from vcmm.learn.diagnosis.shape_proposal import proposal
 from vcmm.physics.structure.geometric_change import GeometricChange
 
 TRIAL_KERNELS = 8  # kernels that the residual follows most
@@ -348,11 +348,4 @@ def weigh_against_field(answers: Sequence[Answer], field: Field | None) -> tuple
     """The answers, in the order of the terms, with the probability that the field leaves them."""
     if field is None or not field.refused:
         return tuple(answers)
-    return tuple(_less(a, field.share) if i in field.refused else a for i, a in enumerate(answers))
-
-
-def _less(a: Answer, share: float) -> Answer:
-    return replace(
-        a, probability=a.probability * share, rival_probability=a.rival_probability * share,
-        alias_probability=a.alias_probability * share, kin=None if a.kin is None else a.kin.times(share),
-    )  # fmt: skip
+    return tuple(a.times(field.share) if i in field.refused else a for i, a in enumerate(answers))

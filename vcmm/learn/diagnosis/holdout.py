@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import Whitener, posterior, whitener
+from vcmm.answer.evaluation.gaussian import Whitener, log_density, posterior, whitener
 from vcmm.core.axes import axis_of, is_rotary
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
@@ -153,10 +153,7 @@ def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) ->
     rest = np.clip(rest, -FAR * sigma, FAR * sigma)
     if covariance is None or x.shape[1] == 0:
         return -0.5 * float(rest @ rest) / sigma**2
-    inner = np.linalg.inv(covariance) + x.T @ x / sigma**2
-    b = x.T @ rest / sigma**2
-    _, volume = np.linalg.slogdet(np.eye(x.shape[1]) + covariance @ (x.T @ x) / sigma**2)
-    return float(-0.5 * (rest @ rest / sigma**2 - b @ np.linalg.solve(inner, b)) - 0.5 * volume)
+    return float(log_density(rest / sigma, x / sigma, np.asarray(np.linalg.cholesky(covariance))))
 
 
 def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:

@@ -1,5 +1,5 @@
 """Mistakes of the log: two columns or labels exchanged, a sign, a unit, directions the other way round, without a free parameter; a clock
-of the logs that is late or drifts, with one (see log_clock).
+of the logs that is late or drifts, with one.
 
 The machine file predicts the recording from what was logged. Logged rightly it would predict something else:
 
@@ -14,19 +14,24 @@ Mistakes of the log with one number: a clock of the logs that is late or early, 
 
 t1 and t2 are the first and the last row, s seconds, positive where the log is late. Trial values lie evenly within half of the duration to either
 side; the best one is searched between its neighbours, and each pays its share of the trials. Only logs with a clock of their own are asked.
+
+Two labels that are exchanged everywhere group the same rows; they are told only where the machine holds something for one of them.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
-from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, exchanged_labels
+from vcmm.learn.diagnosis.constants import MOST_SHAPES
 from vcmm.learn.diagnosis.scans import MOST_STEPS
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
@@ -83,7 +88,11 @@ def _with_clock(run: Run, own: dict[str, Series], true_time: Callable[[Array], A
 
 
 LOG = "log_mistake"  # the name of an answer
+LABELS_EXCHANGED = "labels_exchanged"
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
+Name = tuple[str, str]  # of what a run holds: one of TABLES or PLACES, and the name in it
+ZEROED = (("columns", "time_s"), ("labels", "setup"))  # by which the zero of a counter is known
+TABLES, PLACES = ("columns", "labels", "series"), "position"
 COLUMN_PREFIXES = (
     "temp_",
     "speed_",
@@ -113,15 +122,19 @@ class LogHypothesis:
     clock: Clock | None = None  # of a hypothesis with one number
 
 
-def log_hypotheses(recording: Recording, predicted: Callable[[Recording], Array]) -> Iterator[LogHypothesis]:
-    """All mistakes of the log that change what the machine file predicts. predicted: recording -> observations (m,)."""
-    before = predicted(recording)
+def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[LogHypothesis]:
+    """All mistakes of the log that change what the machine file predicts."""
+    observer = Observer(recording, machine)
+    before = observer.baseline()
     if not np.any(before):
         return
+    read = names_read(observer)
 
     def change(run: Run) -> Array | None:
+        if not changed_names(recording.run, run) & read:
+            return None
         try:
-            after = predicted(replace(recording, run=run))
+            after = Observer(replace(recording, run=run), machine).baseline()
         except (ModelLimit, UsageError):
             return None  # positions outside the travels, temperatures that cannot be
         return after - before if np.isfinite(after).all() and np.any(after != before) else None
@@ -157,9 +170,75 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
             yield LogHypothesis(found[0], clock.what, found[1], share, Clock(seconds, step, at))
 
 
-def of_machine(machine: object) -> Callable[[Recording], Array]:
-    """Observations (m,) that a machine predicts for a recording."""
-    return lambda recording: Observer(recording, machine).baseline()  # type: ignore[arg-type]
+class _Watched(dict[str, Any]):
+    """A table of a run that notes which of its names are asked for."""
+
+    def __init__(self, table: Mapping[str, Any], kind: str, asked: set[Name]) -> None:
+        super().__init__(table)
+        self.kind, self.asked = kind, asked
+
+    def __getitem__(self, name: str) -> Any:
+        self.asked.add((self.kind, name))
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        self.asked.add((self.kind, name))
+        return super().get(name, default)
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add((self.kind, str(name)))
+        return super().__contains__(name)
+
+    def __iter__(self) -> Iterator[str]:
+        names = list(super().__iter__())
+        self.asked.update((self.kind, name) for name in names)
+        return iter(names)
+
+    def keys(self) -> Any:
+        iter(self)
+        return super().keys()
+
+    def values(self) -> Any:
+        iter(self)
+        return super().values()
+
+    def items(self) -> Any:
+        iter(self)
+        return super().items()
+
+
+def names_read(observer: Observer) -> set[Name]:
+    """What the prediction of a recording depends on: places, and of columns, labels and logs those that the machine's effects ask for."""
+    asked: set[Name] = {(PLACES, ""), *ZEROED}
+    run = copy(observer.run)
+    for kind in TABLES:
+        object.__setattr__(run, kind, _Watched(getattr(run, kind), kind, asked))
+    for effect in observer.usable.effects:
+        effect.error_motion(run)
+    return asked
+
+
+def changed_names(before: Run, after: Run) -> set[Name]:
+    """Where two runs with the same rows differ; a column whose rows are its log changes that too."""
+    out = {
+        (kind, name)
+        for kind in TABLES
+        for one, other in [(getattr(before, kind), getattr(after, kind))]
+        for name in one.keys() | other.keys()
+        if not _is_same(one.get(name), other.get(name))
+    }
+    out |= {("series", sensor_of(name)) for kind, name in out if kind == "columns"}
+    if not all(_is_same(q, after.position[a]) for a, q in before.position.items()):
+        out.add((PLACES, ""))
+    return out
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    if one is other:
+        return True
+    if isinstance(one, Series) and isinstance(other, Series):
+        return np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
+    return one is not None and other is not None and np.array_equal(one, other)
 
 
 def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
@@ -254,3 +333,14 @@ def _times(name: str, factor: float, zero: float) -> RunCorrection:
 
 def _all_times(names: Sequence[str]) -> RunCorrection:
     return lambda run: run.with_columns({n: -run.columns[n] for n in names})
+
+
+def exchanged_labels(run: Run) -> Iterator[tuple[str, Run]]:
+    """Pairs of values of one label, each taken for the other."""
+    for label, values in run.labels.items():
+        kinds = [str(v) for v in np.unique(values)]
+        if not 1 < len(kinds) <= MOST_SHAPES:
+            continue
+        for a, b in itertools.combinations(kinds, 2):
+            other = np.where(values == a, b, np.where(values == b, a, values)).astype(values.dtype)
+            yield f"{a} and {b} of {label}", replace(run, labels={**run.labels, label: other})

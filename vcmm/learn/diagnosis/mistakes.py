@@ -2,10 +2,20 @@
 
 the recording holds ...   sign: minus the table; missing: none of it; counted twice: twice; unit: the table times a
 unit factor; swapped: another component's table.   departure = (coefficient - 1) x observed effect of the table
+
+Which names hold others as special cases by what they are, on any recording; of these the simplest that the data can
+resolve counts. A name that holds an answer only because this recording is poor is a rival, not a generalisation.
+
+Labels that stand some rows too early or too late: a label says which rows share a placement, an offset or a radius. Labels that slipped by
+some rows give the first rows of each group the nuisance of the one before. The same number of free nuisance numbers is fitted either way, so the
+evidence is the ratio of what they leave:
+
+    ln BF = dof / 2 ln(|residual beside the labels as they stand|^2 / |residual beside the labels as meant|^2)
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -15,18 +25,22 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener, without_span
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
+from vcmm.core.inputs import STATE
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.learn.diagnosis.constants import CLOSING, FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
-from vcmm.learn.diagnosis.log_labels import LABELS_EXCHANGED, slipped_labels
-from vcmm.learn.diagnosis.log_mistakes import LOG, Clock, log_hypotheses, of_machine
+from vcmm.learn.diagnosis.log_mistakes import LABELS_EXCHANGED, LOG, Clock, log_hypotheses
 from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import POINTS, ROUNDS
+from vcmm.physics import BY_NAME
 from vcmm.physics.structure.abbe import AbbeCountedTwice
 from vcmm.physics.structure.component import ComponentTable
+from vcmm.physics.structure.geometric_change import GeometricChange
 from vcmm.physics.structure.squareness import Squareness
-from vcmm.task.response.observe import baseline
+from vcmm.task.response.observe import nuisance_columns
+from vcmm.task.response.recording import ALL_ROWS
 
 TAKEN_FOR = (
     1e3,
@@ -145,7 +159,19 @@ def _name(mistake: Mistake) -> tuple[str, str]:
 
 
 def hypotheses(problem: Problem) -> Iterator[Mistake]:
-    """All mistakes of all tables (and of all together)."""
+    """All mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
+    if not is_followed(problem.machine):
+        yield from _of_tables(problem)
+    for h in log_hypotheses(problem.recording, problem.machine):
+        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
+
+
+def is_followed(machine: Machine) -> bool:
+    """Whether earlier recordings were as the numbers of the machine foretold: nobody typed them, so that a departure is a change of the machine."""
+    return any(i.members and i.parameter == STATE for i in machine.inputs)
+
+
+def _of_tables(problem: Problem) -> Iterator[Mistake]:
     tables = tables_of(problem)
     nothing = _baseline_of(problem, ())
     own = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
@@ -161,8 +187,6 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
-    for h in log_hypotheses(problem.recording, of_machine(problem.machine)):
-        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
 
 
 def _of_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
@@ -195,7 +219,7 @@ def tables_of(problem: Problem) -> dict[str, Effect]:
 
 
 def _baseline_of(problem: Problem, effects: tuple[Effect, ...]) -> Array:
-    return baseline(problem.recording, replace(problem.machine, effects=effects, inputs=()))
+    return problem.observer.of_effects(effects)
 
 
 def _swaps(
@@ -224,3 +248,58 @@ def _holding(table: Any, source: Any) -> Effect:
     if len(values) != len(grid):
         values = np.interp(grid, source.grids[0], values)
     return cast(Effect, replace(table, values=values))
+
+
+def generalises(large: str, small: str) -> bool:
+    """Is every motion of `small` a motion of `large`, whatever was recorded? A mistake is an edit of a table of one axis."""
+    if small == MISTAKE:
+        return large in BY_NAME and BY_NAME[large].diagnosis.holds_table_edits
+    return small in BY_NAME and large in BY_NAME[small].diagnosis.special_case_of
+
+
+def is_stale(effect: str, component: object) -> bool:
+    """Is an answer the calibration as a whole? Its size is a covariance, not a number: the tables anew say how well each is known."""
+    return component == "all" and effect == GeometricChange.name
+
+
+@dataclass(frozen=True, eq=False)
+class SlippedLabels:
+    """text: which label, by how many rows; departure (m,) of the nuisance as meant; prior: ln, with the difference of the two fits."""
+
+    text: str
+    departure: Array
+    prior: float
+
+
+def slipped_labels(problem: Problem, white: Whitener) -> Iterator[SlippedLabels]:
+    """Every label of the nuisance, some rows too early or too late. white: of the problem as it stands."""
+    recording = problem.recording
+    labels = sorted({w for w in recording.nuisance.values() if w not in ALL_ROWS} & set(recording.run.labels))
+    labels = [n for n in labels if len(np.unique(recording.run.labels[n][recording.row])) > 1]
+    steps = [k for k in range(-CLOSING, CLOSING + 1) if k]
+    for label, by in itertools.product(labels, steps):
+        meant = replace(recording, run=_slipped(recording.run, label, by, recording.lines))
+        try:
+            columns = np.reshape(nuisance_columns(meant, problem.machine)[0], (problem.m, -1))
+            own = replace(problem, nuisance=columns).whitener()
+        except ModelLimit:
+            continue
+        weight = 1.0 / problem.u[:, None]
+        fit = np.linalg.lstsq(weight * columns, problem.residual / problem.u, rcond=None)[0]
+        departure = columns @ fit
+        left = white.apply(problem.residual - departure)  # beside both nuisances, which is too little
+        alone = own.apply(problem.residual)
+        too_little = 0.5 * white.dof * float(np.log((alone @ alone) / (left @ left)))
+        share = -float(np.log(len(labels) * len(steps)))
+        rows = "row" if abs(by) == 1 else "rows"
+        text = f"{label}, {abs(by)} {rows} too {'late' if by < 0 else 'early'}"
+        yield SlippedLabels(text, departure, share - max(too_little, 0.0))
+
+
+def _slipped(run: Run, label: str, by: int, lines: np.ndarray | None) -> Run:
+    """The run with a label taken from `by` rows before (by < 0: after) in the order of the file."""
+    rows = np.arange(run.n) if lines is None or len(lines) != run.n else np.argsort(lines, kind="stable")
+    values = run.labels[label].copy()
+    place = np.clip(np.arange(run.n) - by, 0, run.n - 1)
+    values[rows] = run.labels[label][rows[place]]
+    return replace(run, labels={**run.labels, label: values})

@@ -13,15 +13,15 @@ from functools import partial
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import RANK, Whitener, whitener
+from vcmm.answer.evaluation.gaussian import Whitener, left_beside, whitener
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.confirming import confirming
+from vcmm.learn.diagnosis.confirming import ROWS, confirming, expected_probability, log_odds
 from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import NOTHING
 from vcmm.learn.diagnosis.discrepancy import values_of
-from vcmm.learn.diagnosis.expected import ROWS, expected_probability, log_odds
+from vcmm.learn.diagnosis.evidence import best_mimic
 from vcmm.learn.diagnosis.problem import Problem, predecessors
 from vcmm.learn.diagnosis.result import NextStep, Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting
@@ -133,15 +133,7 @@ def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
 
 def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Option:
     """The rival's option that mimics the answer best."""
-    first = setting.found.first
-    stop = int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
-    signal = selection.signal(i)
-
-    def left(option: int) -> float:
-        x = setting.found.columns(option)
-        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
-
-    return setting.found.options[min(range(int(first[family]), stop), key=left)]
+    return setting.found.options[best_mimic(setting.found, family, selection.signal(i))]
 
 
 def separability(
@@ -150,9 +142,7 @@ def separability(
     """Share of the answer's signal, as length, that the rival cannot mimic; and the same in units of the noise of this whitener."""
     assert selection.fit is not None
     signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
-    x = white.apply(columns[1])
-    rest = signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]
-    length = float(np.linalg.norm(rest))
+    length = float(np.linalg.norm(left_beside(signal, white.apply(columns[1]))))
     return length / max(float(np.linalg.norm(signal)), NOTHING), length / selection.fit.sigma
 
 

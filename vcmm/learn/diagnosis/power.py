@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import SCALES
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, unseen_places
-from vcmm.learn.diagnosis.constants import NOTHING, SECURE_DELTA
+from vcmm.learn.diagnosis.constants import NOTHING, SECURE_DELTA, UNSEEN
 from vcmm.learn.diagnosis.evidence import Dictionary
 
 LARGEST = SCALES[-1]
@@ -28,15 +28,16 @@ class Detectable:
 def power(found: Dictionary, sigma: float) -> tuple[tuple[Detectable, ...], tuple[str, ...]]:
     """Smallest amplitude seen of every effect name; names and places that even LARGEST typical amplitudes do not show.
 
-    sigma: noise in units of u. Of several shapes the median one counts, of several parameters the best seen.
+    sigma: noise in units of u. Of several shapes the median one counts (of equal ones the order of the list decides, not rounding), of several
+    parameters the best seen.
     """
     best: dict[str, Detectable] = {}
     small: list[Family] = []
     large: list[Family] = []
     for i, family in enumerate(found.families):
-        stop = found.first[i + 1] if i + 1 < len(found.first) else len(found.options)
-        sizes = [_largest(found.columns(o)) for o in range(int(found.first[i]), int(stop))]
-        middle = int(found.first[i]) + int(np.argsort(sizes)[len(sizes) // 2])
+        sizes = np.array([_largest(found.columns(o)) for o in found.of_family(i)])
+        order = np.argsort(np.round(sizes / max(UNSEEN * sizes.max(), NOTHING)), kind="stable")
+        middle = int(found.first[i]) + int(order[len(sizes) // 2])
         typical = SECURE_DELTA * sigma / max(_largest(found.columns(middle)), NOTHING)
         rms = typical * float(np.sqrt(np.mean(found.options[middle].columns ** 2, axis=0)).max())
         (small if typical > LARGEST else large).append(family)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Refiner:
 
     problem: Problem
     white: Whitener
+    spectra: dict[str, Any] = field(default_factory=dict)  # id of an effect -> its spectrum (see sharpen)
 
     def __call__(self, option: Option, r: Array, basis: Array) -> Option:
         names = scanned_names(option)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,10 +29,9 @@ from vcmm.learn.diagnosis.families import Kin
 from vcmm.learn.diagnosis.holdout import HeldOut
 from vcmm.learn.diagnosis.later import Failure
 from vcmm.learn.diagnosis.locate import Place
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, is_stale
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.power import Detectable
-from vcmm.learn.diagnosis.special_cases import is_stale
 from vcmm.learn.diagnosis.statement_tests import Pull
 from vcmm.learn.diagnosis.thinning import loss
 
@@ -110,6 +109,21 @@ class Answer:
         if self.stands:
             return False
         return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
+
+    def times(self, share: float) -> Answer:
+        """The answer where only a share of its probability is left to it, and to what it cannot be told from."""
+        return replace(
+            self,
+            probability=self.probability * share,
+            rival_probability=self.rival_probability * share,
+            alias_probability=self.alias_probability * share,
+            kin=None if self.kin is None else self.kin.times(share),
+        )
+
+    def against(self, odds: float) -> Answer:
+        """The answer beside one more hypothesis, which has these odds against it and everything it was compared with: of n hypotheses
+        of the weights w a probability w1 / sum w becomes w1 / (sum w (1 + odds))."""
+        return self.times(1.0 / (1.0 + odds))
 
     @property
     def undetermined(self) -> bool:

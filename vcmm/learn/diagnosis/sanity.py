@@ -16,8 +16,7 @@ import numpy.typing as npt
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.inches import inches
-from vcmm.learn.diagnosis.sign_contradictions import sign_warnings
+from vcmm.learn.diagnosis.units_and_signs import inches, sign_warnings
 from vcmm.task.response.observe import noise_u
 from vcmm.task.response.recording import ALL_ROWS, SOURCE_LABEL, Ints, Recording
 

@@ -30,7 +30,7 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Catalogue, Family
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, FEW, HEAVY, NOTHING, SIMPLER, STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
+from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake, generalises
 from vcmm.learn.diagnosis.noise import Audit
 from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws, upper_quantile
 from vcmm.learn.diagnosis.problem import Problem
@@ -48,7 +48,6 @@ from vcmm.learn.diagnosis.select import (
     select,
 )
 from vcmm.learn.diagnosis.sharpen import sharpen
-from vcmm.learn.diagnosis.special_cases import generalises
 
 RECORDINGS = 400  # simulated
 SPAN = 40.0  # of ln s that is searched

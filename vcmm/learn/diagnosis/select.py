@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import (
-    RANK,
     SCALES,
     Posterior,
     Whitener,
     best_width,
+    left_beside,
     posterior,
     without_span,
 )
@@ -279,15 +279,9 @@ def family_scores(found: Dictionary, options: Array) -> Array:
     return np.asarray(np.logaddexp.reduceat(options + found.weight, found.first) + found.prior)
 
 
-def options_of(found: Dictionary, family: int) -> range:
-    """Numbers of the options of a family."""
-    stop = found.first[family + 1] if family + 1 < len(found.first) else len(found.options)
-    return range(int(found.first[family]), int(stop))
-
-
 def best_option(found: Dictionary, options: Array, family: int) -> int:
     """Number of the option of highest evidence within a family."""
-    own = options_of(found, family)
+    own = found.of_family(family)
     return own[int(np.argmax((options + found.weight)[own.start : own.stop]))]
 
 
@@ -298,7 +292,7 @@ def _term(family: int, options: Array, given: Sequence[Term], state: Selection, 
     bring, else it takes what another sensor's lag explains.
     """
     found = setting.found
-    own = options_of(found, family)
+    own = found.of_family(family)
     best = best_option(found, options, family)
     width = found.options[best].columns.shape[1]
     fewer = [k for k in own if _has_scan(found.options[k]) and found.options[k].columns.shape[1] < width]
@@ -345,8 +339,8 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     """Does the span of `large` hold the signal that `small` would explain?"""
     fit = best_width(small, y, setting.found.dof)
     signal = small @ fit.mean
-    solution = np.linalg.lstsq(large, signal, rcond=RANK)[0]
-    return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
+    held = signal - left_beside(signal, large)
+    return float(held @ held) >= SAME * float(signal @ signal)
 
 
 def _prune(state: Selection, setting: Setting) -> Selection:

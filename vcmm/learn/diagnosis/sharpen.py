@@ -8,7 +8,7 @@ Such an option weighs as the cell of the grid that it stands in, times the share
 sqrt(2 pi) s / width, s from the curvature of the evidence (Laplace's approximation of the mean over the cell).
 
 Of a wave the highest lines of the spectrum are searched and not the highest alone: half a step off its best, the true line may
-stand below a side lobe that the grid happens to hit. Lines that no trial period stands on come from the continuous spectrum (see spectrum).
+stand below a side lobe that the grid happens to hit. Lines that no trial period stands on come from the continuous spectrum.
 
 Waves whose period stands on no list: the spectrum of what is left, at every frequency that the rows can tell from a lower one.
 
@@ -21,12 +21,15 @@ shortest wave wide, of v and, at 2 f, of M; from a wave that is twice as fine as
 
 The highest lines become options at their best period. The price of having looked elsewhere is simulated: nats of the highest line of M independent
 ones, in noise alone, are ln M plus a Gumbel variable of mean 0.5772 and standard deviation 1.28, so the mean of FEWEST of them less 0.5772 is ln M to 0.3.
+Of a wide spectrum the lowest ENOUGH frequencies are simulated. A band c times as wide holds c times as many lines, and nats of a line in noise are
+exponential of mean b (1, less what nuisance and calibration take), so the highest of it has b ln c more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +41,7 @@ from vcmm.learn.diagnosis.constants import FEWEST, MOST_SHAPES, NOTHING, SAME, U
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR, TURNS, coordinate, shortest
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.refine import at_value, scanned_names
+from vcmm.learn.diagnosis.refine import Refiner, at_value, scanned_names
 from vcmm.learn.diagnosis.scans import turns_round
 from vcmm.learn.diagnosis.select import (
     Selection,
@@ -47,7 +50,6 @@ from vcmm.learn.diagnosis.select import (
     basis_of,
     conditional,
     family_scores,
-    options_of,
 )
 
 FINER = 2.0  # times finer than the finest usual period: what is looked at
@@ -78,30 +80,48 @@ class Spectrum:
         share = np.clip(taken / max(float(r @ r), NOTHING), 0.0, 1.0 - UNSEEN)
         return np.asarray(-0.5 * self.white.dof * np.log1p(-share))
 
+    @cached_property
+    def price(self) -> float:
+        """ln of the number of independent lines, by simulation."""
+        rng = np.random.default_rng(0)
+        low = self.lowest()
+        highest, mean = [], []
+        for _ in range(FEWEST):
+            x = rng.standard_normal(len(self.factor))
+            nats = low.nats(x - self.white.nuisance @ (self.white.nuisance.T @ x))
+            highest.append(float(nats.max()))
+            mean.append(float(nats.mean()))
+        further = float(np.mean(mean) * np.log(len(self.frequency) / len(low.frequency)))
+        return max(float(np.mean(highest)) + further - float(np.euler_gamma), 0.0)
+
+    def lowest(self) -> Spectrum:
+        """The lowest ENOUGH frequencies, in bins that are wider by as much; all where they are no more."""
+        wider = 1 << max(int(np.log2(len(self.frequency) / ENOUGH)), 0)
+        if wider == 1:
+            return self
+        count = len(self.frequency) // wider
+        return replace(
+            self, frequency=self.frequency[:count], kept=slice(self.kept.start, self.kept.start + count),
+            bins=np.round(self.bins / wider).astype(np.intp), points=self.points // wider,
+            cc=self.cc[:count], ss=self.ss[:count], cs=self.cs[:count],
+        )  # fmt: skip
+
 
 def lines_of(
-    template: Option,
-    r: Array,
-    basis: Array,
-    white: Whitener,
-    problem: Problem,
-    floor: float,
-    known: Sequence[float],
-    most: int,
+    template: Option, r: Array, basis: Array, refine: Refiner, floor: float, known: Sequence[float], most: int
 ) -> list[tuple[Option, float]]:
     """The highest lines that no trial period stands on, as options, and ln of their share of all lines.
 
     r (m,): white residual outside `basis`; floor: nats that a line must have beyond its price; known: trial periods, as how many lie
     within the range of the places.
     """
-    effect = template.effect
-    spectrum = None if effect is None else spectrum_of(effect, problem, white)
-    if effect is None or spectrum is None:
+    spectrum = _spectrum_of(template, refine)
+    if spectrum is None:
         return []
     nats = spectrum.nats(r)
     if float(nats.max()) <= floor:
         return []
-    price = price_of(spectrum, basis)
+    price = spectrum.price
     out: list[tuple[Option, float]] = []
     taken = [periods / spectrum.length for periods in known]
     for k in np.argsort(-nats)[: MOST_SHAPES * FEWEST]:
@@ -110,11 +130,21 @@ def lines_of(
             break
         if any(abs(f - other) * spectrum.length < GRID for other in taken):
             continue
-        option = at_value(template, "period", 1.0 / f, problem)
+        option = at_value(template, "period", 1.0 / f, refine.problem)
         if option is not None:
             out.append((option, -price))
             taken.append(f)
     return out
+
+
+def _spectrum_of(template: Option, refine: Refiner) -> Spectrum | None:
+    """Made once for all answers that are compared under one preparation of the noise."""
+    effect = template.effect
+    if effect is None:
+        return None
+    if effect.id not in refine.spectra:
+        refine.spectra[effect.id] = spectrum_of(effect, refine.problem, refine.white)
+    return refine.spectra[effect.id]
 
 
 def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum | None:
@@ -153,19 +183,9 @@ def _factor(effect: Effect, problem: Problem, at: Array) -> Array:
     return np.asarray(sine * np.sin(phase * at) + cosine * np.cos(phase * at))
 
 
-def price_of(spectrum: Spectrum, basis: Array) -> float:
-    """ln of the number of independent lines, by simulation."""
-    rng = np.random.default_rng(0)
-    highest = []
-    for _ in range(FEWEST):
-        x = rng.standard_normal(len(spectrum.factor))
-        x = x - spectrum.white.nuisance @ (spectrum.white.nuisance.T @ x)
-        highest.append(float(spectrum.nats(without_span(x, basis)).max()))
-    return max(float(np.mean(highest)) - float(np.euler_gamma), 0.0)
-
-
 MOST = 6  # competitors that are looked at, given some terms
 LINES = 3  # of a spectrum whose best values are searched: the highest on the grid may be a side lobe
+ENOUGH = 2**12  # frequencies whose highest line is simulated
 LINE_SPACING = 0.75  # of 1 / range: two trial frequencies that are closer stand on one line
 Sharp = tuple[int, Option, float]  # family, option at its best, ln weight within the family
 
@@ -205,13 +225,13 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
 
 def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """The highest lines of the spectrum that no trial period of a family stands on, at their best values."""
-    own = [setting.found.options[k] for k in options_of(setting.found, j)]
+    own = [setting.found.options[k] for k in setting.found.of_family(j)]
     wave = next((o for o in own if _is_wave(o)), None)
     if wave is None:
         return []
     refine = setting.refine
     known = [f for o in own if (f := _frequency(o, setting)) is not None]
-    found = lines_of(wave, r, basis, setting.white, refine.problem, setting.threshold, known, LINES)
+    found = lines_of(wave, r, basis, refine, setting.threshold, known, LINES)
     sharp = [(refine(option, r, basis), weight) for option, weight in found]
     return [(j, option, weight + refine.open_share(option, r, basis)) for option, weight in sharp]
 
@@ -224,14 +244,14 @@ def _is_wave(option: Option) -> bool:
 
 
 def _has_scans(found: Dictionary, j: int) -> bool:
-    return any(scanned_names(found.options[k]) for k in options_of(found, j))
+    return any(scanned_names(found.options[k]) for k in found.of_family(j))
 
 
 def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """The best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
     found = setting.found
     shapes: dict[str, list[int]] = {}
-    for k in sorted(options_of(found, j), key=lambda k: -float(options[k])):
+    for k in sorted(found.of_family(j), key=lambda k: -float(options[k])):
         if scanned_names(found.options[k]):
             shapes.setdefault(type(found.options[k].effect).__name__, []).append(k)
     out = []
@@ -274,7 +294,7 @@ def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
     first: list[int] = []
     for j in range(len(found.families)):
         first.append(len(options))
-        own = options_of(found, j)
+        own = found.of_family(j)
         options += [found.options[k] for k in own]
         weight += [float(found.weight[k]) for k in own]
         stop = int(found.start[own[-1] + 1]) if own[-1] + 1 < len(found.start) else found.white.shape[1]

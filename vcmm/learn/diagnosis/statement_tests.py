@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.answer.evaluation.gaussian import condition
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FAR, LOWEST, MOSTLY
 from vcmm.learn.diagnosis.problem import Problem
@@ -38,8 +39,9 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
         return ()
     white = problem.without([name for name, _ in problem.stated]).whitener(u, rho)
     k, y = white.apply(problem.calibration) / sigma, white.apply(rest) / sigma
-    left = np.linalg.inv(k.T @ k + np.eye(k.shape[1]))  # variance of z that the rows leave
-    z, out, at = left @ (k.T @ y), [], 0
+    told = condition(k.T @ k, k.T @ y, np.ones(k.shape[1]))
+    left, z = told.covariance, told.mean  # variance of z that the rows leave
+    out, at = [], 0
     for name, columns in problem.stated:
         part = slice(at, at + columns.shape[1])
         out.append(_pull(name, z[part], np.eye(columns.shape[1]) - left[part, part]))

@@ -15,7 +15,6 @@ import numpy as np
 from vcmm.learn.diagnosis.constants import (
     FALSE_ALARM,
     LEAST_TOLD,
-    SCATTER_RATIO,
     STRUCTURE_CORRELATION,
     UNSTATED_RATIO,
 )
@@ -63,7 +62,8 @@ def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
     """
     if noise.scale <= float(np.hypot(noise.limit, np.sqrt(forgiven))):
         return ""
-    rms = f" ({left:.2g} times by rms)" if noise.rho == 0 and left > SCATTER_RATIO * noise.scale else ""
+    larger = noise.rho == 0 and left > noise.scale and f"{left:.2g}" != f"{noise.scale:.2g}"
+    rms = f" ({left:.2g} times by rms)" if larger else ""
     return (
         f"the noise is {noise.scale:.2g} times what was stated{rms}: either the statement is too small or something is"
         " missing that no column shows"

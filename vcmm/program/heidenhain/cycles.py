@@ -29,8 +29,7 @@ MACHINING = {**HOLES, **POCKETS, **THREADS}
 OLD = {**OLD_HOLES, **OLD_POCKETS}
 STRANGE = {  # old cycles that leave a hole in the path, and whether they act where they stand
     "6": ("cycle 6, rough-out", False), "12": ("cycle 12, program call", False), "15": ("cycle 15, pilot drilling", False),
-    "16": ("cycle 16, contour milling", False), "21": ("cycle 21, pilot drilling", False),
-    "22": ("cycle 22, rough-out", False), "23": ("cycle 23, floor finishing", False),
+    "16": ("cycle 16, contour milling", False),
     "27": ("cycle 27, cylinder surface", False), "28": ("cycle 28, cylinder surface slot", False),
     "29": ("cycle 29, cylinder surface ridge", False), "30": ("cycle 30, 3-D data", False), "31": ("cycle 31, line of 3-D data", False),
     "39": ("cycle 39, cylinder surface contour", False),
@@ -97,12 +96,12 @@ class KlartextCycles:
     def of_contours(
         self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
     ) -> None:
-        """20: data that 24 takes; 24 and 25: cycles that follow the contours of cycle 14."""
+        """20: data that 21 to 24 take; 21 to 25: cycles over the contours of cycle 14."""
         values = self.q_values(reader, parameters)
         if number == "20":
             self.contours.data = values
             return
-        if number == "24":
+        if number != "25":
             self.check("20", CONTOUR_DATA, self.contours.data, column)
             values = {**self.contours.data, **values}
         self.check(number, NEEDED[number], values, column)
@@ -118,7 +117,7 @@ class KlartextCycles:
         """A cycle that is not modelled."""
         self.recorder.assume(
             what, value, column=column or None,
-            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 14, 17 to 20, 24 to 26, 32, 220, 221, 247 and "
+            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 14, 17 to 26, 32, 220, 221, 247 and "
             f"{', '.join(MACHINING)}; write the motion with L, C, CR",
         )  # fmt: skip
 

@@ -62,12 +62,19 @@ class PlainKlartext(NamedTuple):
 class KlartextBlock:
     """A block: its tokens without blanks, comments and block number; where it stands. Those of a plain line are read when asked for."""
 
-    __slots__ = ("_tokens", "first", "last", "number", "text")
+    __slots__ = ("_tokens", "block", "first", "last", "number", "text")
 
     def __init__(
-        self, tokens: tuple[Token, ...] | None, number: int, first: int, last: int, text: str = ""
+        self,
+        tokens: tuple[Token, ...] | None,
+        number: int,
+        first: int,
+        last: int,
+        text: str = "",
+        block: str = "",
     ) -> None:
         self._tokens, self.number, self.first, self.last, self.text = tokens, number, first, last, text
+        self.block = int(block) if block.isdigit() else -1  # its block number, -1 without one
 
     @property
     def plain(self) -> bool:
@@ -189,7 +196,8 @@ def _line(row: list[Token]) -> KlartextBlock:
     tokens = row[1:] if first.kind == "number" else row
     same = [t for t in row if t.line == first.line]
     last = same[-1]
-    return KlartextBlock(tuple(tokens), first.line, first.column, last.column + len(last.text))
+    block = first.text if first.kind == "number" else ""
+    return KlartextBlock(tuple(tokens), first.line, first.column, last.column + len(last.text), block=block)
 
 
 def _raise_power(a: float, b: float) -> float:

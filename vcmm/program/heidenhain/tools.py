@@ -41,7 +41,13 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
     assert token is not None
     tools = p.r.setup.tools
     if token.kind != "string":
-        number = round(reader.value("TOOL CALL"))
+        value = reader.value("TOOL CALL")
+        number = int(value)
+        if value != number:
+            p.r.assume(
+                f"tool {value:g}, an index of tool {number}", f"the numbers of tool {number}",
+                f"TOOL CALL {value:g} takes length and radius of an index of tool {number}, which a set-up does not know; call a tool with a number of its own",
+            )  # fmt: skip
         tool = p.defined.get(number) or tools.get(number)
         if tool is None and number:
             unknown_tool(p.r, number, f"TOOL CALL {number}")

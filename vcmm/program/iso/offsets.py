@@ -249,6 +249,13 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
         raise BlockFault(column, "G53 needs G0 or G1 in force; write G53 G0 Z0")
     if not c.absolute and not c.language.cycles_apart:
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
+    if not c.absolute and c.language.words == "macro" and not c.language.haas and not c.language.lathe:
+        c.assume(
+            "G53 under G91", "passed over, as the control does: no move",
+            "G53 is passed over under G91 (FANUC B-64304EN, machine coordinate system); write G90 before it", column=column,
+        )  # fmt: skip
+        w.used |= set(w.values)
+        return
     if c.compensation is not None:
         _suspend(c, "G53 while cutter radius compensation is on; cancel it with G40 before", column)
     q, rotary = list(c.q), list(c.rotary)

@@ -30,9 +30,7 @@ def nonmodal(c: IsoControl, w: IsoWords) -> bool:
     if "pattern" in w.g:
         bolt_holes(c, w, w.g["pattern"], w.g_columns["pattern"])
         return True
-    if "irregular" in w.g:
-        refusal = "G150 (pockets of any shape) is not understood by vcmm; have the program posted without it"
-        c.assume("G150, a pocket of any shape", "a hole in the path: its moves are missing", refusal)
+    if "irregular" in w.g:  # made behind its block: pocketing.mill_pocket
         w.used |= set(w.values)
         return True
     return False

@@ -34,9 +34,8 @@ class MissingTarget(BlockFault):
     """A jump to a label that the program has not."""
 
 
-Work = Callable[
-    ["SinumerikRunner", SinumerikBlock], bool
-]  # executes the items of a block; True ends the program or subprogram
+# executes the items of a block; True ends the program or subprogram
+Work = Callable[["SinumerikRunner", SinumerikBlock], bool]
 
 
 @dataclass(eq=False)
@@ -46,9 +45,8 @@ class SinumerikRunner:
     recorder: Recorder
     sections: dict[str, Section]
     work: Work
-    short: Callable[[SinumerikBlock], bool] | None = (
-        None  # executes a plain block where nothing special is in force
-    )
+    # executes a plain block where nothing special is in force
+    short: Callable[[SinumerikBlock], bool] | None = None
     memory: SinumerikMemory = field(init=False)
     executed: int = 0
     moved: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
@@ -115,6 +113,7 @@ class SinumerikRunner:
         at, self.current = first, section
         while first <= at <= last:
             block = section.blocks[at]
+            section.reached = max(section.reached, at)
             self.recorder.source = Source(block.line, block.first, block.last)
             self._count()
             before = at

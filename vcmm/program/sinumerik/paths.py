@@ -349,6 +349,7 @@ class SinumerikPaths(SinumerikControl):
                 return
         if self.modes.rnd:
             self.r.corner(self.modes.rnd, "round")
+            self.r.corners[-1] = self.r.corners[-1]._replace(modal=True)
 
 
 def _chord(start: Point, end: Point, plane: str) -> float:

@@ -21,11 +21,8 @@ def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axe
     """What was read, and what was forecast of it with the 95 % band of one reading."""
     title = f"{part.name} of {part.date}\n{part.inside:.0%} of {len(part.seen)} readings within the 95 % band of their forecast"
     if part.circle:
-        low, high = part.forecast - 1.96 * part.u, part.forecast + 1.96 * part.u
         lines = [
-            PolarTrace("low end", part.place, low, "c2", thin=True),
-            PolarTrace("high end", part.place, high, "c2", thin=True),
-            PolarTrace("forecast", part.place, part.forecast, "c2"),
+            PolarTrace("forecast, ± 1.96 u", part.place, part.forecast, "c2", half_um=1.96 * part.u),
             PolarTrace("read", part.place, part.seen, "c1"),
         ]
         return charts.traces(lines, title=title, ax=ax)

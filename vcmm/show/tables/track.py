@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 from vcmm.files.learned.track_result import NumberOverTime, Track, last_good
 from vcmm.learn.tracking.dates import date_of
-from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
-from vcmm.learn.tracking.task_limits import TaskLimit
-from vcmm.show.tables.fleet import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+from vcmm.show.tables.value_text import value_text
 
 if TYPE_CHECKING:
     from vcmm.learn.tracking.doubtful import CharacteristicShift, DoubtfulParts
     from vcmm.learn.tracking.follow import FollowedCheck
+    from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
+    from vcmm.learn.tracking.task_limits import TaskLimit
+
+    Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
 
 MOST = 12  # numbers that people see; all stand in the document
 
@@ -111,9 +113,6 @@ def numbers(track: Track, most: int = MOST) -> ResultTable[NumberOverTime]:
         every[:most],
         f"± standard uncertainty{more}",
     )
-
-
-Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
 
 
 def _date(track: Track, day: int) -> str:

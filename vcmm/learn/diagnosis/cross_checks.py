@@ -1,0 +1,302 @@
+"""Is the answer that of every part of the rows? Names are searched again in alternating rows and in the halves in time.
+
+The columns of the catalogue, the noise and the threshold are those of the whole. A part is asked about a name that should stand first in it: what
+the name says of its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
+what is decided by all rows may be open in it: it speaks against a name only where what it finds instead is worth STRONG nats more in its rows
+than all names of the whole; nearer both are rivals, and it is silent. A name that n parts speak about and k of them find is claimed with at
+most (k + 1) / (n + 2), the rule of succession (Laplace; Jaynes, Probability Theory (2003), 18.2), unless all find it.
+
+A second opinion: forward selection by the extended Bayesian information criterion, over the same columns and rows.
+
+    EBIC = n ln(RSS) + k (ln n + 2 ln P)      k columns of P chosen, gamma = 1 (Chen & Chen, Biometrika 95 (2008) 759)
+
+Chosen is the better of what forward selection finds and of our names: its steps go astray, and where the criterion itself prefers our names it
+agrees. Of columns that lower it alike it takes the first, and has the names of all. It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
+goes wrong otherwise. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
+does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
+
+The criterion counts free columns. A calibration that is stale as a whole has none: it is a covariance, wider than stated, over as many columns
+as there are numbers in the tables. So EBIC is not asked of it, and what it takes up is taken off before the others are judged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.answer.evaluation.gaussian import Whitener, whitener, without_span
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.learn.diagnosis.candidates import Family
+from vcmm.learn.diagnosis.checks import SecondOpinion, Stability
+from vcmm.learn.diagnosis.confusion import Standing, ranks
+from vcmm.learn.diagnosis.constants import (
+    EVEN_ODDS,
+    FEWEST,
+    MOST_TERMS,
+    NOTHING,
+    SAME,
+    SECURE_DELTA,
+    STRONG,
+    SUREST,
+    UNSEEN,
+)
+from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, orthonormal, scorer
+from vcmm.learn.diagnosis.families import kin_of
+from vcmm.learn.diagnosis.mistakes import is_stale
+from vcmm.learn.diagnosis.problem import Problem, neighbours_of
+from vcmm.learn.diagnosis.refine import Refiner
+from vcmm.learn.diagnosis.search import Stage
+from vcmm.learn.diagnosis.select import (
+    Selection,
+    Setting,
+    Term,
+    basis_of,
+    clean_outliers,
+    fitted_again,
+    net_evidence,
+    select,
+)
+from vcmm.task.response.folds import Mask
+from vcmm.task.response.observe import Observer
+
+ALTERNATE, HALVES = "alternate_rows", "halves"
+
+
+@dataclass(frozen=True, eq=False)
+class _PartOfRows:
+    kind: str
+    name: str
+    rows: Mask
+    setting: Setting
+    found: Selection
+
+    @property
+    def white(self) -> Whitener:
+        return self.setting.white
+
+    @property
+    def names(self) -> tuple[Term, ...]:
+        return self.found.terms
+
+
+def stability(problem: Problem, stage: Stage, selection: Selection, places: Sequence[Standing]) -> Stability:
+    """Search the names again in parts of the rows. places: of every term its rivals."""
+    parts = [p for kind, name, rows in _parts(problem) if (p := _search(problem, stage, kind, name, rows))]
+    refuses = {id(p): _refuses(p, selection, places, stage) for p in parts}
+    asked, there = [], []
+    for i, (term, place) in enumerate(zip(selection.terms, places)):
+        of = [(p, _is_found(p, term, place, stage)) for p in parts if _should_show(problem, p, selection, i)]
+        spoken = [(p, found) for p, found in of if found or refuses[id(p)]]
+        asked.append([p for p, _ in spoken])
+        there.append([found for _, found in spoken])
+    most = tuple(1.0 if all(t) else (sum(t) + 1) / (len(t) + 2) for t in there)
+    text = [
+        f"{selection.terms[i].family.id} is not found in {' and '.join(p.name for p, t in zip(asked[i], there[i]) if not t)}, where it"
+        " should show"
+        for i in range(len(places))
+        if not all(there[i])
+    ]
+    same = {kind: _agree(kind, parts, asked, there) for kind in (HALVES, ALTERNATE)}
+    return Stability(same, tuple(text), most)
+
+
+def _agree(
+    kind: str, parts: Sequence[_PartOfRows], asked: Sequence[list[_PartOfRows]], there: Sequence[list[bool]]
+) -> bool | None:
+    if not any(p.kind == kind for p in parts):
+        return None
+    own = [t for of, found in zip(asked, there) for p, t in zip(of, found) if p.kind == kind]
+    if asked:
+        return all(own) if own else None
+    return not any(p.names for p in parts if p.kind == kind)
+
+
+def _parts(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
+    """Kind, name and observations (m,) of every part; rows are taken whole."""
+    row = problem.recording.row
+    order = np.unique(row, return_inverse=True)[1].ravel()
+    yield ALTERNATE, "even rows", order % 2 == 1
+    yield ALTERNATE, "odd rows", order % 2 == 0
+    time = problem.run.columns.get("time_s")
+    if time is not None and np.ptp(time[row]) > 0:
+        early = time[row] <= np.median(time[row])
+        yield HALVES, "the first half", early
+        yield HALVES, "the second half", ~early
+
+
+def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) -> _PartOfRows | None:
+    """Names of one part; None where it has too few rows."""
+    if rows.sum() < FEWEST or (~rows).sum() < FEWEST:
+        return None
+    part = _rows_of(problem, rows)
+    rho = stage.noise.rho**2 if kind == ALTERNATE else stage.noise.rho
+    try:
+        white = whitener(stage.u[rows], part.nuisance, part.calibration, part.before, rho)
+    except ModelLimit:
+        return None
+    found = dictionary([_family_of(f, rows) for f in stage.found.families], white)
+    if not found.families:
+        return None
+    setting = Setting(
+        found,
+        white,
+        white.apply(part.residual),
+        stage.noise.noise.clip,
+        stage.threshold,
+        Refiner(part, white),
+    )
+    return _PartOfRows(kind, name, rows, setting, select(clean_outliers(setting)))
+
+
+def _rows_of(problem: Problem, rows: Mask) -> Problem:
+    recording = problem.recording.take(rows)
+    stated = tuple((name, columns[rows]) for name, columns in problem.stated)
+    return replace(
+        problem,
+        recording=recording,
+        residual=problem.residual[rows],
+        u=problem.u[rows],
+        nuisance=problem.nuisance[rows],
+        calibration=problem.calibration[rows],
+        before=neighbours_of(recording),
+        observer=Observer(recording, problem.machine),
+        stated=stated,
+    )
+
+
+def _family_of(family: Family, rows: Mask) -> Family:
+    return replace(family, options=tuple(replace(o, columns=o.columns[rows]) for o in family.options))
+
+
+def _should_show(problem: Problem, part: _PartOfRows, selection: Selection, i: int) -> bool:
+    """Is term i large in the rows of a part, beside the other terms?"""
+    assert selection.fit is not None
+    mean = selection.fit.mean[selection.span(i)]
+    signal = part.white.apply(selection.terms[i].option.columns[part.rows] @ mean)
+    others = [
+        replace(t, white=part.white.apply(t.option.columns[part.rows]))
+        for j, t in enumerate(selection.terms)
+        if j != i
+    ]
+    rest = without_span(signal, basis_of(others, len(signal)))
+    return float(np.linalg.norm(rest)) >= SECURE_DELTA * selection.fit.sigma
+
+
+def _refuses(part: _PartOfRows, selection: Selection, places: Sequence[Standing], stage: Stage) -> bool:
+    """Is what a part finds worth STRONG nats more in its rows than all names of the whole: at their sizes, or at those that suit the part?
+
+    At given sizes nothing is free and nothing is paid: dof / 2 ln(rows alone / rows less the names), sums of squares.
+    """
+    if all(_is_found(part, t, p, stage) for t, p in zip(selection.terms, places)):
+        return False
+    own, y = replace(part.setting, start=part.found.y), part.found.y
+    terms = [_term_of(t, part) for t in selection.terms]
+    ours = fitted_again(terms, own)
+    assert selection.fit is not None
+    left = y - np.concatenate([t.white for t in terms], axis=1) @ selection.fit.mean
+    at_sizes = 0.5 * part.setting.found.dof * float(np.log((y @ y) / max(float(left @ left), NOTHING)))
+    free = net_evidence(replace(ours, y=y), own)
+    return net_evidence(part.found, own) - min(free, at_sizes) >= STRONG
+
+
+def _term_of(term: Term, part: _PartOfRows) -> Term:
+    option = replace(term.option, columns=term.option.columns[part.rows])
+    return replace(term, option=option, white=part.white.apply(option.columns))
+
+
+def _is_found(part: _PartOfRows, term: Term, place: Standing, stage: Stage) -> bool:
+    """Is the term, one of its family at its link, what repeats it exactly, or one that it cannot be told from among the names of a part?"""
+    exact = {stage.found.families[k].id for k in place.exact}
+    return any(
+        same_physics(t, term) or t.family.name in place.names or t.family.id in exact for t in part.names
+    )
+
+
+def same_physics(a: Term, b: Term) -> bool:
+    """One family of names at one link of the machine."""
+    if a.family.id == b.family.id:
+        return True
+    one, other = a.option.effect, b.option.effect
+    links = one is not None and other is not None and one.link == other.link
+    return links and kin_of(a.family.name) == kin_of(b.family.name)
+
+
+def second_opinion(
+    found: Dictionary, selection: Selection, places: Sequence[Standing], dof: int
+) -> SecondOpinion:
+    """What EBIC chooses from a dictionary for the rows of a selection."""
+    asked = [not _is_covariance(t) for t in selection.terms]
+    own = tuple(t for t, yes in zip(selection.terms, asked) if yes)
+    y = selection.y - sum(
+        (selection.signal(i) for i, yes in enumerate(asked) if not yes), np.zeros(len(selection.y))
+    )
+    theirs, alike = _forward(found, y, dof)
+    lead = _ebic(own, found, y, dof) - _ebic(theirs, found, y, dof)
+    theirs, alike = (own, ()) if lead <= 0.0 else (theirs, alike)
+    span = basis_of(theirs, len(y))
+    held = [_share(span, selection.signal(i)) >= SAME for i in range(len(asked))]
+    lacks = tuple(
+        yes
+        and not (
+            holds or any(same_physics(t, mine) or t.family.name in place.names for t in (*theirs, *alike))
+        )
+        for yes, mine, place, holds in zip(asked, selection.terms, places, held)
+    )
+    agrees = not any(lacks) and len(theirs) <= len(own)
+    share = float(1.0 / (1.0 + np.exp(min(max(lead, 0.0) / 2.0, SUREST))))
+    return SecondOpinion(tuple(t.family.id for t in theirs), agrees, share, lacks)
+
+
+def _is_covariance(term: Term) -> bool:
+    return is_stale(term.family.name, term.family.where.get("component"))
+
+
+def _share(basis: Array, signal: Array) -> float:
+    """Of the energy of a signal, what lies in the span of a basis."""
+    return float(np.sum((basis.T @ signal) ** 2)) / max(float(signal @ signal), NOTHING)
+
+
+def lowered_claim(probability: float, for_ours: float) -> float:
+    """Of a name that the second opinion does not have."""
+    return max(0.5 * (probability + for_ours), min(probability, EVEN_ODDS))
+
+
+def _forward(found: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    """Add what lowers EBIC most, until nothing does; and what lowered it as much, up to rounding."""
+    chosen: tuple[Term, ...] = ()
+    alike: tuple[Term, ...] = ()
+    price = _price(found, dof)
+    number = np.repeat(np.arange(len(found.families)), np.diff(np.append(found.first, len(found.options))))
+    while len(chosen) < MOST_TERMS:
+        given = scorer(found, np.concatenate([t.white for t in chosen], axis=1) if chosen else None)
+        rest = y - given.basis @ (given.basis.T @ y)
+        left = max(float(rest @ rest), NOTHING)
+        whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
+        firm = given.rotated.size > UNSEEN * whole
+        b2 = (given.rotated.column.T @ rest) ** 2
+        gain = np.add.reduceat(np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start)  # fmt: skip
+        change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
+        taken = {t.family.id for t in chosen}
+        taken |= {f.id for f in found.families if is_stale(f.name, f.where.get("component"))}
+        change = np.where([found.families[k].id in taken for k in number], np.inf, change)
+        if not change.min() < 0.0:
+            break
+        first, *others = (
+            Term(found.families[number[k]], found.options[k], found.columns(int(k)))
+            for k in np.flatnonzero(change <= change.min() + dof * UNSEEN)
+        )
+        chosen, alike = (*chosen, first), (*alike, *others)
+    return chosen, alike
+
+
+def _price(found: Dictionary, dof: int) -> float:
+    return float(np.log(dof) + 2.0 * np.log(max(found.white.shape[1], 1)))
+
+
+def _ebic(terms: Sequence[Term], found: Dictionary, y: Array, dof: int) -> float:
+    basis = orthonormal(np.concatenate([y[:, None][:, :0], *(t.white for t in terms)], axis=1))
+    rest = y - basis @ (basis.T @ y)
+    return dof * float(np.log(max(float(rest @ rest), NOTHING))) + _price(found, dof) * basis.shape[1]
